@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -131,9 +131,11 @@ class Result(Outcome):
         OSError
             If the file cannot be written.
         """
-        from masonry_opt.drawing.saved import save
+        from masonry_opt.drawing import figure, page, pictures, saved
 
-        save(self, path, kind, names, force, view)
+        saved.refuse_saving(self.assembly.scene, path, kind, names, force, view)
+        drawn = partial(pictures.result_picture, self, kind, names, view)
+        figure.save_as(path, force, partial(page.page, self, kind, view), drawn)
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
@@ -146,10 +148,7 @@ class Result(Outcome):
             frames["tie_results"] = self.ties
         others = {"contact_results": self.contacts, "curve": self.curve}
         frames |= {name: frame for name, frame in others.items() if frame is not None}
-        whole: dict[str, Any] = plain(
-            told | {name: frame.to_dict("records") for name, frame in frames.items()}
-        )
-        return whole
+        return plain(told | {name: frame.to_dict("records") for name, frame in frames.items()})
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""

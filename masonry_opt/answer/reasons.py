@@ -63,6 +63,8 @@ class Code(StrEnum):
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
     NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
+    RAY = "ray"  # events and folds of the push, peak: a higher load factor on its way, or None
+    JAMS = "jams"  # events, folds, peak
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
     STILL_ELASTIC = "still elastic"  # the same
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for passes

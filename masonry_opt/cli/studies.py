@@ -12,14 +12,13 @@ import masonry_opt as mo
 from masonry_opt.cli.options import Case, Json, LoadCaseName, Plot, PlotOrPage, Table, numbers
 from masonry_opt.cli.running import tell, waiting
 from masonry_opt.cli.signatures import Given, command
-from masonry_opt.drawing.figure import refuse_picture
+from masonry_opt.drawing.figure import refuse_file, refuse_picture
 from masonry_opt.drawing.view import refuse_view
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.load_cases.cases import Cases
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.threshold import Trial
-from masonry_opt.studies.writing import refuse_saving
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import changing_line, frame_text, print_result, print_text
 
@@ -50,7 +49,7 @@ def crossing(
     """
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # refused now, not after the solves
-        refuse_saving(plot, **drawing)
+        refuse_file(plot, **drawing)
     with waiting("crossing") as show:
 
         def progress(position: float, load_factor: float) -> None:
@@ -123,7 +122,7 @@ def settle(
     """
     drawing = given.take(mo.Settlement.save)
     if plot is not None:
-        refuse_saving(plot, drawing.get("force", False))
+        refuse_file(plot, drawing.get("force", False))
         refuse_view(mo.load(case), drawing.get("view"))
     elif greatest or drawing:
         raise OptionError("--greatest, --view and --force say how to draw: give --plot FILE too")

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import scipy.sparse as sp
 import shapely
-from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import IDLE as CARRIES_NOTHING
 from masonry_opt.drawing.colours import AT_POINT, IDLE, THRUST, UTILISATION
 from masonry_opt.drawing.marks import Marks, joint_marks
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.rows import linked
 
 #: Blocks in a row, each between two others, from which their points of thrust make a line.
 _CHAIN = 3
@@ -33,7 +32,7 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
     """
     joints, frame = result.assembly.joints, result.joints
     n, s, m = (frame[name].to_numpy() for name in ("n", "s", "m"))
-    # The direction of s. Where a joint has length it runs from start to end.
+    # The direction of s: from the start of a joint that has length to its end.
     along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
     force = n[:, None] * joints.normal + s[:, None] * along
     pressed = n > CARRIES_NOTHING * np.abs(n).max(initial=0.0)
@@ -57,11 +56,8 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     movable = np.zeros(count, dtype=bool)
     movable[assembly.movable] = True
     between &= movable
-    linked = between[joints.first] & between[joints.second]
-    links = sp.coo_array(
-        (np.ones(linked.sum()), (joints.first[linked], joints.second[linked])), shape=(count, count)
-    )
-    _, row = connected_components(links, directed=False)
+    along = between[joints.first] & between[joints.second]
+    row = linked(count, joints.first[along], joints.second[along])
     in_chain = between & (np.bincount(row)[row] >= _CHAIN)
     order = np.argsort(sides, kind="stable")
     return number[order][in_chain[sides[order]]].reshape(-1, 2)
@@ -131,7 +127,7 @@ def utilisation_marks(ends: np.ndarray, used: np.ndarray, shrink: float) -> Iter
 
     Parameters
     ----------
-    ends: lines of joints, as :func:`joint_marks` takes them.
+    ends: of the joints, or in space of the sides of their outlines, shape (lines, 2, 2) or (lines, 2, 3).
     used: utilisation of the joint of each, shape (lines,).
     """
     steps = len(UTILISATION)
@@ -140,4 +136,5 @@ def utilisation_marks(ends: np.ndarray, used: np.ndarray, shrink: float) -> Iter
         label, name = ("idle joint", "idle") if number < 0 else ("", "used")
         # Wider too where more is used, for readers of grey prints.
         width = 1.6 if number < 0 else 2.0 + 1.6 * number / (steps - 1)
-        yield from joint_marks(name, label, colour, width * shrink, ends[step == number])
+        lines = Marks(name, label, "line", colour, width * shrink, ends[step == number])
+        yield from joint_marks(lines)

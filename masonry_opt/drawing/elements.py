@@ -88,8 +88,8 @@ class Elements:
         """Indices of the blocks that are supports: those that are fixed, and those that settle."""
         assembly = self.assembly
         forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
-        settling = {action.block for force in forces for action in force.actions}
-        moves = np.setdiff1d(assembly.movable, list(settling))
+        freed = {action.block for force in forces for action in force.actions}
+        moves = np.setdiff1d(assembly.movable, list(freed))
         return np.setdiff1d(np.arange(len(assembly.scene.blocks)), moves)
 
     @property
@@ -136,11 +136,11 @@ def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
 
 def size_of(assembly: Assembly) -> float:
     """The largest side of the box round the movable blocks at rest."""
-    low, high = reach(assembly)
+    low, high = movable_box(assembly)
     return float((high - low).max())
 
 
-def reach(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
+def movable_box(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest coordinates of the movable blocks at rest, shape (2,) or (3,) each."""
     low, high = assembly.geometry.boxes
     return low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
@@ -223,7 +223,7 @@ def _motion(result: Outcome, size: float) -> np.ndarray:
         assert result.solution.d is not None
         rates = result.blocks.filter(regex="^(v|w|omega)").to_numpy()
         centroid = assembly.geometry.centroid[assembly.movable]
-        # Of the point of each block that lies in the origin, and of its turning.
+        # Velocity of the point of each block that lies in the origin, and the block's angular velocity.
         velocity = np.column_stack([moved(-centroid, rates) + centroid, rates[:, centroid.shape[1] :]])
         motion[assembly.movable] = FULL * size / fastest(assembly, result.solution.d) * velocity
     return motion
@@ -246,17 +246,17 @@ def _mechanism(result: Outcome, motion: np.ndarray, shrink: float) -> Iterable[M
         ("crushes", "crushing joint", CRUSHES, ()),
     ):
         which = getattr(moves, name)[joint]
-        yield from joint_marks(name, label, colour, width, ends[which], with_joint[which], dashes)
+        lines = Marks(name, label, "line", colour, width, ends[which], with_joint[which], dashes)
+        yield from joint_marks(lines)
     # Colour alone cannot be told apart in grey.
     if (which := moves.crushes).any():
         middle = ends[which].mean(axis=1, keepdims=True)
         yield Marks("crosses", "crushing joint", "cross", CRUSHES, 6.0 * shrink, middle, midway[which])
     if (which := moves.hinges).any():
         if solid:
-            opens = (which & ~moves.slides)[joint]
-            yield from joint_marks(
-                "opens", "hinging joint", HINGES, 0.4 * width, ends[opens], with_joint[opens]
-            )
+            opens, thin = (which & ~moves.slides)[joint], 0.4 * width
+            lines = Marks("opens", "hinging joint", "line", HINGES, thin, ends[opens], with_joint[opens])
+            yield from joint_marks(lines)
         at = moves.hinge[which][:, None]
         yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, at, midway[which])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -85,10 +86,9 @@ def finish(
     axes: Axes,
     handles: list[Handle],
     notes: tuple[str, ...] = (),
-    colours: ScalarMappable | None = None,
-    label: str = "",
+    colours: tuple[ScalarMappable, str] | None = None,
 ) -> None:
-    """Put a colour bar with its label, the legend and notes below the axes, and size the figure for them."""
+    """Put a bar of colours and what they say, the legend and notes below the axes, and size the figure."""
     letters = sum(len(str(handle.get_label())) for handle in handles)
     columns = 4 if len(handles) <= 4 and letters <= _ROW else 3
     rows = -(-len(handles) // columns)
@@ -104,7 +104,7 @@ def finish(
     width, height = figure.get_size_inches()
     if colours is not None:
         bar = figure.add_axes((0.2, (below - along - 0.12) / height, 0.6, 0.12 / height))
-        figure.colorbar(colours, cax=bar, orientation="horizontal", label=label)
+        figure.colorbar(colours[0], cax=bar, orientation="horizontal", label=colours[1])
     figure.legend(
         handles=handles,
         loc="upper center",
@@ -123,6 +123,27 @@ def refuse_picture(path: str | Path, force: bool = False) -> None:
     if _ending(path) not in FORMATS:
         raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
     refuse_unwritable(Path(path), force)
+
+
+def refuse_file(path: str | Path, force: bool = False) -> None:
+    """Raise OptionError if neither picture nor page could be written there: to be asked before long work."""
+    if not is_page(path) and _ending(path) not in FORMATS:
+        known = ", ".join(f".{name}" for name in (*FORMATS, "html"))
+        raise OptionError(f"{path}: the name of a picture or page ends in {known}")
+    refuse_unwritable(Path(path), force)
+
+
+def save_as(path: str | Path, force: bool, page: Callable[[], str], picture: Callable[[], Picture]) -> None:
+    """Write what can be shown as a page or as a picture, whole or not at all, as the path's ending says."""
+    refuse_file(path, force)
+    if is_page(path):
+        write_whole(path, page())
+    else:
+        picture().save(path, force)
+
+
+def is_page(path: str | Path) -> bool:
+    return _ending(path) == "html"
 
 
 def _ending(path: str | Path) -> str:

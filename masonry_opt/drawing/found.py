@@ -19,7 +19,7 @@ def found_marks(assembly: Assembly, shrink: float) -> Iterable[Marks]:
     solid = assembly.scene.dimension == 3
     in_point = "joint in a point" if solid else "joint of a corner on an edge"
     corners, gaps = assembly.joints.meets, assembly.joints.facing
-    yield from joint_marks("joint", "joint", JOINT, width, ends, in_point=in_point)
+    yield from joint_marks(Marks("joint", "joint", "line", JOINT, width, ends), in_point)
     if len(corners):
         label = "corner on corner: no joint"
         yield Marks("corners", label, "cross", MARKED, 3.0 * width, corners[:, None])

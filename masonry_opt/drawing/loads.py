@@ -68,7 +68,7 @@ def load_marks(assembly: Assembly, size: float, motion: np.ndarray, live: bool =
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
             points, moves = np.concatenate([points, arrows]), np.concatenate([moves, motion[owners]])
         if len(points):
-            # Of many arrows each is small; one for all is not.
+            # Many arrows are thin, but one that stands for all is thick.
             width = 2.2 if label == of_all else width if len(points) <= 100 else 0.4 * width
             yield Marks(kind, label, "arrow", colour, width, points, moves)
 
@@ -84,7 +84,7 @@ def _direction(assembly: Assembly, size: float, forces: Forces) -> np.ndarray:
     total = forces.force.sum(axis=0)
     tail = assembly.geometry.boxes[1][assembly.movable].max(axis=0)
     tail[-1] += _ABOVE * size
-    # In space it may point to the eye.
+    # Longer in space, where it may point towards the eye.
     length = _DIRECTION * (len(tail) - 1) * size
     return np.array([[tail, tail + length * total / np.linalg.norm(total)]])
 
@@ -127,7 +127,7 @@ def _rows(
         share = np.linspace(0, 1, count)[:, None]
         arrow = longest / most * ((1 - share) * piece.intensity[0] + share * piece.intensity[1])
         on_edge = (1 - share) * piece.ends[0] + share * piece.ends[1]
-        # Into the edge, or out of it where it is pulled.
+        # Arrows end at an edge that is pushed, and begin at one that is pulled.
         behind = piece.ends.mean(axis=0) - 1e-3 * arrow.sum(axis=0)
         pulled = shapely.intersects(assembly.geometry.polygons[piece.block], shapely.Point(*behind))
         tail = on_edge if pulled else on_edge - arrow

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-Shape = Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
+MarkShape = Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Marks:
 
     name: str
     label: str
-    shape: Shape
+    shape: MarkShape
     colour: str
     width: float
     points: np.ndarray
@@ -57,27 +57,14 @@ def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
     return np.stack([x + vx - omega * y, y + vy + omega * x], axis=-1)
 
 
-def joint_marks(
-    name: str,
-    label: str,
-    colour: str,
-    width: float,
-    ends: np.ndarray,
-    motion: np.ndarray | None = None,
-    dashes: tuple[float, ...] = (),
-    in_point: str | None = None,
-) -> Iterator[Marks]:
-    """Lines along joints, and squares on those of a corner on an edge, which have no length.
-
-    Parameters
-    ----------
-    ends: of the joints, or in space of the sides of their outlines, shape (lines, 2, 2) or (lines, 2, 3).
-    in_point: what a legend says of the squares, if not ``label``.
-    """
-    point = (ends[:, 0] == ends[:, 1]).all(axis=1)
-    along, at = (None if motion is None else motion[which] for which in (~point, point))
+def joint_marks(lines: Marks, in_point: str | None = None) -> Iterator[Marks]:
+    """Lines along joints, or in space along the sides of their outlines, but squares on joints of a corner on
+    an edge, which have no length; of these a legend says ``in_point``, if not what it says of lines."""
+    point = (lines.points[:, 0] == lines.points[:, 1]).all(axis=1)
+    along, at = (None if lines.motion is None else lines.motion[which] for which in (~point, point))
     if (~point).any():
-        yield Marks(name, label, "line", colour, width, ends[~point], along, dashes)
+        yield replace(lines, points=lines.points[~point], motion=along)
     if point.any():
-        said = in_point if in_point is not None else "" if (~point).any() else label
-        yield Marks(name, said, "square", colour, 2.4 * width, ends[point][:, :1], at)
+        said = in_point if in_point is not None else "" if (~point).any() else lines.label
+        look = replace(lines, label=said, shape="square", width=2.4 * lines.width, dashes=())
+        yield replace(look, points=lines.points[point][:, :1], motion=at)

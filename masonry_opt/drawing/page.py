@@ -22,7 +22,7 @@ from masonry_opt.drawing.found import counts
 from masonry_opt.drawing.pictures import result_picture
 from masonry_opt.drawing.solid_figure import Figure, three
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
-from masonry_opt.drawing.view import View, best_view
+from masonry_opt.drawing.view import ViewAngles, best_view
 from masonry_opt.errors import printable
 from masonry_opt.files import WRITER
 from masonry_opt.words.page import answer, certificate, described, text
@@ -54,7 +54,7 @@ _NOTE = {
 }
 
 
-def page(result: Outcome, kind: str = "mechanism", view: View | None = None) -> str:
+def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = None) -> str:
     """The page as text: load factor, how sure it is, certificate, warnings, and the scene.
 
     A slider moves the mechanism, and pointing at a joint tells its forces and motion. Joints first show their
@@ -119,7 +119,7 @@ def _in_the_plane(result: Outcome, elements: Elements) -> dict[str, Any]:
     }
 
 
-def _in_space(result: Outcome, elements: Elements, view: View | None) -> dict[str, Any]:
+def _in_space(result: Outcome, elements: Elements, view: ViewAngles | None) -> dict[str, Any]:
     """The same in space, where the figure turns; beside it a picture, for browsers that draw no solids, and
     for print."""
     view = view or best_view(elements)
@@ -204,7 +204,7 @@ def _joints(result: Outcome) -> dict[str, list[float | None]]:
     joints, frame = result.assembly.joints, result.joints
     beside: dict[str, float] = {}
     if result.assembly.scene.dimension == 3:
-        # What is zero in all joints is rounding beside forces, and beside the fastest motion.
+        # Where a column is zero but for rounding, forces and the fastest motion show that it is.
         force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
         speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
         beside = {"s": force, "torsion": force * length, "slip": speed, "opening": speed}

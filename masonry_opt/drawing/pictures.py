@@ -32,7 +32,7 @@ from masonry_opt.drawing.found import doubts
 from masonry_opt.drawing.mark_artists import BLOCK_LOOK, SUPPORT_LOOK, draw_marks, handles
 from masonry_opt.drawing.marks import Marks, moved
 from masonry_opt.drawing.solid_pictures import Solids
-from masonry_opt.drawing.view import View, best_view, refuse_view
+from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
 from masonry_opt.errors import printable
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.scene.case_file import as_scene
@@ -51,7 +51,7 @@ def draw(
     path: str | FilePath | None = None,
     names: bool = False,
     force: bool = False,
-    view: View | None = None,
+    view: ViewAngles | None = None,
 ) -> Picture:
     """Draw a scene before it is solved, as a matplotlib figure without pyplot's state; a notebook shows it.
 
@@ -86,14 +86,14 @@ def draw(
     return made
 
 
-def scene_picture(assembly: Assembly, names: bool = False, view: View | None = None) -> Picture:
+def scene_picture(assembly: Assembly, names: bool = False, view: ViewAngles | None = None) -> Picture:
     """Draw what was assembled of a scene; see :func:`draw`."""
     notes = tuple(f"warning: {sentence}" for sentence in doubts(assembly))
     return elements_picture(scene_elements(assembly), "scene", names, view, notes)
 
 
 def result_picture(
-    result: Outcome, kind: str = "mechanism", names: bool = False, view: View | None = None
+    result: Outcome, kind: str = "mechanism", names: bool = False, view: ViewAngles | None = None
 ) -> Picture:
     """Draw a result; see :meth:`Result.plot`."""
     refuse_kind(kind, names)
@@ -116,7 +116,7 @@ def elements_picture(
     elements: Elements,
     kind: str = "mechanism",
     names: bool = False,
-    view: View | None = None,
+    view: ViewAngles | None = None,
     notes: tuple[str, ...] = (),
 ) -> Picture:
     """Draw one of the layers of elements, "scene" or a kind of result; see :func:`draw`."""
@@ -141,10 +141,11 @@ def elements_picture(
         if kind in ("thrust", "utilisation") and not marks:
             middle = axes.text(0.5, 0.5, NO_FORCES, transform=axes.transAxes, zorder=8)
             middle.set(ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "black"})
-        colours = (
-            ScalarMappable(cmap=ListedColormap(UTILISATION)) if kind == "utilisation" and marks else None
-        )
-        finish(made, axes, handles(marks), notes, colours, utilisation_label(elements.assembly))
+        colours = None
+        if kind == "utilisation" and marks:
+            looks = ScalarMappable(cmap=ListedColormap(UTILISATION))
+            colours = looks, utilisation_label(elements.assembly)
+        finish(made, axes, handles(marks), notes, colours)
     return made
 
 

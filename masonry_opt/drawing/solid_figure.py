@@ -12,7 +12,7 @@ from masonry_opt.drawing.colours import BLOCK, FIXED
 from masonry_opt.drawing.elements import INSIDE, Elements, size_of
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.solids import surface
-from masonry_opt.drawing.view import View
+from masonry_opt.drawing.view import ViewAngles
 from masonry_opt.errors import OptionError
 
 #: Units of the figure along the scene's size: coordinates are whole numbers, which keeps large scenes short.
@@ -57,7 +57,7 @@ class Figure:
         self.elements = elements
         self.scale = _UNITS / size_of(elements.assembly)
 
-    def data(self, view: View) -> dict[str, Any]:
+    def data(self, view: ViewAngles) -> dict[str, Any]:
         """All that a page draws: see ``page_space.js``."""
         elements, assembly = self.elements, self.elements.assembly
         contacts = assembly.joints

@@ -15,7 +15,7 @@ from masonry_opt.drawing.elements import INSIDE, Elements
 from masonry_opt.drawing.mark_artists import draw_marks
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.solids import surface
-from masonry_opt.drawing.view import Raster, View, axes_of, raster
+from masonry_opt.drawing.view import Raster, ViewAngles, axes_of, raster
 from masonry_opt.errors import printable
 
 #: Pixels along the longer side of the image of faces.
@@ -46,7 +46,9 @@ class Solids:
     share: of the full motion.
     """
 
-    def __init__(self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: View) -> None:
+    def __init__(
+        self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: ViewAngles
+    ) -> None:
         self.axes, self.elements, self.marks, self.share, self.view = axes, elements, marks, share, view
         self.turned = axes_of(view)
         self.surface = surface(elements)
@@ -62,7 +64,7 @@ class Solids:
         most = _AXES * side
         power = 10.0 ** np.floor(np.log10(most))
         self.unit = max(digit * power for digit in (1, 2, 5) if digit * power <= most)
-        # In the lower left corner, or below what is drawn there.
+        # The axes stand in the lower left corner, or below it where something is drawn there.
         around = 2 * _LETTERS * self.unit
         corner = np.s_[: int(around / self.raster.pixel), : int(around / self.raster.pixel)]
         if (self.raster.triangle[corner] >= 0).any():
@@ -113,10 +115,9 @@ class Solids:
         colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
         if not self.share:
             colours = 1 - (1 - colours) * (1 - _PALE)
-        # Beyond the last triangle: where there is none.
+        # The last row, for pixels without a triangle (-1), is transparent.
         table = np.vstack([np.column_stack([colours, np.ones(len(colours))]), np.zeros(4)])
-        found: np.ndarray = table[self.raster.triangle]
-        return found
+        return table[self.raster.triangle]
 
     def _lines(self, lines: np.ndarray, colour: str, width: float, order: float) -> None:
         pieces, _ = self.raster.visible(lines)

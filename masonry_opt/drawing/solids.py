@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from masonry_opt.drawing.elements import Elements, reach, size_of
+from masonry_opt.drawing.elements import Elements, movable_box, size_of
 from masonry_opt.drawing.marks import moved
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.scene.space.frames import Faces, Frames, dots
+from masonry_opt.scene.rows import dots
+from masonry_opt.scene.space.frames import Frames, OuterFaces
 from masonry_opt.scene.space.shapes import Shapes
 
 #: How far supports are shown beyond the movable blocks, and the distance of the lines that hatch them, over
@@ -52,7 +53,7 @@ def surface(elements: Elements) -> Surface:
     assembly: Assembly = elements.assembly
     shapes, size = assembly.geometry, size_of(assembly)
     assert isinstance(shapes, Shapes)
-    low, high = reach(assembly)
+    low, high = movable_box(assembly)
     low, high = low - _BEYOND * size, high + _BEYOND * size
     points, block = shapes.corners
     beyond = np.unique(block[((points < low) | (points > high)).any(axis=1)])
@@ -77,7 +78,7 @@ def surface(elements: Elements) -> Surface:
     )
 
 
-def _triangles(faces: Faces) -> tuple[np.ndarray, np.ndarray]:
+def _triangles(faces: OuterFaces) -> tuple[np.ndarray, np.ndarray]:
     """Triangles of the faces, shape (triangles, 3, 3), and the face of each."""
     found = shapely.constrained_delaunay_triangles(faces.polygon)
     flat, face = shapely.get_parts(found, return_index=True)
@@ -89,7 +90,7 @@ def _triangles(faces: Faces) -> tuple[np.ndarray, np.ndarray]:
     return at, face
 
 
-def _hatching(faces: Faces, step: float) -> np.ndarray:
+def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
     """Lines at 45° to the first axis of each face."""
     lines = [np.empty((0, 2, 3))]
     for number, polygon in enumerate(faces.polygon):
@@ -105,7 +106,7 @@ def _hatching(faces: Faces, step: float) -> np.ndarray:
     return np.concatenate(lines)
 
 
-def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> Faces:
+def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> OuterFaces:
     """All faces, those of blocks to cut by a box, and what the box's sides cut."""
     faces, parts = shapes.faces, shapes.parts
     if not len(cut):
@@ -126,8 +127,8 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
             block.append(parts.block[part])
             number.append(side)
             section.append(_within(inside, sides, side, normal, offset))
-    cuts = Faces(np.array(block), sides.where(np.array(number)), np.array(section))
-    every = kept.then(Faces(own.block, own.frame, np.array(polygon)), cuts)
+    cuts = OuterFaces(np.array(block), sides.where(np.array(number)), np.array(section))
+    every = kept.then(OuterFaces(own.block, own.frame, np.array(polygon)), cuts)
     return every.where(shapely.area(every.polygon) > 0)
 
 

@@ -74,7 +74,7 @@ class Canvas:
 
     def path(self, d: str, moves: str = "") -> str:
         """One path, with the attribute that moves it."""
-        # A page says it once, in its style.
+        # On a page the style says that lines keep their width.
         width = "" if self.share is None else ' vector-effect="non-scaling-stroke"'
         return f'<path d="{d}"{width}{moves}/>'
 

@@ -1,4 +1,4 @@
-"""What is seen of solids from one side: faces by a raster of depths, lines by what that leaves of them."""
+"""What is seen of solids from one side: a raster of depths, and the pieces of lines that it does not hide."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import minimum_filter
 
-from masonry_opt.drawing.elements import Elements, reach
+from masonry_opt.drawing.elements import Elements, movable_box
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.scene import Scene
 
 #: Azimuth and elevation, in degrees.
-View = tuple[float, float]
+ViewAngles = tuple[float, float]
 
 #: Of the view of a scene for which none is asked: elevation, and azimuths among which the best is taken, the
 #: usual ones first.
@@ -47,7 +47,7 @@ def refuse_view(scene: Scene, view: object) -> None:
         raise OptionError(f"the elevation of a view lies between -90 and 90 degrees (found {view[1]:g})")
 
 
-def axes_of(view: View) -> np.ndarray:
+def axes_of(view: ViewAngles) -> np.ndarray:
     """Directions in which a picture's right, its upper side and the eye lie, shape (3, 3): rows."""
     azimuth, elevation = np.radians(view)
     (east, north), (out, up) = ((np.cos(angle), np.sin(angle)) for angle in (azimuth, elevation))
@@ -55,9 +55,9 @@ def axes_of(view: View) -> np.ndarray:
     return np.stack([right, np.cross(towards, right), towards])
 
 
-def best_view(elements: Elements) -> View:
+def best_view(elements: Elements) -> ViewAngles:
     """The view that shows the scene's wider side, and its mechanism coming nearer."""
-    low, high = reach(elements.assembly)
+    low, high = movable_box(elements.assembly)
     wide = (high - low)[:2] / (high - low)[:2].max()
     motion, centroid = elements.motion, elements.assembly.geometry.centroid
     moves = (motion[:, :3] + np.cross(motion[:, 3:], centroid)).sum(axis=0)
@@ -111,13 +111,12 @@ class Raster:
     def sees(self, points: np.ndarray) -> np.ndarray:
         """Whether points, shape (points, 3) in the picture's axes, are not hidden."""
         rows, columns = self.depth.shape
-        # By the farthest of the pixels around: an edge lies between two faces.
+        # Against the farthest depth of the pixels around: an edge lies between two faces.
         farthest = minimum_filter(self.depth, size=3, mode="nearest")
         column = ((points[:, 0] - self.left) / self.pixel).astype(int).clip(0, columns - 1)
         row = ((points[:, 1] - self.bottom) / self.pixel).astype(int).clip(0, rows - 1)
         bias = _DEPTH * self.pixel * max(rows, columns)
-        seen: np.ndarray = points[:, 2] + bias >= farthest[row, column]
-        return seen
+        return points[:, 2] + bias >= farthest[row, column]
 
 
 def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:

@@ -76,7 +76,7 @@ def _global(assembly: Assembly) -> Declared:
     of = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if of.rates_derived else "is assumed"
     forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"
-    # Of rocking, openings are twice the rates.
+    # Where a face rocks its opening is twice its rate: half the limit.
     most_rates = np.full(problem.faces, of.rates)
     most_rates[problem.table.rocks] /= 2
     model = PyomoGlobal(problem, _most_slack(problem, of), most_rates, highest)
@@ -189,7 +189,7 @@ def export(
     for names in (".row", ".col") if end == ".nl" else ():
         refuse_replacing(path.with_suffix(names), force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # Dilatancy that falls with stress mcp hands over to the loop; the program it declares does not know it.
+    # Where dilatancy falls with stress mcp asks the loop: the program that it declares has a constant one.
     known = METHODS[method]
     refuse_unsuited(replace(known, constant_dilatancy=True) if method == "mcp" else known, assembly)
     program, said = _EXPORTS[method](assembly)

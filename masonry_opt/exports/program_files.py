@@ -47,7 +47,7 @@ def _nl(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Fi
         return (f"{names[id(data)]}\n" for kind in kinds for data in kind)
 
     rows = "".join(lines(written.constraints, written.objectives))
-    # The program last: where it is, its names are.
+    # The program is written last: whoever finds it finds the files of its names too.
     return {".row": rows, ".col": "".join(lines(written.variables)), ".nl": text.getvalue()}
 
 

@@ -62,10 +62,10 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
 
 
 #: Name, whether it is a support, and convex parts of a block.
-_Body = tuple[str, bool, list[Polyhedron]]
+_NamedParts = tuple[str, bool, list[Polyhedron]]
 
 
-def _moved(what: Scene | Result, share: float | None) -> list[_Body]:
+def _moved(what: Scene | Result, share: float | None) -> list[_NamedParts]:
     """Blocks where a share of the full motion brings them, None as in ``solid_file``."""
     if not isinstance(what, Result):
         return [(block.name, block.fixed, block.polyhedra) for block in _solids(what)]
@@ -105,7 +105,7 @@ def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
     return np.concatenate(corners), faces
 
 
-def _obj(bodies: list[_Body]) -> str:
+def _obj(bodies: list[_NamedParts]) -> str:
     lines, first = [f"# {MARK}"], 1
     for name, fixed, parts in bodies:
         corners, faces = _joined(parts)
@@ -116,7 +116,7 @@ def _obj(bodies: list[_Body]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _gltf(bodies: list[_Body], binary: bool) -> str | bytes:
+def _gltf(bodies: list[_NamedParts], binary: bool) -> str | bytes:
     try:
         trimesh = importlib.import_module("trimesh")
     except ImportError:
@@ -140,16 +140,14 @@ def _gltf(bodies: list[_Body], binary: bool) -> str | bytes:
 
     gltf = importlib.import_module("trimesh.exchange.gltf")
     if binary:
-        written: bytes = gltf.export_glb(scene, tree_postprocessor=sign)
-        return written
+        return gltf.export_glb(scene, tree_postprocessor=sign)
     (content,) = gltf.export_gltf(
         scene, tree_postprocessor=sign, merge_buffers=True, embed_buffers=True
     ).values()
-    text: str = content.decode()
-    return text
+    return content.decode()
 
 
-_MESHES: dict[str, Callable[[list[_Body]], str | bytes]] = {
+_MESHES: dict[str, Callable[[list[_NamedParts]], str | bytes]] = {
     ".obj": _obj,
     ".glb": lambda bodies: _gltf(bodies, True),
     ".gltf": lambda bodies: _gltf(bodies, False),

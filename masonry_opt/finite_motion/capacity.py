@@ -14,8 +14,8 @@ import pandas as pd
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
-from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
-from masonry_opt.finite_motion.path import Path, Step
+from masonry_opt.finite_motion.kinematic_check import KinematicCheck, Oscillator, kinematic_check
+from masonry_opt.finite_motion.path import HingingPath, Step
 from masonry_opt.finite_motion.point_forces import PointForces, placed, point_forces
 from masonry_opt.result import Result
 from masonry_opt.words.names import some
@@ -87,7 +87,7 @@ def capacity(
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
     dead, live = point_forces(assembly)
     control = _control(result, live, block, point)
-    path = Path(result, dead, live, steps)
+    path = HingingPath(result, dead, live, steps)
     found = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     if path.motion.any() and abs(found.control_rate) <= _STILL * found.live_rates.max():
         raise OptionError(f"block '{block}' does not move along the live load: name another block or point")
@@ -170,8 +170,7 @@ class Capacity:
         """Where the movable blocks are in a row of the table: turned by θ about the geometry's origin, then
         shifted by (x, y), shape (b, 3), in the case's units."""
         unit = self.result.assembly.problem.length_unit
-        poses: np.ndarray = self.steps[row].poses[:-1] * [unit, unit, 1.0]
-        return poses
+        return self.steps[row].poses[:-1] * [unit, unit, 1.0]
 
     def _all_poses(self, row: int) -> np.ndarray:
         assembly = self.result.assembly
@@ -292,21 +291,16 @@ class Capacity:
                 f"this one is {share:.3g} times the weight of the blocks that it pushes, or not level: give "
                 "'live_per_weight = [1, 0]', or a level [earthquake]"
             )
-        return kinematic_check(
-            np.hypot(*self.live.force.T),
-            self.live_rates,
-            self.control_rate,
-            self.table[["displacement", "load_factor"]].to_numpy(),
-            self.reaches_zero,
-            spectrum,
-            {
-                "behaviour_factor": behaviour_factor,
-                "confidence_factor": confidence_factor,
-                "gravity": gravity,
-                "ultimate": ultimate,
-                "secant": secant,
-            },
-        )
+        weights, curve = np.hypot(*self.live.force.T), self.table[["displacement", "load_factor"]].to_numpy()
+        of = Oscillator.of(weights, self.live_rates, self.control_rate, curve, self.reaches_zero)
+        values = {
+            "behaviour_factor": behaviour_factor,
+            "confidence_factor": confidence_factor,
+            "gravity": gravity,
+            "ultimate": ultimate,
+            "secant": secant,
+        }
+        return kinematic_check(of, spectrum, values)
 
     def _share_of_weight(self) -> float | None:
         """The live load over the weight of the blocks that it pushes; None if it is that, and level."""
@@ -321,12 +315,12 @@ class Capacity:
     def plot(self, row: int | None = None) -> Picture:
         """Draw the curve, or the blocks as they are in a row of the table, as a matplotlib figure. Raises
         OptionError if there is no such row."""
-        from masonry_opt.finite_motion.pictures import curve_picture, displaced_picture
+        from masonry_opt.finite_motion.pictures import capacity_picture, displaced_picture
 
         assembly, table = self.result.assembly, self.table
         if row is None:
             of = "the live load" if self.control is self.live else "the control point"
-            return curve_picture(assembly.scene, table, of, self.message)
+            return capacity_picture(assembly.scene, table, of, self.message)
         if not isinstance(row, int) or not -len(table) <= row < len(table):
             raise OptionError(f"there is no row {row!r}: the table has {len(table)}, the first is 0")
         return displaced_picture(assembly, table.iloc[row], self._all_poses(row), self.joints(row))
@@ -374,8 +368,7 @@ class Capacity:
 
 
 def _along(of: PointForces, moved: np.ndarray) -> np.ndarray:
-    along: np.ndarray = (of.force * moved).sum(axis=1) / np.hypot(*of.force.T)
-    return along
+    return (of.force * moved).sum(axis=1) / np.hypot(*of.force.T)
 
 
 def _mean_along(of: PointForces, moved: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.finite_motion.contacts import Contacts
+from masonry_opt.finite_motion.moved_joints import MovedJoints
 from masonry_opt.finite_motion.point_forces import placed, turned
 from masonry_opt.finite_motion.statics import moments_turned
 
@@ -29,7 +29,7 @@ _ROUNDING = 1e-10
 
 
 @dataclass(frozen=True)
-class Point:
+class PathPoint:
     """A point of the path: poses of the bodies, shape (bodies, 3), forces in the hinges on the first body,
     shape (hinges, 2), and λ."""
 
@@ -47,24 +47,24 @@ class Chain:
     dead, live: generalised loads of the blocks, shape (blocks, 4).
     """
 
-    def __init__(self, contacts: Contacts, touch: np.ndarray, dead: np.ndarray, live: np.ndarray) -> None:
+    def __init__(self, joints: MovedJoints, touch: np.ndarray, dead: np.ndarray, live: np.ndarray) -> None:
         blocks = len(dead)
-        self.body = contacts.bodies(touch, blocks)
+        self.body = joints.bodies(touch, blocks)
         self.count = int(self.body.max())  # the ground's number
         self.dead, self.live = np.zeros((2, self.count + 1, 4))
         np.add.at(self.dead, self.body[:-1], dead)
         np.add.at(self.live, self.body[:-1], live)
         self.dead, self.live = self.dead[:-1], self.live[:-1]
         hinges = np.flatnonzero(touch.sum(axis=1) == 1)
-        hinges = hinges[(self.body[contacts.ends[hinges, 0]] != self.body[contacts.ends[hinges, 1]])]
-        self.ends = self.body[contacts.ends[hinges]]
-        self.at = contacts.corner[hinges, touch[hinges].argmax(axis=1)]
+        hinges = hinges[(self.body[joints.ends[hinges, 0]] != self.body[joints.ends[hinges, 1]])]
+        self.ends = self.body[joints.ends[hinges]]
+        self.at = joints.corner[hinges, touch[hinges].argmax(axis=1)]
 
-    def start(self, of_blocks: np.ndarray) -> Point:
+    def start(self, of_blocks: np.ndarray) -> PathPoint:
         """The point with these poses of the blocks and the ground: forces and λ by least squares."""
         poses = np.zeros((self.count, 3))
         poses[self.body[self.body < self.count]] = of_blocks[self.body < self.count]
-        point = Point(poses, np.zeros((len(self.at), 2)), 0.0)
+        point = PathPoint(poses, np.zeros((len(self.at), 2)), 0.0)
         rest, slope = self._system(point)
         free = slice(3 * self.count, None)
         rows = slice(0, 3 * self.count)
@@ -73,10 +73,9 @@ class Chain:
 
     def of_blocks(self, of_bodies: np.ndarray) -> np.ndarray:
         """Poses, or their rates, of the blocks and the ground, shape (blocks + 1, 3)."""
-        spread: np.ndarray = np.vstack([of_bodies, np.zeros(3)])[self.body]
-        return spread
+        return np.vstack([of_bodies, np.zeros(3)])[self.body]
 
-    def tangents(self, point: Point) -> np.ndarray:
+    def tangents(self, point: PathPoint) -> np.ndarray:
         """Directions in which the line goes on, rates of poses then of λ, shape (k, 3 · bodies + 1): one,
         none where bodies jam, several where it branches."""
         _, slope = self._system(point)
@@ -85,10 +84,9 @@ class Chain:
         null = rows[rank:].T
         moves = null[[*range(3 * self.count), slope.shape[1] - 1]]
         left, sizes, _ = np.linalg.svd(moves, full_matrices=False)
-        found: np.ndarray = left[:, sizes > _DEPENDENT].T
-        return found
+        return left[:, sizes > _DEPENDENT].T
 
-    def corrected(self, start: Point, row: np.ndarray, value: float) -> Point | None:
+    def corrected(self, start: PathPoint, row: np.ndarray, value: float) -> PathPoint | None:
         """The point of the line at which row · (poses, λ) has a value; None if Newton steps find none."""
         point, full = start, np.zeros(3 * self.count + 2 * len(self.at) + 1)
         full[: 3 * self.count], full[-1] = row[:-1], row[-1]
@@ -108,10 +106,10 @@ class Chain:
             step = np.linalg.lstsq(slope, -rest, rcond=_DEPENDENT)[0]
             forces = point.forces + step[3 * self.count : -1].reshape(-1, 2)
             poses = point.poses + step[: 3 * self.count].reshape(-1, 3)
-            point = Point(poses, forces, point.load_factor + float(step[-1]))
+            point = PathPoint(poses, forces, point.load_factor + float(step[-1]))
         return None
 
-    def _system(self, point: Point) -> tuple[np.ndarray, np.ndarray]:
+    def _system(self, point: PathPoint) -> tuple[np.ndarray, np.ndarray]:
         """Residuals of equilibrium, then of the hinges, shape (3 · bodies + 2 · hinges,), and their
         derivatives by poses, forces and λ."""
         bodies, hinges = self.count, len(self.at)

@@ -67,25 +67,32 @@ class KinematicCheck:
         return "\n".join(f"{name:<16} {value}" for name, value in lines.items())
 
 
-def kinematic_check(
-    weights: np.ndarray,
-    rates: np.ndarray,
-    control_rate: float,
-    curve: np.ndarray,
-    complete: bool,
-    spectrum: Sequence[tuple[float, float]],
-    values: Mapping[str, float],
-) -> KinematicCheck:
-    """Check a curve against a spectrum; see :meth:`~.capacity.Capacity.check`.
+@dataclass(frozen=True)
+class Oscillator:
+    """The equivalent oscillator of a curve of λ: Σ P, e*, d* of each state and λ there, shape (states,) each,
+    and whether the curve comes down to λ = 0."""
 
-    Parameters
-    ----------
-    weights, rates: of the masses that take part, and of their displacements at the onset, shape (f,).
-    control_rate: the same of the control point.
-    curve: displacement of the control point and λ, shape (states, 2).
-    complete: whether it comes down to λ = 0.
-    values: the numbers of ``Capacity.check`` by name.
-    """
+    weights: float
+    fraction: float
+    displacement: np.ndarray
+    load_factor: np.ndarray
+    complete: bool
+
+    @classmethod
+    def of(
+        cls, weights: np.ndarray, rates: np.ndarray, control_rate: float, curve: np.ndarray, complete: bool
+    ) -> Oscillator:
+        """That of weights P and rates δ, shape (f,) each, the control point's rate δ_k, and its displacement
+        d_k and λ, shape (states, 2)."""
+        first, second, total = float(weights @ rates), float(weights @ rates**2), float(weights.sum())
+        d = curve[:, 0] * second / (control_rate * first)
+        return cls(total, first**2 / (total * second), d, curve[:, 1], complete)
+
+
+def kinematic_check(
+    of: Oscillator, spectrum: Sequence[tuple[float, float]], values: Mapping[str, float]
+) -> KinematicCheck:
+    """Check against a spectrum, with the numbers of :meth:`~.capacity.Capacity.check` by name."""
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise OptionError(f"{name} must be a number above zero (found {value!r})")
@@ -94,11 +101,7 @@ def kinematic_check(
             raise OptionError(f"{name} is a share: at most 1 (found {values[name]!r})")
     periods, accelerations = _spectrum(spectrum)
     g, factor = values["gravity"], values["confidence_factor"]
-    first, second = float(weights @ rates), float(weights @ rates**2)
-    fraction = first**2 / (float(weights.sum()) * second)
-    # d* = d_k Σ P δ² / (δ_k Σ P δ), a* = λ g / (e* FC).
-    d = curve[:, 0] * second / (control_rate * first)
-    a = curve[:, 1] / (fraction * factor)
+    d, a = of.displacement, of.load_factor / (of.fraction * factor)  # a* = λ g / (e* FC)
     ultimate = values["ultimate"] * d[-1]
     secant = values["secant"] * ultimate
     at_secant = _least_at(secant, d, a)
@@ -110,11 +113,11 @@ def kinematic_check(
     demanded = float(np.interp(period, periods, accelerations)) * g * (period / (2 * math.pi)) ** 2
     least = float(accelerations[0]) / values["behaviour_factor"]
     return KinematicCheck(
-        mass_fraction=fraction,
-        mass=fraction * float(weights.sum()) / g,
+        mass_fraction=of.fraction,
+        mass=of.fraction * of.weights / g,
         acceleration=float(a[0]),
         displacement=float(d[-1]),
-        complete=complete,
+        complete=of.complete,
         ultimate=float(ultimate),
         secant=float(secant),
         secant_acceleration=at_secant,

@@ -10,10 +10,10 @@ from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.effort import Effort
-from masonry_opt.finite_motion.chain import Chain, Point
-from masonry_opt.finite_motion.contacts import Contacts
+from masonry_opt.finite_motion.chain import Chain, PathPoint
+from masonry_opt.finite_motion.moved_joints import MovedJoints
 from masonry_opt.finite_motion.point_forces import PointForces
-from masonry_opt.finite_motion.statics import Borne, statics
+from masonry_opt.finite_motion.statics import ForceOptimum, ForceProgram
 from masonry_opt.result import Result
 
 #: Violation of equilibrium and yield that is rounding.
@@ -59,12 +59,12 @@ class Step:
 
 
 @dataclass(frozen=True)
-class _Event:
+class _PathEvent:
     """What ends a step: its code, the joints or blocks concerned, and the statics that found it."""
 
     code: Code
     which: tuple[int, ...] = ()
-    borne: Borne | None = None
+    borne: ForceOptimum | None = None
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class _Stretch:
 
     chain: Chain
     touch: np.ndarray
-    point: Point
+    point: PathPoint
     row: np.ndarray
 
     @property
@@ -86,11 +86,11 @@ class _Stretch:
         return self.chain.of_blocks(self.row[:-1].reshape(-1, 3))
 
 
-class _Ended(Exception):
+class _PathEnded(Exception):
     """The path ends; its argument is the reason."""
 
 
-class Path:
+class HingingPath:
     """The path after the onset that a result found.
 
     Attributes
@@ -112,43 +112,44 @@ class Path:
         force = float(max(np.hypot(*loads[:, :2].T).max() for loads in (self.dead, self.live)))
         self.dead /= force
         self.live /= force
-        self.contacts, self.effort = Contacts.of(self.assembly, force), Effort()
-        corners = self.contacts.corner.reshape(-1, 2)
+        self.joints = MovedJoints.of(self.assembly, force)
+        self.forces = ForceProgram(self.joints, self.dead, self.live, Effort())
+        corners = self.joints.corner.reshape(-1, 2)
         self.size = 2 * float(np.hypot(*(corners - corners.mean(axis=0)).T).max())
         self.motion = np.zeros((problem.blocks + 1, 3))
-        self.steps = [Step(0 * self.motion, onset, self.contacts.at_rest)]
+        self.steps = [Step(0 * self.motion, onset, self.joints.at_rest)]
         try:
             self._onset(result)
             self._follow()
-        except _Ended as end:
+        except _PathEnded as end:
             self.end: Reason = end.args[0]
 
     def _onset(self, result: Result) -> None:
         """The mechanism of greatest λ at rest, which must be that of the result, and must hinge."""
         first = self.steps[0]
-        found = self._statics(first.touch, first.poses, None)
+        found = self.forces.solve(first.touch, first.poses, None)
         if found is None or not same(self.unit * found.value, first.load_factor):
             slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides)
-            associative = None if found is None else self.unit * found.value
-            raise _Ended(reason(Code.NOT_HINGING, associative=associative, pairs=self.assembly.pairs(slides)))
+            associative, pairs = found and self.unit * found.value, self.assembly.pairs(slides)
+            raise _PathEnded(reason(Code.NOT_HINGING, associative=associative, pairs=pairs))
         self.steps = [replace(first, touch=self._opened(first.touch, first.poses, found))]
         self.motion = found.motion
 
     def _follow(self) -> None:
         """Stretch after stretch, each to its event, until one ends the path."""
-        opens, hint, idle = ~self.steps[0].touch & self.contacts.at_rest, self.motion, 0
+        opens, hint, idle = ~self.steps[0].touch & self.joints.at_rest, self.motion, 0
         while True:
             last = self.steps[-1]
             stretch, event = self._to_event(self._stretch(last, opens, hint))
             # Several events in one place are one after the other; without an end they lead nowhere.
             idle = 0 if np.abs(stretch.poses - last.poses).max() > _CLOSED else idle + 1
             if idle > _MOST_EVENTS:
-                raise _Ended(reason(Code.LOCKS))
+                raise _PathEnded(reason(Code.LOCKS))
             touch, hint = stretch.touch.copy(), stretch.motion
             if event.borne:
                 try:
                     touch, hint = self._opened(touch, stretch.poses, event.borne), event.borne.motion
-                except _Ended as end:
+                except _PathEnded as end:
                     self._add(self._step(stretch, touch, end.args[0]))
                     raise
             else:
@@ -160,53 +161,50 @@ class Path:
 
     def _add(self, step: Step) -> None:
         if len(self.steps) >= _MOST:
-            raise _Ended(reason(Code.STILL_CARRIES, steps=len(self.steps)))
+            raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
         self.steps.append(step)
 
     def _step(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> Step:
         return Step(stretch.poses, self.unit * stretch.point.load_factor, touch, event)
 
-    def _statics(self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None) -> Borne | None:
-        return statics(self.contacts, touch, poses, self.dead, self.live, load_factor, self.effort)
-
-    def _opened(self, touch: np.ndarray, poses: np.ndarray, found: Borne) -> np.ndarray:
+    def _opened(self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum) -> np.ndarray:
         """Which corners go on touching in the motion that statics found: some open, and none slides."""
-        stays, slides = self.contacts.after(touch, poses, found.motion, found.pressed)
+        stays, slides = self.joints.after(touch, poses, found.motion, found.pressed)
         if slides.any():
-            raise _Ended(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
+            raise _PathEnded(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
         if (stays == touch).all():
-            raise _Ended(reason(Code.LOCKS))
+            raise _PathEnded(reason(Code.LOCKS))
         return stays
 
     def _stretch(self, step: Step, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
         """The bodies of a state, and the way on: that in which corners open, if any do, else that of the
         motion before, or back."""
-        chain = Chain(self.contacts, step.touch, self.dead, self.live)
+        chain = Chain(self.joints, step.touch, self.dead, self.live)
         stretch = self._onward(chain, step.touch, chain.start(step.poses), hint)
         if stretch is None:
-            raise _Ended(reason(Code.LOCKS))
+            raise _PathEnded(reason(Code.LOCKS))
         back = replace(stretch, row=-stretch.row)
         if opens.any():
-            opening, _ = self.contacts.relative(stretch.poses, stretch.motion)
+            opening, _ = self.joints.relative(stretch.poses, stretch.motion)
             return stretch if (opening * opens).sum() > 0 else back
         # A joint that has closed stays so in one sense only, which may be the way back.
         event, _ = self._try(stretch, _PROBE)
         return back if event and not self._try(back, _PROBE)[0] else stretch
 
-    def _onward(self, chain: Chain, touch: np.ndarray, point: Point, hint: np.ndarray) -> _Stretch | None:
+    def _onward(self, chain: Chain, touch: np.ndarray, point: PathPoint, hint: np.ndarray) -> _Stretch | None:
         """A point and its direction, that of a motion of the blocks; None where nothing moves."""
         found = chain.tangents(point)
         if len(found) > 1:
-            raise _Ended(reason(Code.BRANCHES))
+            raise _PathEnded(reason(Code.BRANCHES))
         for row in found:
             poses, motion = (chain.of_blocks(of) for of in (point.poses, row[:-1].reshape(-1, 3)))
-            fastest = self.contacts.fastest(poses, motion)
+            fastest = self.joints.fastest(poses, motion)
             if fastest > _MOVES:
                 sense = 1.0 if (motion * hint).sum() >= 0 else -1.0
                 return _Stretch(chain, touch, point, sense * self.size / fastest * row)
         return None
 
-    def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _Event]:
+    def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
         """Go on to the next event: the last state before it."""
         step = self._first_step(stretch)
         while True:
@@ -218,7 +216,7 @@ class Path:
             elif event is None:
                 step /= 4
                 if step < _SHORTEST:
-                    raise _Ended(reason(Code.LOCKS))
+                    raise _PathEnded(reason(Code.LOCKS))
             else:
                 return self._enclosed(stretch, step, event)
 
@@ -226,7 +224,7 @@ class Path:
         """What changes λ by its share of the onset's, along the tangent."""
         return min(_LONGEST, max(_SHORTEST, 1 / self.count / max(abs(stretch.row[-1]), _MOVES)))
 
-    def _try(self, stretch: _Stretch, step: float) -> tuple[_Event | None, _Stretch | None]:
+    def _try(self, stretch: _Stretch, step: float) -> tuple[_PathEvent | None, _Stretch | None]:
         """A step: what would happen on it, and where it ends; neither if no such state is found."""
         row = np.append(stretch.row[:-1], 0.0)
         poses = stretch.point.poses + step * stretch.row[:-1].reshape(-1, 3)
@@ -239,24 +237,24 @@ class Path:
         ahead = self._onward(stretch.chain, stretch.touch, point, stretch.motion)
         return (None, None) if ahead is None else (self._event(ahead), ahead)
 
-    def _event(self, ahead: _Stretch) -> _Event | None:
+    def _event(self, ahead: _Stretch) -> _PathEvent | None:
         """What has happened before a state, if anything has."""
         poses, point = ahead.poses, ahead.point
         if point.load_factor < 0:
-            return _Event(Code.REACHES_ZERO)
-        closed = self.contacts.opening_angle(ahead.touch, poses) < -_CLOSED
+            return _PathEvent(Code.REACHES_ZERO)
+        closed = self.joints.opening_angle(ahead.touch, poses) < -_CLOSED
         if closed.any():
-            return _Event(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
-        if over := self.contacts.overlap(poses, self.assembly.problem.length_unit):
-            return _Event(Code.BLOCKS_MEET, over)
-        borne = self._statics(ahead.touch, poses, point.load_factor)
+            return _PathEvent(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
+        if over := self.joints.overlap(poses, self.assembly.problem.length_unit):
+            return _PathEvent(Code.BLOCKS_MEET, over)
+        borne = self.forces.solve(ahead.touch, poses, point.load_factor)
         if borne is None:
-            raise _Ended(reason(Code.SOLVER_STOPPED, word="statics"))
+            raise _PathEnded(reason(Code.SOLVER_STOPPED, word="statics"))
         if borne.value > _BORNE:
-            return _Event(Code.JOINT_OPENS, (), borne)
+            return _PathEvent(Code.JOINT_OPENS, (), borne)
         return None
 
-    def _enclosed(self, stretch: _Stretch, step: float, event: _Event) -> tuple[_Stretch, _Event]:
+    def _enclosed(self, stretch: _Stretch, step: float, event: _PathEvent) -> tuple[_Stretch, _PathEvent]:
         """The last state before an event within a step, by bisection, and the event; at λ = 0, and where
         blocks meet, the path ends. What is violated after a joint has opened grows from zero: the secant of
         two states finds from where."""
@@ -283,7 +281,7 @@ class Path:
             blocks = self.assembly.names(np.array(event.which, dtype=int))
             said = reason(event.code, **({"blocks": blocks} if blocks else {}))
             self._add(self._step(before, before.touch, said))
-            raise _Ended(said)
+            raise _PathEnded(said)
         return before, event
 
     def _at_zero(self, before: _Stretch) -> _Stretch | None:

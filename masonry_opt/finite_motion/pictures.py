@@ -31,7 +31,7 @@ _EVENTS = {
 }
 
 
-def curve_picture(scene: Scene, table: pd.DataFrame, of: str, note: str) -> Picture:
+def capacity_picture(scene: Scene, table: pd.DataFrame, of: str, note: str) -> Picture:
     """Draw λ over displacement: rows of a capacity curve, whose displacement it is, and why it ends."""
     onset = float(table["load_factor"].iloc[0])
     with style():

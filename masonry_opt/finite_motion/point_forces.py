@@ -52,8 +52,7 @@ class PointForces:
 def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
     """Points at rest, shape (..., 2), where poses (x, y, θ), shape (..., 3), bring them: turned about the
     origin, then shifted."""
-    moved: np.ndarray = turned(points, poses) + poses[..., :2]
-    return moved
+    return turned(points, poses) + poses[..., :2]
 
 
 def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
@@ -99,5 +98,4 @@ def _on_edge(piece: LoadedPiece) -> np.ndarray:
     """Three forces in place of a load on an edge, shape (3, 2)."""
     length = np.hypot(*(piece.ends[1] - piece.ends[0]))
     first, last = piece.intensity
-    forces: np.ndarray = length * _WEIGHTS[:, None] * (first + np.outer(_PLACES, last - first))
-    return forces
+    return length * _WEIGHTS[:, None] * (first + np.outer(_PLACES, last - first))

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.effort import Effort
-from masonry_opt.finite_motion.contacts import Contacts
+from masonry_opt.finite_motion.moved_joints import MovedJoints
 from masonry_opt.finite_motion.point_forces import turned
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
@@ -17,7 +17,7 @@ from masonry_opt.solvers.lp import Verdict
 
 
 @dataclass(frozen=True)
-class Borne:
+class ForceOptimum:
     """An optimum of statics.
 
     Attributes
@@ -42,117 +42,110 @@ def moments_turned(loads: np.ndarray, angle: np.ndarray, about: np.ndarray | Non
     return np.column_stack([loads[:, :2], moment])
 
 
-def statics(
-    contacts: Contacts,
-    touch: np.ndarray,
-    poses: np.ndarray,
-    dead: np.ndarray,
-    live: np.ndarray,
-    load_factor: float | None,
-    effort: Effort,
-) -> Borne | None:
-    """Linear program of equilibrium of the displaced blocks and yield of the corners that touch; None if the
-    load factor has no limit.
+@dataclass(frozen=True)
+class ForceProgram:
+    """Forces of displaced blocks by linear programs.
 
-    Closed joints carry n ≥ 0 in both corners and |s| ≤ c + μ n; a corner that touches alone n ≥ 0 and
-    |s| ≤ μ n, on the edge that it touches, and where two corners meet on the edges of both.
-
-    Parameters
+    Attributes
     ----------
-    touch: corners that touch, shape (joints, 2).
-    poses: of the blocks and the ground, shape (blocks + 1, 3).
     dead, live: as :meth:`~.PointForces.generalised` gives them, shape (blocks, 4).
-    load_factor: to be borne with the least violation; None: the greatest is sought.
     """
-    blocks = len(dead)
-    joint, corner = np.nonzero(touch)
-    shears = np.flatnonzero(touch.any(axis=1))
-    place = np.concatenate([contacts.corner[joint, corner], contacts.corner[shears, touch[shears].argmax(1)]])
-    of, along = (
-        np.concatenate([joint, shears]),
-        np.concatenate([contacts.normal[joint], contacts.tangent[shears]]),
-    )
-    force = turned(along, poses[contacts.ends[of, 0]])
-    places, values, columns = [], [], np.arange(len(of))
-    for side, sign in enumerate((1.0, -1.0)):
-        block = contacts.ends[of, side]
-        arm = turned(place - contacts.centroid[block], poses[block])
-        moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
-        places.append(3 * block[:, None] + np.arange(3))
-        values.append(sign * np.column_stack([force, moment]))
-    entries = (
-        np.concatenate([values[0], values[1]]).ravel(),
-        (
-            np.concatenate(places).ravel(),
-            np.repeat(np.tile(columns, 2), 3),
-        ),
-    )
-    balance = sp.csr_array(sp.coo_array(entries, shape=(3 * blocks + 3, len(of))))[: 3 * blocks]
-    # Moments about the centroids: about a common origin they would be differences of large numbers.
-    middle = turned(contacts.centroid[:-1], poses[:-1])
-    f_dead, f_live = (moments_turned(loads, poses[:-1, 2], middle).ravel() for loads in (dead, live))
-    limits, cohesion = _limits(contacts, touch, poses, joint, corner, shears)
-    # Columns: forces, then λ, or by how much equilibrium (from both sides) and yield are missed: hinges leave
-    # the forces of given λ no room, so that without it rounding would make the program infeasible.
-    seeks, rows, yields = load_factor is None, 3 * blocks, len(cohesion)
-    if load_factor is None:
-        parts, last = [balance, limits], np.append(f_live, np.zeros(yields))
-        lower, upper = np.append(-f_dead, -cohesion), np.append(-f_dead, np.full(yields, np.inf))
-    else:
-        load = f_dead + load_factor * f_live
-        parts, last = [balance, -balance, limits], np.ones(2 * rows + yields)
-        lower, upper = np.concatenate([-load, load, -cohesion]), np.full(2 * rows + yields, np.inf)
-    matrix = sp.hstack([sp.vstack(parts), sp.csr_array(last[:, None])], format="csc")
-    size = matrix.shape[1]
-    low, cost, high = np.full(size, -np.inf), np.zeros(size), np.full(size, np.inf)
-    low[-1], cost[-1] = (-np.inf, -1.0) if seeks else (0.0, 1.0)
-    key = object()
-    program = LinearProgram(cost, matrix, lower, upper, low, high, {id(key): np.arange(size)}, {})
-    session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12)
-    if session.solve() is not Verdict.OPTIMAL:
-        return None
-    x = session.values(key)
-    motion = np.zeros((blocks + 1, 3))
-    multipliers = session.multipliers()
-    pulls = -multipliers[:rows] if seeks else multipliers[rows : 2 * rows] - multipliers[:rows]
-    motion[:-1] = pulls.reshape(-1, 3)
-    motion[:-1, :2] += motion[:-1, 2:] * np.column_stack([middle[:, 1], -middle[:, 0]])
-    sizes = np.zeros(len(touch))
-    np.maximum.at(sizes, of, np.abs(x[:-1]))
-    return Borne(float(x[-1]), motion, sizes > IDLE * sizes.max(initial=0.0))
+
+    joints: MovedJoints
+    dead: np.ndarray
+    live: np.ndarray
+    effort: Effort
+
+    def solve(self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None) -> ForceOptimum | None:
+        """Linear program of equilibrium of the displaced blocks and yield of the corners that touch; None if
+        the load factor has no limit.
+
+        Closed joints carry n ≥ 0 in both corners and |s| ≤ c + μ n; a corner that touches alone n ≥ 0 and
+        |s| ≤ μ n, on the edge that it touches, and where two corners meet on the edges of both.
+
+        Parameters
+        ----------
+        touch: corners that touch, shape (joints, 2).
+        poses: of the blocks and the ground, shape (blocks + 1, 3).
+        load_factor: to be borne with the least violation; None: the greatest is sought.
+        """
+        joints, blocks = self.joints, len(self.dead)
+        joint, corner = np.nonzero(touch)
+        shears = np.flatnonzero(touch.any(axis=1))
+        place = np.concatenate([joints.corner[joint, corner], joints.corner[shears, touch[shears].argmax(1)]])
+        of = np.concatenate([joint, shears])
+        along = np.concatenate([joints.normal[joint], joints.tangent[shears]])
+        force = turned(along, poses[joints.ends[of, 0]])
+        places, values, columns = [], [], np.arange(len(of))
+        for side, sign in enumerate((1.0, -1.0)):
+            block = joints.ends[of, side]
+            arm = turned(place - joints.centroid[block], poses[block])
+            moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+            places.append(3 * block[:, None] + np.arange(3))
+            values.append(sign * np.column_stack([force, moment]))
+        where = np.concatenate(places).ravel(), np.repeat(np.tile(columns, 2), 3)
+        entries = np.concatenate(values).ravel(), where
+        balance = sp.csr_array(sp.coo_array(entries, shape=(3 * blocks + 3, len(of))))[: 3 * blocks]
+        # Moments about the centroids: about a common origin they would be differences of large numbers.
+        middle = turned(joints.centroid[:-1], poses[:-1])
+        angle, both = poses[:-1, 2], (self.dead, self.live)
+        f_dead, f_live = (moments_turned(loads, angle, middle).ravel() for loads in both)
+        limits, cohesion = _limits(joints, touch, poses)
+        # Columns: forces, then λ, or by how much equilibrium (from both sides) and yield are missed: hinges
+        # leave the forces of given λ no room, so that without it rounding would make the program infeasible.
+        seeks, rows, yields = load_factor is None, 3 * blocks, len(cohesion)
+        if load_factor is None:
+            parts, last = [balance, limits], np.append(f_live, np.zeros(yields))
+            lower, upper = np.append(-f_dead, -cohesion), np.append(-f_dead, np.full(yields, np.inf))
+        else:
+            load = f_dead + load_factor * f_live
+            parts, last = [balance, -balance, limits], np.ones(2 * rows + yields)
+            lower, upper = np.concatenate([-load, load, -cohesion]), np.full(2 * rows + yields, np.inf)
+        matrix = sp.hstack([sp.vstack(parts), sp.csr_array(last[:, None])], format="csc")
+        size = matrix.shape[1]
+        low, cost, high = np.full(size, -np.inf), np.zeros(size), np.full(size, np.inf)
+        low[-1], cost[-1] = (-np.inf, -1.0) if seeks else (0.0, 1.0)
+        key = object()
+        program = LinearProgram(cost, matrix, lower, upper, low, high, {id(key): np.arange(size)}, {})
+        session = HighsSession(program, self.effort, "finite motion", small_matrix_value=1e-12)
+        if session.solve() is not Verdict.OPTIMAL:
+            return None
+        x = session.values(key)
+        motion = np.zeros((blocks + 1, 3))
+        multipliers = session.multipliers()
+        pulls = -multipliers[:rows] if seeks else multipliers[rows : 2 * rows] - multipliers[:rows]
+        motion[:-1] = pulls.reshape(-1, 3)
+        motion[:-1, :2] += motion[:-1, 2:] * np.column_stack([middle[:, 1], -middle[:, 0]])
+        sizes = np.zeros(len(touch))
+        np.maximum.at(sizes, of, np.abs(x[:-1]))
+        return ForceOptimum(float(x[-1]), motion, sizes > IDLE * sizes.max(initial=0.0))
 
 
-def _limits(
-    contacts: Contacts,
-    touch: np.ndarray,
-    poses: np.ndarray,
-    joint: np.ndarray,
-    corner: np.ndarray,
-    shears: np.ndarray,
-) -> tuple[sp.csr_array, np.ndarray]:
+def _limits(joints: MovedJoints, touch: np.ndarray, poses: np.ndarray) -> tuple[sp.csr_array, np.ndarray]:
     """Yield conditions ``limits @ forces + cohesion ≥ 0`` of forces n of the corners that touch, then s of
     the joints that do."""
+    (joint, corner), shears = np.nonzero(touch), np.flatnonzero(touch.any(axis=1))
     row_of_shear = np.full(len(touch), -1)
     row_of_shear[shears] = len(joint) + np.arange(len(shears))
     width = len(joint) + len(shears)
     coefficients: list[tuple[list[int], list[float]]] = []
     constants: list[float] = []
-    angle = poses[contacts.ends, 2]
+    angle = poses[joints.ends, 2]
     of_joint: dict[int, list[int]] = {}
     for column, j in enumerate(joint.tolist()):
         of_joint.setdefault(j, []).append(column)
     for j, normals in of_joint.items():
-        mu, shear = float(contacts.friction[j]), int(row_of_shear[j])
+        mu, shear = float(joints.friction[j]), int(row_of_shear[j])
         if len(normals) == 2:
             coefficients += [([column], [1.0]) for column in normals]
             constants += [0.0, 0.0]
             if np.isfinite(mu):
                 coefficients += [([*normals, shear], [mu, mu, sense]) for sense in (1.0, -1.0)]
-                constants += 2 * [float(contacts.cohesion[j])]
+                constants += 2 * [float(joints.cohesion[j])]
             continue
         turn = float(angle[j, 1] - angle[j, 0])
         for side, back in enumerate((0.0, turn)):
-            if not contacts.faces[j, corner[normals[0]], side]:
+            if not joints.faces[j, corner[normals[0]], side]:
                 continue
             # Force along normal and tangent of this block's edge, turned from the first one's.
             cos, sin = float(np.cos(back)), float(np.sin(back))

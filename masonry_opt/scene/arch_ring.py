@@ -1,4 +1,4 @@
-"""The ring of an arch: what gives the plane's ``[arch]`` and a barrel vault, and their stones in section."""
+"""The ring of an arch, of which ``[arch]`` and ``[barrel]`` are built, and its stones in section."""
 
 from __future__ import annotations
 
@@ -204,10 +204,8 @@ class ArchRing(AnyGenerator):
         return [*left, *(shape.mirrored() for shape in reversed(left))]
 
     def _wedges(self, joints: list[float], angle: float) -> list[Voussoir]:
-        return [
-            wedge(self._radius, self.thickness, begin, end, angle, self.weights)
-            for begin, end in pairwise(joints)
-        ]
+        shape = self._radius, self.thickness
+        return [wedge(*shape, pair, angle, self.weights) for pair in pairwise(joints)]
 
     def _abutment(self, inner: Point, outer: Point, angle: float, turn: float) -> list[Point]:
         """A square on the far side of the springing, or a rectangle under the skewback."""

@@ -12,7 +12,7 @@ from masonry_opt.scene.blocks import Name, Positive, Record, RoadLine
 _TONNE = 9.81
 
 #: Directions of travel.
-Direction = Literal["right", "left"]
+TravelDirection = Literal["right", "left"]
 
 
 class AxleSet(NamedTuple):
@@ -109,7 +109,7 @@ class Axles(Record):
         return given._replace(loads=tuple(self.factor * load for load in given.loads))
 
     @property
-    def directions(self) -> tuple[Direction, ...]:
+    def directions(self) -> tuple[TravelDirection, ...]:
         """Directions of travel that differ, of those asked for."""
         if self.travels != "both":
             return (self.travels,)

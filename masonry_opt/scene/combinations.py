@@ -1,4 +1,4 @@
-"""Ranges of numbers one after another, and all combinations of theirs, so many at a time as memory holds."""
+"""Ranges and rings of numbers one after another, and combinations, so many at a time as memory holds."""
 
 from __future__ import annotations
 
@@ -13,6 +13,14 @@ _MOST_AT_ONCE = 2_000_000
 def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
     """So many numbers from each first one upwards, one range after another."""
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+
+
+def following(count: np.ndarray) -> np.ndarray:
+    """The number that follows each in rings of so many numbers, one after the other."""
+    ends = np.cumsum(count)
+    after = np.arange(1, count.sum() + 1)
+    after[ends[count > 0] - 1] = (ends - count)[count > 0]
+    return after
 
 
 def combine(

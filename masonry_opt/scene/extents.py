@@ -82,8 +82,7 @@ class Extents(ABC):
     @property
     def width(self) -> np.ndarray:
         """Side of a square, or cube, of the size of each block, shape (blocks,)."""
-        width: np.ndarray = self.size ** (1 / len(self.origin))
-        return width
+        return self.size ** (1 / len(self.origin))
 
     @property
     def reach(self) -> np.ndarray:

@@ -22,7 +22,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, prism
 from masonry_opt.scene.ties import Prop, Tie
 
-_Vector = tuple[float, float, float]
+_Vector3 = tuple[float, float, float]
 _S = TypeVar("_S", Tie, Prop)
 
 
@@ -87,7 +87,7 @@ def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
     return quake.replace(direction=_in_space(sideways.tolist()))
 
 
-def _in_space(vector: Any, at: float = 0.0) -> _Vector:
+def _in_space(vector: Any, at: float = 0.0) -> _Vector3:
     x, y = vector
     return (x, at, y)
 
@@ -131,7 +131,7 @@ def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
         pieces = [shapely.get_coordinates(polygon)[:-1]]
     else:
         pieces = convex_pieces(polygon, shapes.tolerance)
-    # Corners to the digit as they are given; where outlines cross there is none.
+    # Corners as they were given, to the last digit; where outlines cross none was given.
     given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
     own = dict(zip(map(tuple, given - shapes.origin), map(tuple, given.tolist()), strict=True))
     return [

@@ -37,13 +37,11 @@ class Geometry(Extents):
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        points, block = shapely.get_coordinates(self.polygons, return_index=True)
-        return points, block
+        return shapely.get_coordinates(self.polygons, return_index=True)
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
         hulls = shapely.convex_hull(self.polygons[blocks])
-        distance: np.ndarray = shapely.distance(hulls, shapely.points(points))
-        return distance
+        return shapely.distance(hulls, shapely.points(points))
 
     def away(self, block: int, point: np.ndarray) -> float:
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))

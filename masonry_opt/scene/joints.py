@@ -1,4 +1,4 @@
-"""Properties of joints: records as those of blocks."""
+"""Records of joint properties: those of all joints of a scene, and exceptions between two blocks."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from masonry_opt.scene.fill import Fill
 from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.load_cases import Earthquake, LoadCases
 from masonry_opt.scene.loads import EdgeLoad, Load
-from masonry_opt.scene.solids import AnyBlock, Direction, Solid, Vector
+from masonry_opt.scene.solids import AnyBlock, PlaneOrSpaceVector, Solid, Vector
 from masonry_opt.scene.ties import Prop, Tie
 
 Tilt = Annotated[
@@ -30,7 +30,7 @@ class SceneKeys(Record):
 
     title: Text = ""
     source: Text = ""
-    gravity: Direction = (0.0, -1.0)
+    gravity: PlaneOrSpaceVector = (0.0, -1.0)
     tolerance: Positive | None = None
     contact_tolerance: Positive | None = None
     thickness: Positive = 1.0

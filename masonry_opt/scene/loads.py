@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Tag, model_validator
 
 from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, NonNegative, Number, Point, Record
-from masonry_opt.scene.solids import Direction, Vector
+from masonry_opt.scene.solids import PlaneOrSpaceVector, Vector
 
 #: Groups of load cases that no load may name: weights of blocks and of fill, loads that name no group, as
 #: they are given, and axles.
@@ -46,9 +46,9 @@ class Load(Record):
     """
 
     block: Name
-    live: Direction | None = None
-    dead: Direction | None = None
-    at: Direction | None = None
+    live: PlaneOrSpaceVector | None = None
+    dead: PlaneOrSpaceVector | None = None
+    at: PlaneOrSpaceVector | None = None
     weight: NonNegative | None = None
     live_moment: Vector | None = None
     dead_moment: Vector | None = None

@@ -58,7 +58,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     # Pieces shorter than what is nothing belong to their neighbours.
     at = at[np.r_[True, np.diff(at) > shapes.tolerance]]
     edge = _uppermost(tail, tip, (at[1:] + at[:-1]) / 2, points, 2 * shapes.tolerance)
-    # Where neither edge nor slope of the line changes nothing begins.
+    # A piece begins where the edge or the slope of the line changes.
     slope = np.searchsorted(points[1:-1, 0], (at[1:] + at[:-1]) / 2)
     begins = np.r_[True, (edge[1:] != edge[:-1]) | (slope[1:] != slope[:-1])]
     edge, starts = edge[begins], at[:-1][begins]

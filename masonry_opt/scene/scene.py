@@ -105,7 +105,7 @@ class Scene(SceneKeys):
         """The scene in one of its load cases, by name. Raises OptionError if it has no such case."""
         by_name = {case.name: case for case in self.load_cases}
         if name in by_name:
-            return self.under(by_name[name])
+            return self.with_load_case(by_name[name])
         there = (
             f"; there are: {', '.join(map(repr, by_name))}"
             if by_name
@@ -113,8 +113,8 @@ class Scene(SceneKeys):
         )
         raise OptionError(f"{self.origin}: no load case {name!r}{there}")
 
-    def under(self, case: LoadCase | None) -> Self:
-        """The scene under a load case, whose groups and directions it knows."""
+    def with_load_case(self, case: LoadCase | None) -> Self:
+        """The scene in a load case, whose groups and directions it knows."""
         scene = self.model_copy()
         scene._load_case = case
         return scene
@@ -122,7 +122,7 @@ class Scene(SceneKeys):
     def in_case_of(self, other: Scene) -> Self:
         """The scene in the load case that another one, from which it was made, is in."""
         case = other.load_case
-        return self.in_case(case.name) if case in other.load_cases else self.under(case)
+        return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
 
     def refuse_without_case(self) -> None:
         """Raise OptionError if it has load cases and is in none of them: which loads act is not known."""
@@ -147,7 +147,7 @@ class Scene(SceneKeys):
         """The scene in an earthquake in place of all other live loads, dead loads those of its load case.
         Raises CaseError if the scene cannot be in that earthquake."""
         if case := self.load_case:
-            changed = self.under(case.replace(live={}, earthquake=quake))
+            changed = self.with_load_case(case.replace(live={}, earthquake=quake))
         else:
             # Beside other live loads, which no longer act, a scene that is checked takes none.
             changed = BaseModel.model_copy(self, update={"earthquake": quake})

@@ -33,7 +33,7 @@ def _three_intervals(value: Any) -> Any:
 #: A point, force, moment or direction in space.
 Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_three)]
 #: In the plane or in space, as the blocks of a scene are.
-Direction = Annotated[
+PlaneOrSpaceVector = Annotated[
     Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
     Discriminator(
         lambda value: "<space>" if isinstance(value, list | tuple) and len(value) > 2 else "<plane>"
@@ -45,7 +45,7 @@ Box = Annotated[tuple[Interval, Interval, Interval], BeforeValidator(_three_inte
 Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3)]
 #: The fewest of either that enclose a volume.
 Corners = Annotated[list[Vector], Field(min_length=4)]
-Faces = Annotated[list[Face], Field(min_length=4)]
+FaceLists = Annotated[list[Face], Field(min_length=4)]
 
 #: Keys of a block that have as many numbers as its points.
 _VECTORS = ("live", "live_per_weight", "dead", "weight_at", "live_at", "dead_at")
@@ -72,7 +72,7 @@ class Part(Record):
     """
 
     vertices: Corners | None = None
-    faces: Faces | None = None
+    faces: FaceLists | None = None
     box: Box | None = None
 
     @model_validator(mode="after")
@@ -131,7 +131,7 @@ class Solid(Body):
 
     name: Name
     vertices: Corners | None = None
-    faces: Faces | None = None
+    faces: FaceLists | None = None
     box: Box | None = None
     parts: Annotated[list[Part], Field(min_length=1)] | None = None
     weight: NonNegative | None = None

@@ -7,7 +7,7 @@ from typing import Self
 from pydantic import model_validator
 
 from masonry_opt.scene.blocks import Name, NonNegative, Positive, Record
-from masonry_opt.scene.solids import Direction
+from masonry_opt.scene.solids import PlaneOrSpaceVector
 
 #: What ``between`` calls what does not move, unless a block that moves has this name.
 GROUND = "ground"
@@ -17,7 +17,7 @@ class _Strut(Record):
     """What ties and props have in common."""
 
     between: tuple[Name, Name]
-    at: tuple[Direction, Direction]
+    at: tuple[PlaneOrSpaceVector, PlaneOrSpaceVector]
     strength: Positive | None = None
     name: Name | None = None
 

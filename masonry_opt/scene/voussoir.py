@@ -38,19 +38,19 @@ class Voussoir:
 
 
 def wedge(
-    radius: float, thickness: float, begin: float, end: float, angle: float, weights: Weights
+    radius: float, thickness: float, joints: tuple[float, float], angle: float, weights: Weights
 ) -> Voussoir:
     """A voussoir between two radial joints of a ring round the origin.
 
     Parameters
     ----------
     radius, thickness: of the centreline, and radial.
-    begin, end: directions of the joints, in radians.
+    joints: their directions, in radians.
     angle: between them, positive.
     weights: what weighs.
     """
     inner, outer = radius - thickness / 2, radius + thickness / 2
-    middle = (begin + end) / 2
+    (begin, end), middle = joints, sum(joints) / 2
     # Mean distance of an annulus's area from its centre, times what the angle leaves of it:
     # 2/3 (outer³ - inner³) / (outer² - inner²), divided out, as thin rings lose digits in it.
     mean = radius + thickness**2 / (12 * radius)

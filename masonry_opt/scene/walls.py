@@ -31,7 +31,7 @@ Widths = Annotated[
 ]
 
 #: Left end, right end (in full blocks) and weight of a block of a course.
-_Piece = tuple[float, float, float]
+_CoursePiece = tuple[float, float, float]
 
 
 class Wall(WeighedGenerator):
@@ -95,7 +95,7 @@ class Wall(WeighedGenerator):
     def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The blocks, course by course from the left, named ``course-block``, the base last."""
         full, right = self._weight_of(self.block[0] * self.block[1], thickness), 0.0
-        courses: list[list[_Piece]] = []
+        courses: list[list[_CoursePiece]] = []
         for entry in self.courses:
             x, course = 0.0, []
             for part in self._lengths(entry):
@@ -208,7 +208,7 @@ class Facade(WeighedGenerator):
             del courses[-1][0]
         return [*_stones(self, courses), *([_base(self, self.width)] if self.base else [])]
 
-    def _course(self, row: int, full: float, lintel: float) -> list[_Piece]:
+    def _course(self, row: int, full: float, lintel: float) -> list[_CoursePiece]:
         """The blocks of a course, given the weights of a full block and of a lintel."""
         level = row % self.storey - self.sill
         bond = [x + 0.5 * (row % 2) for x in range(self.width)]
@@ -310,7 +310,7 @@ class Column(WeighedGenerator):
         return left * narrower, bottom - (1 - left) * narrower, self.height * up
 
 
-def _stones(wall: Wall | Facade, courses: Sequence[Sequence[_Piece]]) -> Iterator[Block]:
+def _stones(wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]]) -> Iterator[Block]:
     """The blocks of courses one above the other."""
     length, height = wall.block
     for row, course in enumerate(courses):

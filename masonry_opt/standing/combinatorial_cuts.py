@@ -60,7 +60,7 @@ class Cuts:
     exclude: bool = False
 
 
-class _Search:
+class _BranchAndCut:
     def __init__(self, problem: Problem, most_programs: int, effort: Effort, purpose: str) -> None:
         self.problem, self.effort, self.cuts = problem, effort, Cuts()
         self._most_programs = effort.lp_solves + most_programs
@@ -70,7 +70,7 @@ class _Search:
             HighsSession(model.program, effort, purpose)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # The cuts once more as rows over the faces; each takes a program.
+        # The cuts again, as rows over the faces: as many as there may be programs, each of which finds one.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (False, True)}
         ones = np.ones(problem.faces)
         self._kinematics.set_costs(self._no_motion.program.v, ones)
@@ -99,7 +99,7 @@ class _Search:
                 raise _Undecided  # these faces can move and come to yield together
             open_faces = [face for face in cut if face not in choice]
             if len(open_faces) > 1:
-                # Named by most of the last cuts: what conflicts most closes a tree soonest.
+                # The face that most of the last cuts name: branching on it closes the tree soonest.
                 blame = self._rows[False][max(len(self.cuts.static) - _OF_LATE, 0) :].sum(axis=0)
                 return max(open_faces, key=lambda face: (blame[face], rates[face]))
         return None
@@ -172,7 +172,7 @@ class _Search:
 def combinatorial_cuts(problem: Problem, most_programs: int, effort: Effort, purpose: str) -> Cuts:
     """Cuts that exclude every Coulomb state with λ ≥ 0, as far as they are found within ``most_programs``
     linear programs, of a scene that stands, in units of its load."""
-    search = _Search(problem, most_programs, effort, purpose)
+    search = _BranchAndCut(problem, most_programs, effort, purpose)
     try:
         search.exclude({})
     except _Undecided:

@@ -20,7 +20,7 @@ except ImportError:
     raise OptionError(NEEDED) from None
 
 # Altair is imported from here: one place says that it is missing.
-__all__ = ["Drawing", "alt", "axis", "pictures", "script", "write_charts"]
+__all__ = ["NamedChart", "alt", "axis", "pictures", "script", "write_charts"]
 
 #: On paper: width of a chart and of a panel in pixels; most panels side by side, and in all.
 _WIDTH, _PANEL, _COLUMNS, _PANELS = 620, 230, 4, 24
@@ -47,7 +47,7 @@ _LEGEND = {"orient": "bottom", "title": None, "labelLimit": 0, "symbolSize": 80,
 
 
 @dataclass(frozen=True)
-class Drawing:
+class NamedChart:
     """A chart, the name of its files, its title and notes.
 
     ``panels``: a column with a panel for each of its values: side by side on paper, one at a time on a page.
@@ -106,7 +106,7 @@ def specification(chart: Any) -> dict[str, Any]:
     return described
 
 
-def pictures(drawings: Iterable[Drawing]) -> dict[str, str | bytes]:
+def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
     """PNG and SVG of charts, by file name; the same to the last byte from run to run."""
     files: dict[str, str | bytes] = {}
     for drawing in drawings:
@@ -121,7 +121,7 @@ def script() -> str:
     return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # it has a default, unlike its stub
 
 
-def write_charts(title: str, drawings: Sequence[Drawing], folder: Path) -> list[Path]:
+def write_charts(title: str, drawings: Sequence[NamedChart], folder: Path) -> list[Path]:
     """Write charts as PNG, as SVG and on one page that needs no network; returns the files.
 
     Raises OutputError if one cannot be written.

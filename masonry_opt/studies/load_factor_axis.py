@@ -45,5 +45,4 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
 def ticks(least: float, greatest: float, whole: bool = False) -> list[float]:
     """A few round numbers between two ends; ``whole``: only integers."""
     values = np.asarray(MaxNLocator(6, integer=whole).tick_values(least, greatest))
-    found: list[float] = values[(values >= least) & (values <= greatest)].tolist()
-    return found
+    return values[(values >= least) & (values <= greatest)].tolist()

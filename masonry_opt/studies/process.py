@@ -125,7 +125,7 @@ def _start_server() -> None:
         forkserver.ensure_running()
 
 
-def settle_in() -> None:
+def prepare_process() -> None:
     """Prepare a new process: it ignores Ctrl-C, ends at SIGTERM, and writes nothing."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -19,7 +19,7 @@ import psutil
 from pebble import ProcessPool
 
 from masonry_opt.errors import MasonryError, OptionError
-from masonry_opt.studies.process import Context, cores, settle_in
+from masonry_opt.studies.process import Context, cores, prepare_process
 
 #: Ends of a task: a value; a MasonryError; any other error; the death of its process; a limit.
 FINISHED, REFUSED, CRASHED, DIED = "finished", "refused", "crashed", "died"
@@ -42,7 +42,7 @@ Prepare = Callable[[], Callable[[Any], Any]]
 
 
 @dataclass(frozen=True)
-class End:
+class TaskEnd:
     """How a task ended.
 
     Attributes
@@ -96,14 +96,14 @@ class Workers:
     def __exit__(self, *_: object) -> None:
         self._engine.close()
 
-    def map(self, tasks: Iterable[Any], tries: int = MOST_DEATHS) -> Iterator[tuple[int, End]]:
+    def map(self, tasks: Iterable[Any], tries: int = MOST_DEATHS) -> Iterator[tuple[int, TaskEnd]]:
         """Numbers of the tasks, from 0, and their ends, as they come.
 
         Tasks are taken from the iterable as workers become free. An error that it raises is raised here when
         the tasks before have ended. A task whose worker died is made again, up to ``tries`` times in all.
         """
         coming, failed = enumerate(tasks), None
-        under_way: dict[Future[End], tuple[int, Any, int]] = {}
+        under_way: dict[Future[TaskEnd], tuple[int, Any, int]] = {}
         while True:
             room = self._engine.room()
             while len(under_way) < room:
@@ -143,7 +143,7 @@ def in_processes(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
     return [found[number] for number in range(len(tasks))]
 
 
-def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -> End:
+def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -> TaskEnd:
     """Call an importable function without arguments in a new process, on one core.
 
     Parameters
@@ -158,7 +158,7 @@ def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -
             peak = max(peak, *map(_resident, workers.context.processes))
             if peak > memory_limit:
                 reason = f"over {memory_limit:g} MB"
-                return End(MEMORY_LIMIT, reason, seconds=time.perf_counter() - start, peak=peak)
+                return TaskEnd(MEMORY_LIMIT, reason, seconds=time.perf_counter() - start, peak=peak)
         end = _end_of(future)
         seconds = end.seconds or time.perf_counter() - start
         return replace(end, seconds=seconds, peak=max(peak, end.peak))
@@ -177,12 +177,11 @@ class Processes:
     def _opened(self) -> ProcessPool:
         return ProcessPool(self._count, initializer=_begin, initargs=(self._prepare,), context=self.context)
 
-    def submit(self, task: Any, time_limit: float | None = None) -> Future[End]:
+    def submit(self, task: Any, time_limit: float | None = None) -> Future[TaskEnd]:
         if not self._pool.active:  # a process that dies idle breaks the pool
             self.close()
             self._pool = self._opened()
-        future: Future[End] = self._pool.schedule(_in_process, (task,), timeout=time_limit)
-        return future
+        return self._pool.schedule(_in_process, (task,), timeout=time_limit)
 
     def room(self) -> int:
         return _AHEAD * self._count
@@ -208,7 +207,7 @@ class _Cluster:
         self._executor = self._client.get_executor(pure=False)
         self._scattered: Any = None
 
-    def submit(self, task: Any) -> Future[End]:
+    def submit(self, task: Any) -> Future[TaskEnd]:
         # Again if all the workers that held it are gone.
         if self._scattered is None or self._scattered.status != "finished":
             try:
@@ -219,8 +218,7 @@ class _Cluster:
                     f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
                     f"{self._address}'; runs already made are kept where 'out' is given"
                 ) from None
-        future: Future[End] = self._executor.submit(_made, self._scattered, task)
-        return future
+        return self._executor.submit(_made, self._scattered, task)
 
     def room(self) -> int:
         return _AHEAD * max(1, sum(self._client.nthreads().values()))
@@ -229,18 +227,18 @@ class _Cluster:
         self._client.close()
 
 
-def _end_of(future: Future[End]) -> End:
+def _end_of(future: Future[TaskEnd]) -> TaskEnd:
     """The end that a worker sent, or why it sent none."""
     if future.cancelled():
-        return End(DIED, "its workers are gone")
+        return TaskEnd(DIED, "its workers are gone")
     error = future.exception()
     if error is None:
         return future.result()
     if isinstance(error, TimeoutError):
-        return End(TIME_LIMIT, f"over {error.args[-1]:g} s")
+        return TaskEnd(TIME_LIMIT, f"over {error.args[-1]:g} s")
     code = getattr(error, "exitcode", None)
     how = repr(error) if code is None else f"its process ended (exit code {code})"
-    return End(DIED, f"{how}; is there enough memory?")
+    return TaskEnd(DIED, f"{how}; is there enough memory?")
 
 
 #: In a worker: its ``prepare``, and for each thread the function that was made last.
@@ -250,15 +248,15 @@ _kept = threading.local()
 
 def _begin(prepare: Prepare | None) -> None:
     global _given
-    settle_in()
+    prepare_process()
     _given = prepare
 
 
-def _in_process(task: Any) -> End:
+def _in_process(task: Any) -> TaskEnd:
     return _made(_given, task)
 
 
-def _made(prepare: Prepare | None, task: Any) -> End:
+def _made(prepare: Prepare | None, task: Any) -> TaskEnd:
     """In a worker: make a task, and return its end."""
     began = time.perf_counter()
     how, reason, value = FINISHED, "", None
@@ -278,7 +276,7 @@ def _made(prepare: Prepare | None, task: Any) -> End:
     except Exception as error:  # it ends this task alone
         error.add_note(traceback.format_exc())
         how, reason, raised = CRASHED, f"{type(error).__name__}: {error}", _sendable(error)
-    return End(how, reason, value, raised, time.perf_counter() - began, _peak())
+    return TaskEnd(how, reason, value, raised, time.perf_counter() - began, _peak())
 
 
 def _sendable(error: Exception) -> Exception | None:

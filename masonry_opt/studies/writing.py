@@ -9,7 +9,7 @@ import pandas as pd
 
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import OptionError, OutputError
-from masonry_opt.files import WRITER, refuse_unwritable, write_whole
+from masonry_opt.files import WRITER, write_whole
 
 #: Message where a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
@@ -31,19 +31,6 @@ def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]
         except OSError as error:
             raise OutputError(f"{folder / name}: cannot be written: {error.strerror}") from None
     return [folder / name for name in contents]
-
-
-def refuse_saving(path: str | Path, force: bool = False) -> None:
-    """Raise OptionError if an answer could not be written so, before long work."""
-    from masonry_opt.drawing.figure import FORMATS, refuse_picture
-
-    if Path(path).suffix.lower() == ".html":
-        refuse_unwritable(Path(path), force)
-    elif Path(path).suffix.lower().removeprefix(".") in FORMATS:
-        refuse_picture(path, force)
-    else:
-        known = ", ".join(f".{name}" for name in (*FORMATS, "html"))
-        raise OptionError(f"{path}: the name of a picture or page ends in {known}")
 
 
 def render(template: str, **values: object) -> str:

@@ -6,7 +6,7 @@ import pytest
 from lines import line
 
 from masonry_opt.drawing.colours import SERIES
-from masonry_opt.studies.charts import Drawing, pictures
+from masonry_opt.studies.charts import NamedChart, pictures
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
@@ -26,7 +26,7 @@ ROWS = [
 
 
 @pytest.fixture(scope="module")
-def drawn() -> dict[str, Drawing]:
+def drawn() -> dict[str, NamedChart]:
     bounds = {"a": CertifiedBounds(1 - 1e-12, 1 + 1e-12)}
     summary = frames.summary(ROWS, bounds, {"a": BestKnown(0.8, "refined")}, {})
     return {drawing.name: drawing for drawing in charts(summary)}

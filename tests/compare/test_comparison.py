@@ -21,7 +21,7 @@ from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.plan import find_scenes, plan
 from masonry_opt.studies.compare.report import summary_text, write_report
 from masonry_opt.studies.journal import NAME
-from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, TIME_LIMIT, End
+from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, TIME_LIMIT, TaskEnd
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 PLAN = plan(["static"], ["cvxpy"], ["clarabel", "highs"], [1e-4, 1e-8])
@@ -37,15 +37,15 @@ VALUE = {
     "joints": 3,
     **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 0.0),
 }
-BOUNDS = End(FINISHED, value={"lower": 0.25, "upper": 0.25})
+BOUNDS = TaskEnd(FINISHED, value={"lower": 0.25, "upper": 0.25})
 
 
 class Machine:
     """Stands for the processes: counts the runs, and stops everything before number ``stop``."""
 
-    def __init__(self, stop: int | None = None, end: End | None = None) -> None:
+    def __init__(self, stop: int | None = None, end: TaskEnd | None = None) -> None:
         self.runs, self.stop = [], stop
-        self.end = end or End(FINISHED, value=VALUE, seconds=0.6, peak=100.0)
+        self.end = end or TaskEnd(FINISHED, value=VALUE, seconds=0.6, peak=100.0)
 
     def __call__(self, task, time_limit, memory_limit):
         if task.func is comparison.bound_scene:
@@ -95,7 +95,7 @@ def test_a_changed_scene_is_run_again(tmp_path, monkeypatch):
 
 
 def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
-    killed = End(TIME_LIMIT, "over 30 s", seconds=30.0, peak=100.0)
+    killed = TaskEnd(TIME_LIMIT, "over 30 s", seconds=30.0, peak=100.0)
     _, result = run(tmp_path, monkeypatch, end=killed)
     assert set(result.summary["reason"]) == {VerdictReason.TIME_LIMIT}
     assert all(drawing.on_page() for drawing in charts(result.summary))  # of failures alone
@@ -108,7 +108,7 @@ def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
 def test_a_run_that_died_is_made_again(tmp_path, monkeypatch):
     """Something else may have killed it; a crash is the run's own."""
     for how, again in ((DIED, 4), (CRASHED, 0)):
-        run(tmp_path / how, monkeypatch, end=End(how))
+        run(tmp_path / how, monkeypatch, end=TaskEnd(how))
         machine, _ = run(tmp_path / how, monkeypatch)
         assert len(machine.runs) == again
 
@@ -116,7 +116,7 @@ def test_a_run_that_died_is_made_again(tmp_path, monkeypatch):
 def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, monkeypatch):
     def crash(task, *limits):
         reason = "" if task.func is comparison.bound_scene else f"of\n{task.args[1].solver}"
-        return End(CRASHED, reason)
+        return TaskEnd(CRASHED, reason)
 
     hide_charts(monkeypatch)
     monkeypatch.setattr(comparison, "run_alone", crash)
@@ -173,10 +173,10 @@ def test_the_report_tells_what_ends_apart(tmp_path, monkeypatch):
             if task.func is comparison.bound_scene:
                 return BOUNDS
             if task.func is comparison.scene_to_expect:
-                return End(FINISHED, value={"load_factor": 0.22})
+                return TaskEnd(FINISHED, value={"load_factor": 0.22})
             load_factor = low if task.args[1].method == "refined" else 0.25
             value = VALUE | {"status": "converged", "kind": "exact", "load_factor": load_factor}
-            return End(FINISHED, value=value)
+            return TaskEnd(FINISHED, value=value)
 
         monkeypatch.setattr(comparison, "run_alone", solve)
         result = run_plan(find_scenes([TWO_BLOCKS]), two, LIMITS, tmp_path / str(low), lambda _: None)

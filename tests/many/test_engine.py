@@ -9,11 +9,11 @@ import pytest
 from scenes import block_on_floor
 
 from masonry_opt.methods.how_to_solve import HowToSolve
-from masonry_opt.studies.many.runs import COLUMNS, Run, Solves, Study, row
+from masonry_opt.studies.many.runs import COLUMNS, RunSolver, Study, StudyRun, row
 from masonry_opt.studies.runner import REFUSED, Workers
 
 STUDY = Study(block_on_floor(), HowToSolve("static"))
-RUNS = [Run({"joints.friction": 0.1 + 0.05 * number}) for number in range(12)]
+RUNS = [StudyRun({"joints.friction": 0.1 + 0.05 * number}) for number in range(12)]
 
 
 def rows(ends):
@@ -22,7 +22,7 @@ def rows(ends):
 
 @pytest.fixture(scope="module")
 def alone():
-    solve = Solves(STUDY)
+    solve = RunSolver(STUDY)
     without = dict.fromkeys(COLUMNS)
     return {number: dict(run.values) | without | solve(run) for number, run in enumerate(RUNS)}
 
@@ -38,21 +38,21 @@ def test_a_row_says_what_was_found(alone):
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_rows_are_those_of_one_process(alone, count):
-    with Workers(partial(Solves, STUDY), count) as workers:
+    with Workers(partial(RunSolver, STUDY), count) as workers:
         assert rows(workers.map(iter(RUNS))) == alone
 
 
 def test_a_lost_worker_costs_nothing_but_time(alone, tmp_path):
-    with Workers(partial(hogs.Mortal, partial(Solves, STUDY), tmp_path), 2) as workers:
+    with Workers(partial(hogs.Mortal, partial(RunSolver, STUDY), tmp_path), 2) as workers:
         assert rows(workers.map(RUNS)) == alone
     assert len(list(tmp_path.iterdir())) >= 3  # two may die at once
 
 
 def test_what_cannot_be_a_scene_is_a_row():
-    wrong = [(STUDY, Run({"joints.friction": -1.0}), "joints.friction = -1")]
-    wrong += [(Study(None, HowToSolve("static")), Run({"x": 1.0}, block_on_floor(live=(0.0, 0.0))), "live")]
+    wrong = [(STUDY, StudyRun({"joints.friction": -1.0}), "joints.friction = -1")]
+    wrong += [(Study(None, HowToSolve("static")), StudyRun({"x": 1.0}, block_on_floor(live=(0, 0))), "live")]
     for study, run, said in wrong:
-        with Workers(partial(Solves, study), 1) as workers:
+        with Workers(partial(RunSolver, study), 1) as workers:
             ((_, end),) = workers.map([run])
         found = row(run, end)
         assert (found["status"], found["load_factor"]) == (REFUSED, None)

@@ -12,7 +12,7 @@ from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.studies import journal
 from masonry_opt.studies.many.runs import Study
 from masonry_opt.studies.many.sweep import grid, said
-from masonry_opt.studies.many.table import table
+from masonry_opt.studies.many.table import ManyRuns, RunsFolder
 
 FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
 VARY = {"joints.friction": FRICTIONS, "block.A.live.x": [1.0, 2.0]}
@@ -58,7 +58,7 @@ def test_the_load_to_expect_is_a_column(swept):
 def test_order_and_workers_change_nothing(swept):
     same(sweep(workers=2), swept)
     points = grid(VARY)[::-1]
-    frame = table(Study(block_on_floor(), HowToSolve("static")), points, workers=2)
+    frame = ManyRuns(Study(block_on_floor(), HowToSolve("static")), points).table(RunsFolder(), workers=2)
     same(frame[::-1].reset_index(drop=True), swept)
 
 

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 from pydantic import Field, Strict, model_validator
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind, over_load_factor
-from masonry_opt.answer.answer import Found, certified
+from masonry_opt.answer.answer import Answer, Found, certified
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
@@ -23,6 +23,7 @@ from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.mcp.edge_form import Iterate
 from masonry_opt.methods.mcp.passes import follow, prepared
 from masonry_opt.methods.mcp.schedule import BRAKES
+from masonry_opt.methods.push.method import by_push
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
@@ -47,6 +48,9 @@ _SOFTEST, _A_DECADE = 10.0, 4
 #: Elastic share of the live load's work above which a state is of no collapse; and power of the stiffness
 #: with which λ grows where nothing collapses: friction jams the blocks.
 _ELASTIC, _GROWS = 0.5, 0.9
+
+#: Where from rest no load brings a scene down: proven, or as passes show.
+_JAMMED = (Code.JAMS, Code.GROWS_WITH_STIFFNESS)
 
 #: The same share, which falls with the compliance, above which λ is far from its plateau: in the plane such a
 #: pass is left out, which on façades takes longest.
@@ -75,21 +79,27 @@ class CompliantOptions(Options):
 
 
 def compliant(task: Task) -> Solution:
-    """Load factor with contacts so stiff that ten times softer ones (in space three times) change it by
-    ``PLATEAU`` at most.
+    """Load factor at the ray that a path from rest ends in; where it is not followed, with contacts so stiff
+    that ten times softer ones (in space three times) change it by ``PLATEAU`` at most.
 
     Where they change it more, or only one pass ends, the reason says so; where nearly all work is elastic
     there is no load factor.
     """
     options = task.options or CompliantOptions()
+    proven = by_push(task) if options.give is None else None
+    if proven is not None and not options.curve:
+        return proven
     contacts = _Contacts(task)
-    _look_for_plateau(contacts, options)
-    ending = _with_curve(contacts) if options.curve else contacts.ending
-    return replace(ending, history=tuple(contacts.history))
+    if proven is None:
+        _look_for_plateau(contacts, options)
+        proven = replace(contacts.ending, history=tuple(contacts.history))
+    return _with_curve(contacts, proven) if options.curve else proven
 
 
-def pushed(task: Task, history: list[Any]) -> State | None:
-    """The first state that a pass with contacts that give ends in, for its forces alone."""
+def pushed(task: Task, history: list[Any]) -> Answer | State | None:
+    """The state at the end of the push, or the first that a pass with contacts that give ends in."""
+    if (proven := by_push(task)) is not None:
+        return proven.answer
     passes = prepared(task)
     for attempt, give in enumerate(_FIRST, start=1):
         if state := follow(task, passes.giving(give), history, attempt):
@@ -100,7 +110,7 @@ def pushed(task: Task, history: list[Any]) -> State | None:
 def jams(task: Task) -> Reason | None:
     """That the load factor grows with the stiffness of contacts; None if it does not."""
     solution = task.expected or compliant(task.with_options(None))
-    return next((said for said in solution.reasons if said.code is Code.GROWS_WITH_STIFFNESS), None)
+    return next((said for said in solution.reasons if said.code in _JAMMED), None)
 
 
 def _look_for_plateau(contacts: _Contacts, options: CompliantOptions) -> None:
@@ -126,12 +136,12 @@ def _look_for_plateau(contacts: _Contacts, options: CompliantOptions) -> None:
         contacts.ending = contacts.ending.ended(Status.SOLVER_FAILED, Code.PASS_STOPPED, **told)
 
 
-def _with_curve(contacts: _Contacts) -> Solution:
-    """The end of contacts with states from the softest to the stiffest of the passes before."""
-    decades = round(log10(_SOFTEST / min(contacts.states)))
+def _with_curve(contacts: _Contacts, ending: Solution) -> Solution:
+    """An end with states from the softest contacts to the stiffest of the passes before."""
+    decades = round(log10(_SOFTEST / min(contacts.states, default=STIFF[1])))
     gives = [_SOFTEST / 10 ** (number / _A_DECADE) for number in range(decades * _A_DECADE + 1)]
     curve = tuple(state for give in gives if (state := contacts.state(give)))
-    ending = replace(contacts.ending, curve=curve)
+    ending = replace(ending, curve=curve)
     if not curve:
         return ending
     load_factors = [state.answer.load_factor for state in curve]

@@ -22,7 +22,7 @@ from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.mcp.compliant import jams, pushed
 from masonry_opt.methods.mcp.large import by_loop, by_loop_unless_far
 from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes, follow, follow_path, prepared
-from masonry_opt.methods.mcp.schedule import BRAKES
+from masonry_opt.methods.mcp.schedule import BRAKES, NewtonStep
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
@@ -74,7 +74,8 @@ def mcp(task: Task) -> Solution:
 def _by_passes(task: Task) -> Solution:
     effort, options = task.effort, task.options or McpOptions()
     # The passes of the load to expect are the first of this method.
-    history = list(task.expected.history) if task.expected else []
+    given = task.expected.history if task.expected else ()
+    history = [step for step in given if isinstance(step, NewtonStep)]
     effort.iterations += len(history)
     for step in history:
         task.progress(step)
@@ -223,7 +224,9 @@ class _Starts:
         task, history = self._task, self._history
         effort, joints = task.effort, task.problem.joints
         effort.begins("contacts that give")
-        given = task.expected.answer if task.expected and history else pushed(task, history)
+        expected = task.expected
+        known = expected is not None and (history or expected.answer)
+        given = expected.answer if expected and known else pushed(task, history)
         if given is not None:
             yield given
         attempt = _passes_in(history)

@@ -23,7 +23,7 @@ _MOST_EDGES = 20_000_000
 
 
 @dataclass(frozen=True)
-class Facing(sides.Facing):
+class FacingEdges(sides.Facing):
     """Parts of the bisectors of facing edges onto which both edges project, in the sense of the first block's
     edge: from where to where, shape (facing, 2) each."""
 
@@ -31,7 +31,7 @@ class Facing(sides.Facing):
     end: np.ndarray
 
     @classmethod
-    def of(cls, corners: Corners, pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> Facing:
+    def of(cls, corners: PlaneCorners, pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> FacingEdges:
         """Those of edges i of the pairs' first and j of their second blocks, longer than the tolerance."""
         tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
         one, other = tip[i] - tail[i], tail[j] - tip[j]
@@ -83,7 +83,7 @@ class Facing(sides.Facing):
         return whole.where(np.argsort(whole.pair, kind="stable"))
 
 
-def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -> Facing:
+def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -> FacingEdges:
     """The lengths of edge that pairs of blocks share, and those across which they face each other, nowhere
     farther apart than ``far``, shape (pairs,).
 
@@ -91,7 +91,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     the tolerance. Parts that follow one another (an edge drawn in chords) are one length, or several where it
     bends by more than the tolerance. Raises CaseError if there are more edges than can be compared.
     """
-    corners = Corners(shapes)
+    corners = PlaneCorners(shapes)
     near = [corners.edges.beside(shapes, pairs, side, far)[0] for side in (0, 1)]
     one, other = (np.bincount(pair, minlength=len(pairs)) for pair in near)
     if (one * other).sum() > _MOST_EDGES:
@@ -101,13 +101,13 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
             f"{scene.blocks[of_each.argmax()].name!r} has {of_each.max()} corners): raise 'tolerance', "
             "or give fewer corners"
         )
-    parts = Facing.of(corners, *stacked(list(near_items(shapes, pairs, far, (corners.edges, corners.edges)))))
+    parts = FacingEdges.of(corners, *stacked(list(near_items(shapes, pairs, far, 2 * (corners.edges,)))))
     touch = parts.most <= shapes.tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     return _joined(parts.where(touch), shapes.tolerance).by_pair(across)
 
 
-def _joined(parts: Facing, tolerance: float) -> Facing:
+def _joined(parts: FacingEdges, tolerance: float) -> FacingEdges:
     """Parts, those that follow one another joined where their line is straight within the tolerance; without
     those that are too short for their width."""
     pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
@@ -120,7 +120,7 @@ def _joined(parts: Facing, tolerance: float) -> Facing:
     return whole.where(whole.most <= LEAN * whole.extent)
 
 
-def _chains(parts: Facing, tolerance: float) -> Iterator[Facing]:
+def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
     """Chains of parts of one pair, each of which begins where the one before ends: within two tolerances, as
     a piece too short to be a part may lie between."""
     apart = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
@@ -138,16 +138,16 @@ def _chains(parts: Facing, tolerance: float) -> Iterator[Facing]:
             yield parts.where(np.array(chain))
 
 
-def _simplified(chain: Facing, tolerance: float) -> Facing:
+def _simplified(chain: FacingEdges, tolerance: float) -> FacingEdges:
     """A chain's line without the corners that lie within half the tolerance of the line without them."""
     inner = (chain.end[:-1] + chain.start[1:]) / 2
     line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
     corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
-    count = len(corners) - 1
-    return Facing(np.full(count, chain.pair[0]), np.full(count, chain.most.max()), corners[:-1], corners[1:])
+    pair, most = (np.full(len(corners) - 1, value) for value in (chain.pair[0], chain.most.max()))
+    return FacingEdges(pair, most, corners[:-1], corners[1:])
 
 
-class Corners(sides.Corners):
+class PlaneCorners(sides.BlockCorners):
     """Corners of all blocks; each begins an edge, which ends at ``tip``, shape (corners, 2)."""
 
     apart = 2.0

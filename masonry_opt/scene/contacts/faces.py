@@ -9,10 +9,11 @@ import shapely
 
 from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.sides import Items, near_items, stacked
+from masonry_opt.scene.rows import dots, lengths
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.clipping import common_to
-from masonry_opt.scene.space.frames import Frames, dots, lengths
-from masonry_opt.scene.space.outlines import plain, rolled, wide, without_slivers
+from masonry_opt.scene.space.frames import Frames
+from masonry_opt.scene.space.outlines import rolled, wide, without_slivers, without_straight_corners
 from masonry_opt.scene.space.shapes import Shapes
 
 #: Polygons narrower than so many tolerances are nothing.
@@ -26,7 +27,7 @@ _ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
-class Facing(sides.Facing):
+class FacingFaces(sides.Facing):
     """Polygons onto which two faces project, in the planes that bisect them.
 
     Attributes
@@ -80,7 +81,7 @@ class Facing(sides.Facing):
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
 
-def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
+def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> FacingFaces:
     """The polygons that faces of pairs of blocks share, nowhere farther apart than ``far``, shape (pairs,).
 
     Each connected piece is one polygon; pieces, and ends of them, narrower than ten tolerances are left out.
@@ -100,7 +101,7 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     return _shared(shapes, pair, i, j, far[pair])
 
 
-def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray) -> Facing:
+def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray) -> FacingFaces:
     """What face i of the first and j of the second block of each pair share, nowhere farther apart than
     ``far``."""
     faces, narrowest = shapes.faces, NARROWEST * shapes.tolerance
@@ -119,12 +120,12 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     number = at[number]
     kept = wide(pieces, narrowest)
     pieces, number = _without_tails(pieces[kept], number[kept], narrowest)
-    pieces = plain(pieces, shapes.tolerance / 2)
+    pieces = without_straight_corners(pieces, shapes.tolerance / 2)
     points, piece = shapely.get_coordinates(pieces, return_index=True)
     height = _height(frame, other, points, number[piece]) - _height(frame, one, points, number[piece])
     start = np.searchsorted(piece, np.arange(len(pieces)))
     least, most = (bound.reduceat(height, start) for bound in (np.minimum, np.maximum))
-    found = Facing(pair[number], most, frame.where(number), pieces)
+    found = FacingFaces(pair[number], most, frame.where(number), pieces)
     return found.where((least >= -shapes.contact_tolerance) & (most <= far[number]))
 
 

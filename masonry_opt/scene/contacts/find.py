@@ -11,15 +11,15 @@ from masonry_opt.scene.contacts import edges, faces, solids
 from masonry_opt.scene.contacts.floating import refuse_floating
 from masonry_opt.scene.contacts.joints import Joints, joint_properties, outline_sides
 from masonry_opt.scene.contacts.pairs import near_pairs, refuse_overlaps
-from masonry_opt.scene.contacts.sides import LEAN, Corners, Facing, Touches, nearest
+from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
 from masonry_opt.scene.extents import Extents
+from masonry_opt.scene.rows import lengths
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.frames import lengths
 
 #: By dimension: what faces what, and what touches beside it.
-_KINDS: dict[int, tuple[Callable[..., Facing], Callable[..., Corners]]] = {
-    2: (edges.facing, edges.Corners),
-    3: (faces.facing, solids.Corners),
+_KINDS: dict[int, tuple[Callable[..., Facing], Callable[..., BlockCorners]]] = {
+    2: (edges.facing, edges.PlaneCorners),
+    3: (faces.facing, solids.SolidCorners),
 }
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.errors import CaseError, rounded_up
 from masonry_opt.scene.extents import Extents
 from masonry_opt.scene.geometry import raise_for
+from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
 
 #: Gap that may be a joint of mortar, over the width of a block.
@@ -44,8 +43,7 @@ def refuse_floating(
         name = f"{scene.blocks[other].name!r}, which it faces, is up to"
         beside = _how_far(name, gap, _rounding(gap)) if faced else _nearest(scene, shapes, one)
         raise_for(alone, scene, f"touches no other block{beside}")
-    links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
-    _, group = connected_components(links, directed=False)
+    group = linked(count, first, second)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
     raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
     if not joints:

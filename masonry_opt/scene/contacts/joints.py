@@ -9,10 +9,10 @@ from typing import Any, Self
 import numpy as np
 
 from masonry_opt.errors import CaseError
+from masonry_opt.scene.combinations import following
 from masonry_opt.scene.joints import JointDefaults
+from masonry_opt.scene.rows import dots, sums
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.frames import dots
-from masonry_opt.scene.space.surfaces import following, sums
 
 
 @dataclass(frozen=True)
@@ -78,8 +78,7 @@ class Joints:
 
     def most(self, values: np.ndarray) -> np.ndarray:
         """Of values of the contact points the largest of each joint, shape (joints,)."""
-        most: np.ndarray = np.maximum.reduceat(values, self.first_point)
-        return most
+        return np.maximum.reduceat(values, self.first_point)
 
     @property
     def start(self) -> np.ndarray:

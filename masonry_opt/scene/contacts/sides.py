@@ -11,8 +11,7 @@ import numpy as np
 
 from masonry_opt.scene.combinations import chunks, combine, ranges
 from masonry_opt.scene.extents import Extents
-from masonry_opt.scene.space.frames import Rows, dots, lengths
-from masonry_opt.scene.space.surfaces import first_alike
+from masonry_opt.scene.rows import Rows, dots, first_alike, lengths
 
 #: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).
 #: From ten tolerances on they may lean by any angle that the tolerance allows, shorter ones by this share.
@@ -134,7 +133,7 @@ class Touches(Rows):
         return to_line(points, self.start[number], self.end[number])
 
 
-class Corners(ABC):
+class BlockCorners(ABC):
     """Corners of blocks, what they meet without a normal, and where blocks touch at them.
 
     Attributes

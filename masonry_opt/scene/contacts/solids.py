@@ -11,15 +11,15 @@ import shapely
 from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.faces import NARROWEST
 from masonry_opt.scene.contacts.sides import Items, Touches, near_items
-from masonry_opt.scene.space.frames import dots, lengths, unit
+from masonry_opt.scene.rows import dots, first_alike, lengths, sums
+from masonry_opt.scene.space.frames import unit
 from masonry_opt.scene.space.shapes import Shapes
-from masonry_opt.scene.space.surfaces import first_alike, sums
 
 #: Sine of the angle between faces below which they lie in one plane.
 _FLAT = 1e-3
 
 
-class Corners(sides.Corners):
+class SolidCorners(sides.BlockCorners):
     """Edges and corners of the outer faces of some blocks.
 
     Attributes
@@ -64,7 +64,7 @@ class Corners(sides.Corners):
         return _edges_in_faces(self, pairs), _corners_on_faces(self, pairs), _crossings(self, pairs)
 
 
-def _edges_in_faces(corners: Corners, pairs: np.ndarray) -> Iterator[Touches]:
+def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
     """Where edges lie in faces of the other block and not along their outline."""
     tolerance, faces = corners.shapes.tolerance, corners.outer
     narrowest = NARROWEST * tolerance
@@ -108,7 +108,7 @@ def _edges_in_faces(corners: Corners, pairs: np.ndarray) -> Iterator[Touches]:
             )
 
 
-def _corners_on_faces(corners: Corners, pairs: np.ndarray) -> Iterator[Touches]:
+def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
     """Where corners stand on faces of the other block and not on their outline."""
     tolerance, faces = corners.shapes.tolerance, corners.outer
     far = np.full(len(pairs), tolerance)
@@ -126,7 +126,7 @@ def _corners_on_faces(corners: Corners, pairs: np.ndarray) -> Iterator[Touches]:
             yield Touches(pair, point, point, normal, faces.frame.u[j])
 
 
-def _crossings(corners: Corners, pairs: np.ndarray) -> Iterator[Touches]:
+def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
     """Where edges cross between their ends."""
     tolerance = corners.shapes.tolerance
     far = np.full(len(pairs), tolerance)

@@ -13,7 +13,7 @@ from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import compas_data
 from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh
-from masonry_opt.scene.drawings.prisms import View, directions, seen_along
+from masonry_opt.scene.drawings.prisms import SideView, prism_directions, seen_along
 from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, scene_of
 from masonry_opt.scene.drawings.supports import Supports, with_supports
 from masonry_opt.scene.scene import Scene
@@ -131,7 +131,7 @@ def read_compas(
     return scene_in_space(meshes, solid, path)
 
 
-def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> View:
+def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> SideView:
     """The solids seen along the direction that is asked for, or along the only one there is."""
     flat = all(solid.flat for solid in solids)
     if drawing.along is not None:
@@ -151,7 +151,7 @@ def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> View:
             )
         return view
     views, whys = {}, []
-    for direction in directions(solids):
+    for direction in prism_directions(solids):
         name = _said(direction)
         try:
             view = seen_along(solids, direction, drawing.tolerance)
@@ -182,7 +182,7 @@ def _said(direction: np.ndarray) -> str:
     return "[" + ", ".join(f"{part + 0.0:.4g}" for part in direction) + "]"
 
 
-def _blocks(meshes: Sequence[Mesh], view: View, drawing: CompasDrawing) -> list[Block]:
+def _blocks(meshes: Sequence[Mesh], view: SideView, drawing: CompasDrawing) -> list[Block]:
     blocks = []
     for mesh, outline, (begin, end) in zip(meshes, view.outlines, view.reach, strict=True):
         weight = drawing.unit_weight * outline.area * float(end - begin)

@@ -9,7 +9,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.scene.convex_pieces import convex_pieces
-from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, across, joined, polyhedron
+from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, joined, polyhedron
 from masonry_opt.scene.space.surfaces import place
 
 #: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
@@ -39,7 +39,7 @@ class _Pieces:
         return np.minimum.reduceat(over, first), np.maximum.reduceat(over, first)
 
 
-def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
+def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
     """Convex polyhedra that make up a closed one.
 
     Space is cut along the planes of sides, each cell along those of the sides in it, until no cell has a side
@@ -55,7 +55,7 @@ def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
     )
     corners = block.points[np.unique([one for side in sides for ring in side.rings for one in ring])]
     waiting = [(_pieces(block.points, sides, tolerance), _box_round(corners))]
-    found: list[Polyhedron] = []
+    found: list[MeshSolid] = []
     while waiting:
         pieces, cell = waiting.pop()
         number = _best(pieces, base, normal, tolerance)
@@ -78,7 +78,7 @@ def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
     return found
 
 
-def _refuse_unlike(block: Polyhedron, parts: list[Polyhedron], tolerance: float) -> None:
+def _refuse_unlike(block: MeshSolid, parts: list[MeshSolid], tolerance: float) -> None:
     """Raise ValueError if parts have another volume than the block: sides that do not close, or cross, are
     cut all the same, into some shape."""
     off = abs(sum(part.volume for part in parts) - block.volume)
@@ -172,7 +172,7 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
     return faces
 
 
-def _part(cell: list[np.ndarray], tolerance: float) -> Polyhedron | None:
+def _part(cell: list[np.ndarray], tolerance: float) -> MeshSolid | None:
     """A cell as a polyhedron; None if it is thinner than the tolerance."""
     corners = joined(np.concatenate(cell), tolerance / 4) if cell else np.zeros((0, 3))
     try:

@@ -16,13 +16,13 @@ from masonry_opt.errors import CaseError, OutputError
 from masonry_opt.files import MARK, refuse_replacing, write_whole
 from masonry_opt.scene.blocks import Block, Name, Positive
 from masonry_opt.scene.drawings import dxf_curves
-from masonry_opt.scene.drawings.outlines import Shape, closed_outlines, shapes
+from masonry_opt.scene.drawings.outlines import Outline, closed_outlines, outlines_with_holes
 from masonry_opt.scene.drawings.stones import FlatDrawing, block_name, drawing_path, scene_of
 from masonry_opt.scene.drawings.supports import FIXED, listed
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.solids import Direction
+from masonry_opt.scene.solids import PlaneOrSpaceVector
 from masonry_opt.scene.tables import reason
 
 
@@ -31,7 +31,7 @@ class DxfDrawing(FlatDrawing):
 
     model_config = ConfigDict(title="a DXF drawing")
 
-    live_layers: dict[Name, Direction] = {}
+    live_layers: dict[Name, PlaneOrSpaceVector] = {}
     thickness: Positive | None = None
     layers: list[Name] | None = Field(default=None, min_length=1)
     fixed_layers: list[Name] = list(FIXED)
@@ -128,7 +128,7 @@ def read_dxf(
         apart = drawing.tolerance or rounding
         short = drawing.outline_tolerance or apart
         outlines = closed_outlines(curves, short, min(rounding, short))
-        found = shapes(outlines, short, overlap=max(short, apart))
+        found = outlines_with_holes(outlines, short, overlap=max(short, apart))
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
         pushes = _pushes(found, drawing)
@@ -164,7 +164,7 @@ def _known(entities: list[Any]) -> str:
     return f" (layers drawn on: {listed(layers)})" if layers else " (it is empty)"
 
 
-def _names(found: Sequence[Shape], entities: list[Any], scale: float) -> list[str]:
+def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
     """Names of the blocks, from the texts that stand in them, else from layer and handle."""
     said: dict[int, list[str]] = {}
     outer = np.array([shapely.Polygon(shape.polygon.exterior) for shape in found], dtype=object)
@@ -187,14 +187,14 @@ def _names(found: Sequence[Shape], entities: list[Any], scale: float) -> list[st
     ]
 
 
-def _pushes(found: Sequence[Shape], drawing: DxfDrawing) -> list[tuple[float, ...]]:
+def _pushes(found: Sequence[Outline], drawing: DxfDrawing) -> list[tuple[float, ...]]:
     """The live load of each block, over its weight."""
     live = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
     return [live.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
 
 
 def _blocks(
-    found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing, pushes: Sequence[tuple[float, ...]]
+    found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing, pushes: Sequence[tuple[float, ...]]
 ) -> list[Block]:
     words = [word.casefold() for word in drawing.fixed_layers]
     blocks, loaded = [], set()
@@ -203,7 +203,7 @@ def _blocks(
         fixed = any(word in layer for word in words)
         if not fixed:
             loaded.add(layer)
-        # What is extruded gets its live load in space.
+        # Blocks to be extruded get their live load after that, in space.
         own = {} if drawing.thickness else {"live_per_weight": push}
         blocks.append(drawing.block(name, shape.polygon, fixed, **own))
     layers = f"layers of blocks: {listed(sorted({shape.curve.layer for shape in found}))}"

@@ -1,4 +1,4 @@
-"""What a DXF file draws: curves, and texts where they stand."""
+"""Curves of a DXF file, and its texts with their places."""
 
 from __future__ import annotations
 

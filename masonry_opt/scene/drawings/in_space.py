@@ -12,7 +12,7 @@ from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.convex_parts import convex_parts
-from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, area_vector, polyhedron, used
+from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, polyhedron, used
 from masonry_opt.scene.drawings.stones import Drawing, scene_of
 from masonry_opt.scene.drawings.supports import listed
 from masonry_opt.scene.extents import NEAR_MISS
@@ -46,7 +46,7 @@ class SolidDrawing(Drawing):
         return Solid(name=mesh.name, **shape, **({"fixed": True} if mesh.fixed else loads))
 
 
-def _keys(shape: Polyhedron) -> dict[str, Any]:
+def _keys(shape: MeshSolid) -> dict[str, Any]:
     own = used("", shape.points, [side.rings[0] for side in shape.sides])
     return {"vertices": list(map(tuple, own.points.tolist())), "faces": own.faces}
 
@@ -91,9 +91,8 @@ def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
         raise ValueError(f"block '{mesh.name}' is a face without area: take it away")
     towards = np.sign((standing - top.mean(axis=0)) @ area) or 1.0
     bottom = top - towards * _SLAB * area / np.sqrt(size)
-    return replace(
-        mesh, points=np.concatenate([top, bottom]), faces=prism(top.tolist(), bottom.tolist())["faces"]
-    )
+    faces = prism(top.tolist(), bottom.tolist())["faces"]
+    return replace(mesh, points=np.concatenate([top, bottom]), faces=faces)
 
 
 def _tolerance(standing: Sequence[np.ndarray]) -> float:

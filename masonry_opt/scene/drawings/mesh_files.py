@@ -120,9 +120,8 @@ def read_mesh(
         contact_tolerance=contact_tolerance,
     )
     try:
-        meshes = with_supports(
-            _meshes(path, drawing), drawing.fixed, drawing.fixed_below, drawing.fixed_layers
-        )
+        found = _meshes(path, drawing)
+        meshes = with_supports(found, drawing.fixed, drawing.fixed_below, drawing.fixed_layers)
     except CaseError:
         raise
     except ValueError as error:

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 import shapely
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+
+from masonry_opt.scene.rows import linked
 
 #: Triangles of a polygon that is flat within a tolerance lie off the plane of one of them by no more than so
 #: many tolerances.
@@ -68,7 +68,7 @@ class Side:
 
 
 @dataclass(frozen=True)
-class Polyhedron:
+class MeshSolid:
     """Corners, shape (points, 3), and the plane sides between them."""
 
     points: np.ndarray
@@ -132,7 +132,7 @@ def area_vector(corners: np.ndarray) -> np.ndarray:
     return np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0) / 2
 
 
-def polyhedron(mesh: Mesh, tolerance: float) -> Polyhedron:
+def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     """The block with corners nearer than the tolerance joined, faces turned one way, outwards, those that are
     not flat cut into triangles, and those of one plane merged, within the tolerance.
 
@@ -142,7 +142,7 @@ def polyhedron(mesh: Mesh, tolerance: float) -> Polyhedron:
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
     if not faces:
         raise ValueError(f"is smaller than the tolerance of {tolerance:.3g}: is it drawn in another unit?")
-    return Polyhedron(points, _sides(points, faces, tolerance))
+    return MeshSolid(points, _sides(points, faces, tolerance))
 
 
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
@@ -166,12 +166,10 @@ def shells(mesh: Mesh) -> list[Mesh]:
     links: list[list[int]] = []
     for edge, having in _by_edge(faces).items():
         links += _through_inside(at, edge, having, faces) if len(having) > 2 else [having[:1] + having[-1:]]
-    one, other = np.array(links).T
-    graph = sp.coo_array((np.ones(len(one)), (one, other)), shape=(len(faces), len(faces)))
-    count, group = connected_components(graph, directed=False)
-    if count == 1:
+    group = linked(len(faces), *np.array(links, dtype=int).reshape(-1, 2).T)
+    if not group.any():
         return [mesh]
-    apart: list[list[list[int]]] = [[] for _ in range(count)]
+    apart: list[list[list[int]]] = [[] for _ in range(group.max() + 1)]
     for number, face in zip(group.tolist(), mesh.faces, strict=True):
         apart[number].append(face)
     return [used(f"{mesh.name}-{number}", points, own) for number, own in enumerate(apart)]
@@ -229,8 +227,7 @@ def joined(points: np.ndarray, tolerance: float) -> np.ndarray:
 def _first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Of each point the first of those that are nearer than the tolerance, from one to the next."""
     near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    links = sp.coo_array((np.ones(len(near)), tuple(near.T)), shape=(len(points), len(points)))
-    _, group = connected_components(links, directed=False)
+    group = linked(len(points), *near.T)
     _, first = np.unique(group, return_index=True)
     return first[group]
 

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 import shapely
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+
+from masonry_opt.scene.rows import linked
 
 #: Chords of one arc: no drawing of masonry needs more.
 _MOST_CHORDS = 2000
@@ -38,7 +38,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Shape:
+class Outline:
     """An outline with its holes, and the curve that is its outline."""
 
     polygon: shapely.Polygon
@@ -106,9 +106,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
     free = np.arange(len(ends))
     for tolerance in tolerances:
         tree = cKDTree(ends[free])
-        pairs = tree.query_pairs(tolerance, output_type="ndarray")
-        links = sp.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(free), len(free)))
-        _, node = connected_components(links, directed=False)
+        node = linked(len(free), *tree.query_pairs(tolerance, output_type="ndarray").T)
         meeting = np.bincount(node)[node]
         by_node = np.argsort(node, kind="stable")
         for a, b in free[by_node[meeting[by_node] == 2]].reshape(-1, 2).tolist():
@@ -143,7 +141,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
     return loops
 
 
-def shapes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Shape]:
+def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Outline]:
     """Blocks with their holes: an outline inside one other, but for an overlap, is a hole of it, one inside a
     hole a block, and so on in turns. Of two outlines that are the same the first is the outer one.
 
@@ -169,7 +167,7 @@ def shapes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[
             )
         holes[parent].append(polygons[index].exterior)
     return [
-        Shape(shapely.Polygon(polygons[index].exterior, holes[index]), outlines[index])
+        Outline(shapely.Polygon(polygons[index].exterior, holes[index]), outlines[index])
         for index in np.flatnonzero(depth % 2 == 0).tolist()
     ]
 

@@ -1,4 +1,4 @@
-"""Prisms along one direction, seen along it."""
+"""Solids that are prisms along one direction, and their outlines seen along it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _RELATIVE_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True)
-class View:
+class SideView:
     """Outlines of solids in the plane across a direction, and where each begins and ends along it, shape
     (solids, 2)."""
 
@@ -41,7 +41,7 @@ def _axes(direction: np.ndarray) -> np.ndarray:
     return np.array([across + 0.0, [0.0, 0.0, 1.0]])
 
 
-def directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
+def prism_directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     """Directions along which the solids may be prisms: y, x, and level normals of the first one's faces; of
     polygons also z."""
     x, y, z = np.eye(3)
@@ -61,7 +61,7 @@ def _normal(corners: np.ndarray) -> np.ndarray:
     return normal / length if length > 0 else np.array([0.0, 0.0, 1.0])
 
 
-def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float | None) -> View:
+def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float | None) -> SideView:
     """The solids as prisms along a direction.
 
     Raises ValueError, naming the block, if one is no prism along it.
@@ -80,7 +80,7 @@ def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float |
             raise ValueError(f"block '{solid.name}' {error}") from None
         along = solid.points @ unit
         reach.append((along.min(), along.max()))
-    return View(outlines, np.array(reach))
+    return SideView(outlines, np.array(reach))
 
 
 def _end(solid: Mesh, plane: np.ndarray, unit: np.ndarray, tolerance: float) -> shapely.Polygon:

@@ -12,7 +12,7 @@ from masonry_opt.errors import CaseError, printable
 from masonry_opt.scene.blocks import Block, NonNegative, Positive, Record
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.solids import Direction, Solid
+from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid
 from masonry_opt.scene.tables import as_path
 
 #: Characters of a block's name; a record takes no more.
@@ -31,7 +31,7 @@ class Drawing(Record):
 class FlatDrawing(Drawing):
     """Beside them the live load of a drawing in the plane: see :func:`read_dxf` and :func:`read_compas`."""
 
-    live: Direction = (0.0, 0.0)
+    live: PlaneOrSpaceVector = (0.0, 0.0)
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
         """The block of an outline with holes: a support, or one with this unit weight, which ``keys``

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from masonry_opt.scene.arch_ring import ArchRing
 from masonry_opt.scene.blocks import Point, Positive
 from masonry_opt.scene.solid_generators.bond import cut, every
-from masonry_opt.scene.solid_generators.generator import Shape, SolidGenerator
+from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solids import Solid, prism
 
 
@@ -80,7 +80,7 @@ class Barrel(ArchRing, SolidGenerator):
         return cut(0.0, self.length, every(self.stone, begins, self.length), self.stone)
 
 
-def _slice(corners: Sequence[Point], start: float, end: float) -> Shape:
+def _slice(corners: Sequence[Point], start: float, end: float) -> PartKeys:
     """The piece of a stone of this section between two places along y."""
     front, back = ([(x, y, z) for x, z in corners] for y in (start, end))
     return prism(front, back)

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Number, Positive, YesNo
-from masonry_opt.scene.solid_generators.generator import Shape, SolidGenerator, polar
+from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator, polar
 from masonry_opt.scene.solids import Solid, prism
 from masonry_opt.scene.walls import Count
 
@@ -108,8 +108,8 @@ class Dome(SolidGenerator):
         if self.base:
             # Below the foot and square to it.
             down = self.thickness * math.sin(first), -self.thickness * math.cos(first)
-            under = [(r + down[0], z + down[1]) for r, z in beds[0]]
-            parts = [self._part(under, beds[0], sector) for sector in range(self._sectors)]
+            below = [(r + down[0], z + down[1]) for r, z in beds[0]]
+            parts = [self._part(below, beds[0], sector) for sector in range(self._sectors)]
             built.append(self._support("base", *parts))
         return built
 
@@ -122,7 +122,7 @@ class Dome(SolidGenerator):
         # As whole numbers of sectors, so that neighbours have the same corners to the last digit.
         return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
 
-    def _part(self, low: list[_Place], high: list[_Place], sector: int) -> Shape:
+    def _part(self, low: list[_Place], high: list[_Place], sector: int) -> PartKeys:
         """Between two bed joints and the meridians of a sector."""
         faces = ([self._corner(place, at) for place in (*low, *high[::-1])] for at in (sector, sector + 1))
         return prism(*faces)

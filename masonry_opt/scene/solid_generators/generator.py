@@ -10,7 +10,7 @@ from masonry_opt.scene.generator import AnyGenerator
 from masonry_opt.scene.solids import Solid, Vector
 
 #: Of one convex part, a ``box``, or ``vertices`` and ``faces``, as :class:`Solid` has them.
-Shape = dict[str, Any]
+PartKeys = dict[str, Any]
 
 
 class SolidGenerator(AnyGenerator):
@@ -36,7 +36,7 @@ class SolidGenerator(AnyGenerator):
         """The blocks, each with its weight and its live load as a multiple of that."""
         raise NotImplementedError
 
-    def _stone(self, name: str, *parts: Shape, **weight: Any) -> Solid:
+    def _stone(self, name: str, *parts: PartKeys, **weight: Any) -> Solid:
         """A movable block; points are seen from the generator's origin. It weighs by its volume, or as
         ``weight`` and ``weight_at`` say."""
         if "weight_at" in weight:
@@ -44,15 +44,15 @@ class SolidGenerator(AnyGenerator):
         weight = weight or {"unit_weight": self.unit_weight}
         return self._solid(name, parts, live_per_weight=self.live_per_weight, **weight)
 
-    def _support(self, name: str, *parts: Shape) -> Solid:
+    def _support(self, name: str, *parts: PartKeys) -> Solid:
         return self._solid(name, parts, fixed=True)
 
-    def _solid(self, name: str, parts: tuple[Shape, ...], **keys: Any) -> Solid:
+    def _solid(self, name: str, parts: tuple[PartKeys, ...], **keys: Any) -> Solid:
         moved = [self._moved_shape(part) for part in parts]
         shape = moved[0] if len(moved) == 1 else {"parts": moved}
         return Solid(name=self._named(name), **shape, **keys)
 
-    def _moved_shape(self, shape: Shape) -> Shape:
+    def _moved_shape(self, shape: PartKeys) -> PartKeys:
         if "box" in shape:
             sides = zip(shape["box"], self.at, strict=True)
             return {"box": [(low + by, high + by) for (low, high), by in sides]}

@@ -11,7 +11,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.arch_ring import ArchRing
 from masonry_opt.scene.blocks import Point, Positive, YesNo
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
-from masonry_opt.scene.solid_generators.generator import Shape, SolidGenerator
+from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solids import Solid, prism
 
 
@@ -111,7 +111,7 @@ def _farthest(section: Sequence[Point]) -> float:
 
 def _leg(
     section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], along: str
-) -> Shape:
+) -> PartKeys:
     """The piece of a course of the barrel along x or y, from a place along it, or from the groin, to another,
     in the corner with these signs of x and y."""
 

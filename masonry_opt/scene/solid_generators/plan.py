@@ -13,7 +13,7 @@ from pydantic import Field, Strict
 from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every, spaces
 from masonry_opt.scene.solid_generators.generator import SolidGenerator
-from masonry_opt.scene.solid_generators.stretches import Stretch, conflicts, crossed
+from masonry_opt.scene.solid_generators.stretches import WallStretch, conflicts, crossed
 from masonry_opt.scene.solids import Solid
 from masonry_opt.scene.walls import Count
 
@@ -21,7 +21,7 @@ from masonry_opt.scene.walls import Count
 _ROUNDING = 1e-6
 
 #: From and to along a stretch, and across it.
-_Piece = tuple[tuple[float, float], tuple[float, float]]
+_PlanPiece = tuple[tuple[float, float], tuple[float, float]]
 
 
 class Opening(Record):
@@ -155,7 +155,7 @@ class Plan(SolidGenerator):
             if any(a == b for a, b in pairwise(runs)):
                 yield f"wall '{wall.name}': its 'axis' has a point where it does not turn: take it away"
 
-    def _wrong_openings(self, stretches: list[Stretch]) -> Iterator[str]:
+    def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
         held = [hole for stretch in stretches for hole in self._holes(stretch)]
         for index, wall in enumerate(self.walls):
             top = wall.courses or self.courses
@@ -178,7 +178,7 @@ class Plan(SolidGenerator):
                     "with their lintels: move one, or make a 'bearing' less"
                 )
 
-    def _slivers(self, stretches: list[Stretch]) -> Iterator[str]:
+    def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
         for stretch in stretches:
             holes = [*self._holes(stretch)]
             for course in range(stretch.courses):
@@ -201,7 +201,7 @@ class Plan(SolidGenerator):
         lengths = [(stretch, (stretch.end - stretch.start) / least + 4) for stretch in self._stretches()]
         return int(sum(min(most, 1e9) * stretch.courses * stretch.leaves for stretch, most in lengths))
 
-    def _stretches(self) -> list[Stretch]:
+    def _stretches(self) -> list[WallStretch]:
         found = []
         for index, wall in enumerate(self.walls):
             before = 0.0
@@ -209,7 +209,7 @@ class Plan(SolidGenerator):
                 along = 0 if one[1] == other[1] else 1
                 forwards = one[along] < other[along]
                 found.append(
-                    Stretch(
+                    WallStretch(
                         wall=index,
                         along=along,
                         line=one[1 - along],
@@ -225,7 +225,7 @@ class Plan(SolidGenerator):
                 before += abs(other[along] - one[along])
         return found
 
-    def _holes(self, stretch: Stretch) -> Iterator[_Hole]:
+    def _holes(self, stretch: WallStretch) -> Iterator[_Hole]:
         """The openings of its wall that lie in the stretch, clear of its crossings."""
         for number, opening in enumerate(self.walls[stretch.wall].openings, start=1):
             start, end = sorted(stretch.place(at) for at in (opening.at, opening.at + opening.width))
@@ -266,7 +266,7 @@ class Plan(SolidGenerator):
             built.append(self._support("base", {"box": (*sides, (-height, 0.0))}))
         return built
 
-    def _course(self, stretch: Stretch, holes: list[_Hole], course: int) -> Iterator[_Piece]:
+    def _course(self, stretch: WallStretch, holes: list[_Hole], course: int) -> Iterator[_PlanPiece]:
         """The blocks of a stretch in a course."""
         whole, double = stretch.faces, stretch.leaves == 2
         headers = double and self.headers is not None and (course + 1) % self.headers == 0
@@ -320,7 +320,7 @@ class _Hole:
         return self.lintel if level == self.opening.height else (self.start, self.end)
 
 
-def _runs(stretch: Stretch, holes: list[_Hole], course: int) -> list[tuple[float, float]]:
+def _runs(stretch: WallStretch, holes: list[_Hole], course: int) -> list[tuple[float, float]]:
     """Lengths of a stretch that a course fills with blocks."""
     taken = [gap for hole in holes if (gap := hole.gap(course))]
     return spaces(stretch.start, stretch.end, [*stretch.gaps(course), *taken])

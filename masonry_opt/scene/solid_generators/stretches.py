@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import NamedTuple
 
 #: Of the plan's size, a distance that is nothing.
 _ROUNDING = 1e-9
 
 
-class Crossing(NamedTuple):
+class WallCrossing(NamedTuple):
     """Where another wall crosses a stretch or meets its end.
 
     Attributes
@@ -35,7 +35,7 @@ class Crossing(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Stretch:
+class WallStretch:
     """A straight piece of a wall along x or y.
 
     Attributes
@@ -60,7 +60,7 @@ class Stretch:
     courses: int
     origin: float
     forwards: bool
-    crossings: tuple[Crossing, ...] = ()
+    crossings: tuple[WallCrossing, ...] = ()
 
     @property
     def faces(self) -> tuple[float, float]:
@@ -83,7 +83,7 @@ class Stretch:
             if course < crossing.courses and not crossing.passes[course % 2]:
                 yield crossing.start, crossing.end
 
-    def bays(self) -> Iterator[tuple[float, float, Crossing | None]]:
+    def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
         """Lengths between crossings, and the crossing at the start of each."""
         start, left = self.start, None
         for crossing in self.crossings:
@@ -94,19 +94,20 @@ class Stretch:
             yield start, self.end, left
 
 
-def crossed(stretches: list[Stretch], toothed: bool) -> list[Stretch]:
+def crossed(stretches: list[WallStretch], toothed: bool) -> list[WallStretch]:
     """The stretches with their crossings, ends that meet reaching to the outer face."""
     near = _ROUNDING * _size(stretches)
-    found: list[list[Crossing]] = [[] for _ in stretches]
+    found: list[list[WallCrossing]] = [[] for _ in stretches]
     for (i, one), (j, other) in combinations(enumerate(stretches), 2):
         if not _meet(one, other, near):
             continue
-        ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in _both(one, other)]
+        both = permutations((one, other))
+        ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
         # Butted, what ends there lies against what goes on, and else the second named.
         first = not ends[0] or ends[1]
         passes = ((True, False), (False, True)) if toothed else ((first, first), (not first, not first))
         for number, wall, through in ((i, other, passes[0]), (j, one, passes[1])):
-            found[number].append(Crossing(*wall.faces, wall.leaves, wall.courses, through))
+            found[number].append(WallCrossing(*wall.faces, wall.leaves, wall.courses, through))
     whole = []
     for stretch, own in zip(stretches, found, strict=True):
         start, end = stretch.start, stretch.end
@@ -118,7 +119,7 @@ def crossed(stretches: list[Stretch], toothed: bool) -> list[Stretch]:
     return whole
 
 
-def conflicts(stretches: list[Stretch]) -> Iterator[tuple[Stretch, Stretch, bool]]:
+def conflicts(stretches: list[WallStretch]) -> Iterator[tuple[WallStretch, WallStretch, bool]]:
     """Crossed stretches that overlap and cannot be bonded, and whether they are parallel: else one ends
     within the other."""
     near = _ROUNDING * _size(stretches)
@@ -129,22 +130,18 @@ def conflicts(stretches: list[Stretch]) -> Iterator[tuple[Stretch, Stretch, bool
         if one.along == other.along:
             yield one, other, True
             continue
-        for a, b in _both(one, other):
+        for a, b in permutations((one, other)):
             if a.start > b.faces[0] + near or a.end < b.faces[1] - near:
                 yield a, b, False
                 break
 
 
-def _both(one: Stretch, other: Stretch) -> tuple[tuple[Stretch, Stretch], tuple[Stretch, Stretch]]:
-    return (one, other), (other, one)
-
-
-def _meet(one: Stretch, other: Stretch, near: float) -> bool:
+def _meet(one: WallStretch, other: WallStretch, near: float) -> bool:
     """Whether the axes cross or touch."""
     return one.along != other.along and all(
-        a.start - near <= b.line <= a.end + near for a, b in _both(one, other)
+        a.start - near <= b.line <= a.end + near for a, b in permutations((one, other))
     )
 
 
-def _size(stretches: list[Stretch]) -> float:
+def _size(stretches: list[WallStretch]) -> float:
     return max(max(abs(each.line), abs(each.start), abs(each.end), each.thickness) for each in stretches)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from masonry_opt.scene.space.frames import Faces, dots, lengths
+from masonry_opt.scene.rows import dots, lengths
+from masonry_opt.scene.space.frames import OuterFaces
 
 
-def nearest(faces: Faces, boxes: tuple[np.ndarray, np.ndarray], block: int) -> tuple[int, float]:
+def nearest(faces: OuterFaces, boxes: tuple[np.ndarray, np.ndarray], block: int) -> tuple[int, float]:
     """The block nearest to a block, and its distance, given the boxes round all blocks."""
     low, high = boxes
     at_least = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
@@ -23,7 +24,7 @@ def nearest(faces: Faces, boxes: tuple[np.ndarray, np.ndarray], block: int) -> t
     return found, gap
 
 
-def _distance(every: Faces, one: int, other: int) -> float:
+def _distance(every: OuterFaces, one: int, other: int) -> float:
     """Distance of two blocks that do not overlap: between corners and faces, or between edges."""
     tail, tip, face = every.sides()
     sides = [np.flatnonzero(every.block[face] == block) for block in (one, other)]

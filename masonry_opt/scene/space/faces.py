@@ -9,9 +9,10 @@ import shapely
 
 from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.geometry import STRAIGHT
+from masonry_opt.scene.rows import dots, lengths
 from masonry_opt.scene.space.clipping import GRID, sound, valid
-from masonry_opt.scene.space.frames import Faces, Frames, dots, lengths
-from masonry_opt.scene.space.outlines import plain, wide, without_cracks, without_slivers
+from masonry_opt.scene.space.frames import Frames, OuterFaces
+from masonry_opt.scene.space.outlines import wide, without_cracks, without_slivers, without_straight_corners
 from masonry_opt.scene.space.surfaces import Surfaces
 
 
@@ -96,7 +97,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     return Planes(frame, block[leads], of_face, outwards)
 
 
-def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> Faces:
+def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFaces:
     """The outer faces of the blocks.
 
     Raises
@@ -132,7 +133,8 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> Faces:
         outer = sound(shapely.difference, both, both[::-1], grid=grid)
         merged[index : index + 2] = without_slivers(outer, 2 * tolerance)
     polygons, of_side = shapely.get_parts(merged, return_index=True)
-    polygons, part = shapely.get_parts(valid(plain(polygons, STRAIGHT * tolerance)), return_index=True)
+    simple = valid(without_straight_corners(polygons, STRAIGHT * tolerance))
+    polygons, part = shapely.get_parts(simple, return_index=True)
     of_side = of_side[part]
     kept = wide(polygons, tolerance)
     polygons, of_side = polygons[kept], of_side[kept]
@@ -145,4 +147,4 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> Faces:
     sign = np.where(inwards, -1.0, 1.0)[:, None]
     frame = planes.frame.where(plane)
     frame = Frames(frame.base, frame.u, sign * frame.v, sign * frame.normal)
-    return Faces(planes.block[plane], frame, polygons)
+    return OuterFaces(planes.block[plane], frame, polygons)

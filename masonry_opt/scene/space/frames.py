@@ -2,34 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 import shapely
 
+from masonry_opt.scene.rows import Rows
+from masonry_opt.scene.rows import dots as dots
+from masonry_opt.scene.rows import lengths as lengths
+
 #: Share of an area that is rounding.
 _ROUNDING = 1e-12
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Columns with as many rows each, arrays or such tables again."""
-
-    def where(self, chosen: np.ndarray) -> Self:
-        """The rows of a mask, or with these numbers in this order."""
-        columns = (getattr(self, column.name) for column in fields(self))
-        return type(self)(
-            *(each.where(chosen) if isinstance(each, Rows) else each[chosen] for each in columns)
-        )
-
-    def then(self, *more: Self) -> Self:
-        """These rows, then more."""
-        every = ([getattr(one, column.name) for one in (self, *more)] for column in fields(self))
-        return type(self)(
-            *(own[0].then(*own[1:]) if isinstance(own[0], Rows) else np.concatenate(own) for own in every)
-        )
 
 
 @dataclass(frozen=True)
@@ -63,7 +48,7 @@ class Frames(Rows):
 
 
 @dataclass(frozen=True)
-class Faces(Rows):
+class OuterFaces(Rows):
     """Plane outer faces of the blocks in turn.
 
     Attributes
@@ -99,16 +84,6 @@ class Faces(Rows):
         points = self.frame.up(flat, face[ring])
         inside = ring[:-1] == ring[1:]
         return points[:-1][inside], points[1:][inside], face[ring[:-1][inside]]
-
-
-def dots(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Scalar products of the rows, shape (rows,)."""
-    return np.einsum("ij,ij->i", one, other)
-
-
-def lengths(vectors: np.ndarray) -> np.ndarray:
-    """Lengths of the rows, shape (rows,)."""
-    return np.sqrt(dots(vectors, vectors))
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:

@@ -6,13 +6,13 @@ import numpy as np
 import shapely
 
 from masonry_opt.scene.combinations import ranges
-from masonry_opt.scene.space.surfaces import sums
+from masonry_opt.scene.rows import sums
 
 #: Mitres of offset outlines are cut off beyond so many offsets: sharper corners than 1° are none.
 _MITRE = 100.0
 
 
-def plain(polygons: np.ndarray, tolerance: float) -> np.ndarray:
+def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
     """The polygons, counter-clockwise, holes clockwise, without corners that lie within the tolerance of the
     outline without them; empty ones where nothing is left."""
     rings, polygon = shapely.get_rings(polygons, return_index=True)

@@ -9,13 +9,13 @@ import numpy as np
 
 from masonry_opt.scene.combinations import chunks, combine, ranges
 from masonry_opt.scene.extents import Common
+from masonry_opt.scene.rows import dots
 from masonry_opt.scene.space.faces import Planes
-from masonry_opt.scene.space.frames import dots
 from masonry_opt.scene.space.surfaces import Surfaces
 
 
 @dataclass(frozen=True)
-class Parts:
+class ConvexParts:
     """Convex parts of the blocks in turn.
 
     Attributes
@@ -37,7 +37,7 @@ class Parts:
     high: np.ndarray
 
     @classmethod
-    def of(cls, surfaces: Surfaces, planes: Planes) -> Parts:
+    def of(cls, surfaces: Surfaces, planes: Planes) -> ConvexParts:
         """The parts that the surfaces bound, if they are convex."""
         at, corner = np.unique(surfaces.vertex, return_index=True)
         points, of_point = surfaces.points[at], surfaces.part[surfaces.face[corner]]
@@ -55,9 +55,7 @@ class Parts:
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far the nearest and the farthest corner of the other parts lie outside, at the plane of the one
         parts where that is most; negative inside. Shape (pairs,) each."""
-        planes, points = (
-            np.bincount(owner, minlength=len(self.block)) for owner in (self.of_plane, self.of_point)
-        )
+        planes, points = (np.bincount(of, minlength=len(self.block)) for of in (self.of_plane, self.of_point))
         first_plane, first_point = np.cumsum(planes) - planes, np.cumsum(points) - points
         nearest, farthest = np.empty(len(one)), np.empty(len(one))
         for some in chunks(planes[one] * points[other]):
@@ -79,7 +77,7 @@ class Parts:
 
 
 def overlapping(
-    parts: Parts, one: np.ndarray, other: np.ndarray, tolerance: float
+    parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
 ) -> Iterator[tuple[int, Common]]:
     """Numbers of the pairs of parts that overlap by more than the tolerance, and what they have in common."""
     inside = np.minimum(parts.high[one], parts.high[other]) - np.maximum(parts.low[one], parts.low[other])
@@ -93,7 +91,7 @@ def overlapping(
             yield int(pair), both
 
 
-def _common(parts: Parts, one: int, other: int) -> Common:
+def _common(parts: ConvexParts, one: int, other: int) -> Common:
     """What two parts have in common, as deep as the largest ball in it is wide; 0 if they do not overlap."""
     # Few pairs come here, and half a second is much for the others to wait.
     from scipy.optimize import linprog

@@ -12,12 +12,13 @@ from scipy.optimize import nnls
 from masonry_opt.scene.combinations import combine
 from masonry_opt.scene.extents import Common, Extents
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, raise_for
+from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.distance import nearest
 from masonry_opt.scene.space.faces import outer_faces, planes
-from masonry_opt.scene.space.frames import Faces, dots, lengths
-from masonry_opt.scene.space.parts import Parts, overlapping
-from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, sums, surfaces
+from masonry_opt.scene.space.frames import OuterFaces
+from masonry_opt.scene.space.parts import ConvexParts, overlapping
+from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, surfaces
 
 #: Weight of the condition that the corners' shares in the nearest point of their hull sum to one.
 _WHOLE = 1e6
@@ -33,8 +34,8 @@ class Shapes(Extents):
     faces: the outer faces.
     """
 
-    parts: Parts
-    faces: Faces
+    parts: ConvexParts
+    faces: OuterFaces
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
@@ -107,7 +108,7 @@ def shapes(scene: Scene) -> Shapes:
     given = reversed_faces(given, masses.volume[given.part] < 0)
     volume = np.abs(masses.volume)
     flat = planes(given, tolerance)
-    parts = Parts.of(given, flat)
+    parts = ConvexParts.of(given, flat)
     _refuse_hollows(scene, parts, tolerance)
     _refuse_overlaps_inside(scene, parts, origin, tolerance)
     blocks = len(scene.blocks)
@@ -142,7 +143,7 @@ def _masses(given: Surfaces) -> _Masses:
     return _Masses(whole, surface, inside + moment / safe)
 
 
-def _refuse_hollows(scene: Scene, parts: Parts, tolerance: float) -> None:
+def _refuse_hollows(scene: Scene, parts: ConvexParts, tolerance: float) -> None:
     number = np.arange(len(parts.block))
     _, farthest = parts.beyond(number, number)
     worst = int(farthest.argmax())
@@ -158,7 +159,7 @@ def _refuse_hollows(scene: Scene, parts: Parts, tolerance: float) -> None:
         )
 
 
-def _refuse_overlaps_inside(scene: Scene, parts: Parts, origin: np.ndarray, tolerance: float) -> None:
+def _refuse_overlaps_inside(scene: Scene, parts: ConvexParts, origin: np.ndarray, tolerance: float) -> None:
     count = np.bincount(parts.block)
     first = np.cumsum(count) - count
     _, one, other = combine(first, count, first, count)

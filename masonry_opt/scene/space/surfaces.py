@@ -7,11 +7,11 @@ from itertools import chain
 from typing import NoReturn
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.combinations import ranges
+from masonry_opt.scene.combinations import following, ranges
+from masonry_opt.scene.rows import first_alike, linked
+from masonry_opt.scene.rows import sums as sums
 from masonry_opt.scene.scene import Scene
 
 
@@ -69,19 +69,6 @@ class Surfaces:
         )
 
 
-def following(count: np.ndarray) -> np.ndarray:
-    """The number that follows each in rings of so many numbers, one after the other."""
-    ends = np.cumsum(count)
-    after = np.arange(1, count.sum() + 1)
-    after[ends[count > 0] - 1] = (ends - count)[count > 0]
-    return after
-
-
-def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Sums of the rows of values, shape (rows, k), by owner, shape (count, k)."""
-    return np.column_stack([np.bincount(owner, column, count) for column in values.T])
-
-
 def surfaces(scene: Scene) -> Surfaces:
     """The blocks' surfaces as given, turned consistently within each part.
 
@@ -106,16 +93,6 @@ def surfaces(scene: Scene) -> Surfaces:
     return _turned(Surfaces(scene, points, block, part, face[apart], vertex[apart]))
 
 
-def first_alike(rows: np.ndarray) -> np.ndarray:
-    """Of each row the first one with the same numbers."""
-    order = np.lexsort(rows.T)
-    new = np.ones(len(order), dtype=bool)
-    new[1:] = (np.diff(rows[order], axis=0) != 0).any(axis=1)
-    first = np.empty_like(order)
-    first[order] = order[new][np.cumsum(new) - 1]
-    return first
-
-
 def _turned(given: Surfaces) -> Surfaces:
     """The surfaces with the faces of each part turned one way, after the check that they are closed."""
     tail, tip = given.vertex, given.vertex[given.following()]
@@ -137,12 +114,8 @@ def _turned(given: Surfaces) -> Surfaces:
         return given
     # Two nodes a face, as it is and turned round; edges say which of two faces' go together.
     count = len(given.part)
-    ends = (
-        np.concatenate([one, one + count]),
-        np.concatenate([np.where(same_way, other + count, other), np.where(same_way, other, other + count)]),
-    )
-    links = sp.coo_array((np.ones(len(ends[0])), ends), shape=(2 * count, 2 * count))
-    _, group = connected_components(links, directed=False)
+    together = np.where(same_way, other + count, other), np.where(same_way, other, other + count)
+    group = linked(2 * count, np.append(one, one + count), np.append(*together))
     twisted = np.flatnonzero(group[:count] == group[count:])
     if len(twisted):
         given.refuse(int(twisted[0]), "is part of a surface without inside and outside: give a solid's faces")

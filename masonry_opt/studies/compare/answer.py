@@ -8,7 +8,7 @@ import pandas as pd
 
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.plan import CaseScene, Plan
+from masonry_opt.studies.compare.plan import CaseScene, RunPlan
 
 #: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
 REPEATED_BELOW = 5.0
@@ -40,7 +40,7 @@ class Comparison:
     """
 
     scenes: tuple[CaseScene, ...]
-    plan: Plan
+    plan: RunPlan
     limits: RunLimits
     bounds: dict[str, CertifiedBounds]
     best: dict[str, BestKnown]

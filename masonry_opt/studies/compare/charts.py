@@ -13,7 +13,7 @@ import pandas as pd
 from masonry_opt.drawing.colours import SERIES
 from masonry_opt.errors import counted
 from masonry_opt.methods.registry import METHODS
-from masonry_opt.studies.charts import Drawing, alt
+from masonry_opt.studies.charts import NamedChart, alt
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.judge import (
     ASSOCIATIVE,
@@ -89,7 +89,7 @@ _CHOSEN = alt.selection_point(name="chosen", fields=["pair"], bind="legend")
 _FADED = alt.when(_CHOSEN).then(alt.value(1)).otherwise(alt.value(0.1))
 
 
-def charts(summary: pd.DataFrame) -> list[Drawing]:
+def charts(summary: pd.DataFrame) -> list[NamedChart]:
     """Every chart of a summary (see :func:`~.frames.summary`); none of an empty one."""
     if summary.empty:
         return []
@@ -106,7 +106,7 @@ def charts(summary: pd.DataFrame) -> list[Drawing]:
     return drawn
 
 
-def _time_error(summary: pd.DataFrame, question: str, error: str) -> Drawing:
+def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
     """Time against error, a panel a scene; runs that are not certified are letters in a band at the top."""
     rows = summary[summary["question"] == question]
     certified = rows["verdict"] == CERTIFIED
@@ -164,10 +164,11 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> Drawing:
     ]
     title = f"{question.capitalize()} λ: time against {what}"
     name = f"time_{error}_{question.lower()}"
-    return Drawing(name, title, alt.layer(*layers, data=marks).add_params(_CHOSEN), "; ".join(notes), "scene")
+    chart = alt.layer(*layers, data=marks).add_params(_CHOSEN)
+    return NamedChart(name, title, chart, "; ".join(notes), "scene")
 
 
-def _profile(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> Drawing:
+def _profile(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> NamedChart:
     """Performance profiles over the scenes, of the times as of :func:`~.frames.reached`."""
     curves = frames.profiles(times)
     last = 2.0 * float(curves["ratio"].max())
@@ -186,10 +187,10 @@ def _profile(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> Drawi
     lines = _line(alt.Chart(curves), looks, interpolate="step-after").encode(**places)
     chart = (lines + _points(alt.Chart(few), looks, ("pair",)).encode(**places)).add_params(_CHOSEN)
     title = f"performance profile: to {TARGET[question]:g}, {counted(times['scene'].nunique(), 'scene')}"
-    return Drawing(f"profile_{question.lower()}", f"{question.capitalize()} λ, {title}", chart)
+    return NamedChart(f"profile_{question.lower()}", f"{question.capitalize()} λ, {title}", chart)
 
 
-def _size(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> Drawing:
+def _size(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> NamedChart:
     """Time against the number of joints, with fitted exponents."""
     fits = frames.growth(times).set_index("pair")
     solved = times[np.isfinite(times["time"])]
@@ -208,14 +209,14 @@ def _size(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> Drawing:
     points = _points(alt.Chart(solved), looks, ("scene", "pair", "joints", "time")).encode(**places)
     chart = (_line(alt.Chart(ends), looks).encode(**places) + points).add_params(_CHOSEN)
     title = f"{question.capitalize()} λ: time to reach {TARGET[question]:g}, against size"
-    return Drawing(f"size_{question.lower()}", title, chart)
+    return NamedChart(f"size_{question.lower()}", title, chart)
 
 
-def _success(summary: pd.DataFrame) -> list[Drawing]:
+def _success(summary: pd.DataFrame) -> list[NamedChart]:
     """How the scenes ended, a bar a pair and tolerance, and the time of its certified answers."""
     table = frames.success(summary)
     least, most = int(table["scenes"].min()), int(table["scenes"].max())
-    # An interrupted comparison lacks some.
+    # After an interrupt some pairs lack scenes.
     scenes = counted(most, "scene") if least == most else f"{least} to {most} scenes"
     rungs = zip(table["pair"], table["tolerance"], strict=True)
     # In two lines, to leave room beside them on a narrow screen.
@@ -249,8 +250,8 @@ def _success(summary: pd.DataFrame) -> list[Drawing]:
     ended = ended.properties(height=height)
     timed = (half + middle.mark_circle(color="black", size=45) + told).properties(height=height)
     return [
-        Drawing("success", "How the scenes ended", ended, f"{scenes}, counts in the bars"),
-        Drawing("success_time", "Time of the certified answers", timed, "median, and their middle half"),
+        NamedChart("success", "How the scenes ended", ended, f"{scenes}, counts in the bars"),
+        NamedChart("success_time", "Time of the certified answers", timed, "median, and their middle half"),
     ]
 
 

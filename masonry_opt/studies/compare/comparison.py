@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -20,7 +20,7 @@ from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.answer import REPEATED_BELOW, Comparison, RunLimits
 from masonry_opt.studies.compare.best_known import best_known, improve, lowest_exact, merged
 from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE, COULOMB, question_of
-from masonry_opt.studies.compare.plan import CaseScene, Pair, Plan, find_scenes, plan
+from masonry_opt.studies.compare.plan import CaseScene, Pair, RunPlan, find_scenes, plan
 from masonry_opt.studies.compare.runs import (
     COLUMNS,
     bound_scene,
@@ -130,7 +130,7 @@ def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
 
 def run_plan(
     scenes: Sequence[CaseScene],
-    plan: Plan,
+    plan: RunPlan,
     limits: RunLimits,
     folder: Path,
     progress: Callable[[str], None],
@@ -138,22 +138,21 @@ def run_plan(
 ) -> Comparison:
     """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`)."""
     known = best_known(scenes)
-    journal = Journal(folder, {"columns": digest(COLUMNS)})
+    notes: list[str] = []
+    made = _JournalRuns(Journal(folder, {"columns": digest(COLUMNS)}), limits, progress, notes)
     bounds: dict[str, CertifiedBounds] = {}
     to_expect: dict[str, float | None] = {}
     coulomb = any(question_of(pair.method) == COULOMB for pair in plan.pairs)
     rows: list[dict[str, Any]] = []
-    notes: list[str] = []
     interrupted = False
     try:
         for scene in scenes:
-            once = partial(_once, scene, journal, limits, progress, notes)
             known_without = scene.expected.get(ASSOCIATIVE, ANSWER) != ANSWER  # then there is no λ to bound
-            if not known_without and (found := once("certified bounds", bound_scene)):
+            if not known_without and (found := made.once(scene, "certified bounds", bound_scene)):
                 bounds[scene.name] = CertifiedBounds(**found)
-            if coulomb and (found := once("load to expect", scene_to_expect)):
+            if coulomb and (found := made.once(scene, "load to expect", scene_to_expect)):
                 to_expect[scene.name] = found["load_factor"]
-        for row in _runs(scenes, plan, limits, journal, progress):
+        for row in made.runs(scenes, plan.pairs):
             rows.append(row)  # those before an interrupt stay
     except KeyboardInterrupt:
         interrupted = True
@@ -175,58 +174,54 @@ def run_plan(
     )
 
 
-def _runs(
-    scenes: Sequence[CaseScene],
-    plan: Plan,
-    limits: RunLimits,
-    journal: Journal,
-    progress: Callable[[str], None],
-) -> Iterator[dict[str, Any]]:
-    versions = versions_hash()
-    long: set[tuple[str, Pair]] = set()
-    # Repeats come last: an interrupted comparison has made everything once.
-    runs = [*product(range(1, limits.repeats + 1), scenes, plan.pairs)]
-    for number, (repeat, scene, pair) in enumerate(runs, start=1):
-        if (scene.name, pair) in long:
-            continue
-        columns = key_of(scene, pair, repeat, versions)
-        key = " · ".join(map(str, columns.values()))
-        row = journal.find(key)
-        if row is None or _ended_by_less(row, limits):
-            tolerance = "" if pair.tolerance is None else f" · {pair.tolerance:.0e}"
-            progress(f"{number}/{len(runs)} {scene.name} · {pair.label}{tolerance}")
-            end = run_alone(partial(run_pair, scene.path, pair, limits.time), limits.time, limits.memory)
-            row = row_of(columns, end, limits.time, limits.memory)
-            if end.how != DIED:  # the system may have killed it
-                journal.add(key, row)
-        if row["wall"] > REPEATED_BELOW or row["ended"] != FINISHED:
-            long.add((scene.name, pair))
-        yield row
+@dataclass(frozen=True)
+class _JournalRuns:
+    """Runs read from a journal, or made and kept there; notes of what could not be made."""
+
+    journal: Journal
+    limits: RunLimits
+    progress: Callable[[str], None]
+    notes: list[str]
+
+    def runs(self, scenes: Sequence[CaseScene], pairs: Sequence[Pair]) -> Iterator[dict[str, Any]]:
+        versions, limits = versions_hash(), self.limits
+        long: set[tuple[str, Pair]] = set()
+        # Repeats come last: an interrupted comparison has made everything once.
+        runs = [*product(range(1, limits.repeats + 1), scenes, pairs)]
+        for number, (repeat, scene, pair) in enumerate(runs, start=1):
+            if (scene.name, pair) in long:
+                continue
+            columns = key_of(scene, pair, repeat, versions)
+            key = " · ".join(map(str, columns.values()))
+            row = self.journal.find(key)
+            if row is None or _ended_by_less(row, limits):
+                tolerance = "" if pair.tolerance is None else f" · {pair.tolerance:.0e}"
+                self.progress(f"{number}/{len(runs)} {scene.name} · {pair.label}{tolerance}")
+                end = run_alone(partial(run_pair, scene.path, pair, limits.time), limits.time, limits.memory)
+                row = row_of(columns, end, limits.time, limits.memory)
+                if end.how != DIED:  # the system may have killed it
+                    self.journal.add(key, row)
+            if row["wall"] > REPEATED_BELOW or row["ended"] != FINISHED:
+                long.add((scene.name, pair))
+            yield row
+
+    def once(
+        self, scene: CaseScene, what: str, function: Callable[[Path], dict[str, Any]]
+    ) -> dict[str, Any] | None:
+        """What a function finds of a case file, read or computed; None, and a note, where that failed."""
+        key, limits = f"{what} · {scene.content}", self.limits
+        found = self.journal.find(key)
+        if found is None:
+            self.progress(f"{what} of {scene.name}")
+            end = run_alone(partial(function, scene.path), max(limits.time, _SCENE_TIME), limits.memory)
+            if end.how != FINISHED:
+                self.notes.append(f"{scene.name}: no {what}: {end.how}: {end.reason}")
+                return None
+            self.journal.add(key, found := end.value)
+        return found
 
 
 def _ended_by_less(row: dict[str, Any], limits: RunLimits) -> bool:
     """Whether a run was killed at a limit that is higher now."""
     now = {TIME_LIMIT: limits.time > row["time_limit"], MEMORY_LIMIT: limits.memory > row["memory_limit"]}
     return now.get(row["ended"], False)
-
-
-def _once(
-    scene: CaseScene,
-    journal: Journal,
-    limits: RunLimits,
-    progress: Callable[[str], None],
-    notes: list[str],
-    what: str,
-    function: Callable[[Path], dict[str, Any]],
-) -> dict[str, Any] | None:
-    """What a function finds of a case file, read or computed; None, and a note, where that failed."""
-    key = f"{what} · {scene.content}"
-    found = journal.find(key)
-    if found is None:
-        progress(f"{what} of {scene.name}")
-        end = run_alone(partial(function, scene.path), max(limits.time, _SCENE_TIME), limits.memory)
-        if end.how != FINISHED:
-            notes.append(f"{scene.name}: no {what}: {end.how}: {end.reason}")
-            return None
-        journal.add(key, found := end.value)
-    return found

@@ -182,7 +182,7 @@ def _verdict(
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, VerdictReason.ABOVE_BOUND
-        # Coulomb's λ has the upper bound alone: its states are states of eq. (9). So are those within sides.
+        # States of Coulomb's law, and within sides, are states of eq. (9): they have the upper bound alone.
         both = question_of(row["method"]) == ASSOCIATIVE and not by_sides(row)
         if both and load_factor < bounds.lower - margin:
             return WRONG, VerdictReason.BELOW_BOUND

@@ -18,7 +18,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.charts import Drawing, script
+from masonry_opt.studies.charts import NamedChart, script
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.answer import REPEATED_BELOW, Comparison
@@ -85,7 +85,7 @@ class Thumbnail:
 
 
 @dataclass(frozen=True)
-class Cell:
+class TableCell:
     """A value, notes below it, and its look: "" (a load factor), "plain", "named", "failed" or "wrong"."""
 
     value: str
@@ -100,13 +100,13 @@ class SceneRow:
     scene: str
     title: str
     picture: Thumbnail | None
-    cells: tuple[Cell, ...]
+    cells: tuple[TableCell, ...]
 
 
-_UNKNOWN = Cell("–", look="plain")
+_UNKNOWN = TableCell("–", look="plain")
 
 
-def page(comparison: Comparison, charts: Sequence[Drawing]) -> str:
+def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     """The report of a comparison, its charts inside."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
@@ -160,34 +160,34 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
     found = {(str(row["scene"]), str(row["method"])): row for row in answers}
     apart = _apart(summary)
 
-    def size(scene: str) -> Cell:
+    def size(scene: str) -> TableCell:
         for (name, _), row in found.items():
             if name == scene and not (pd.isna(row["blocks"]) or pd.isna(row["joints"])):
-                return Cell(f"{row['blocks']:.0f} × {row['joints']:.0f}", look="plain")
+                return TableCell(f"{row['blocks']:.0f} × {row['joints']:.0f}", look="plain")
         return _UNKNOWN
 
-    def answer(method: str, scene: str) -> Cell:
+    def answer(method: str, scene: str) -> TableCell:
         return _answer(found.get((scene, method)))
 
-    def certified(scene: str) -> Cell:
+    def certified(scene: str) -> TableCell:
         bounds = comparison.bounds.get(scene)
-        return Cell(_lambda(bounds.middle)) if bounds and bounds.finite else _UNKNOWN
+        return TableCell(_lambda(bounds.middle)) if bounds and bounds.finite else _UNKNOWN
 
-    def best(scene: str) -> Cell:
+    def best(scene: str) -> TableCell:
         known = comparison.best.get(scene)
-        return Cell(_lambda(known.load_factor), (known.method,)) if known else _UNKNOWN
+        return TableCell(_lambda(known.load_factor), (known.method,)) if known else _UNKNOWN
 
-    def to_expect(scene: str) -> Cell:
+    def to_expect(scene: str) -> TableCell:
         load_factor = comparison.to_expect.get(scene)
-        return _UNKNOWN if load_factor is None else Cell(_lambda(load_factor))
+        return _UNKNOWN if load_factor is None else TableCell(_lambda(load_factor))
 
-    def spread(scene: str) -> Cell:
+    def spread(scene: str) -> TableCell:
         if (row := apart.get(scene)) is None:
             return _UNKNOWN
         ends = f"{_lambda(row['lowest'])} to {_lambda(row['highest'])}"
-        return Cell(f"{100 * row['spread']:.1f} %", (ends,))
+        return TableCell(f"{100 * row['spread']:.1f} %", (ends,))
 
-    def of_methods(question: str) -> dict[str, Callable[[str], Cell]]:
+    def of_methods(question: str) -> dict[str, Callable[[str], TableCell]]:
         methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
         return {
             f"{question} λ, {method}": partial(answer, method)
@@ -211,17 +211,17 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
     return [*columns], rows
 
 
-def _answer(row: Mapping[Any, Any] | None) -> Cell:
+def _answer(row: Mapping[Any, Any] | None) -> TableCell:
     if row is None:
-        return Cell("not run", look="plain")
+        return TableCell("not run", look="plain")
     notes = [f"{number(row['time'], 2)} s"]
     if row["alike"] < row["runs"]:
         notes.append(f"{row['alike']} of {row['runs']} runs {row['verdict']}")
     if row["verdict"] == CERTIFIED:
-        return Cell(_lambda(row["load_factor"]), (*_gap(row), *notes))
+        return TableCell(_lambda(row["load_factor"]), (*_gap(row), *notes))
     said, look = _NO_VALUE[row["verdict"]]
     given = "" if pd.isna(row["load_factor"]) else f"λ {_lambda(row['load_factor'])}: "
-    return Cell(said, (given + reason_text(row, brief=True), *notes), look)
+    return TableCell(said, (given + reason_text(row, brief=True), *notes), look)
 
 
 def _gap(row: Mapping[Any, Any]) -> list[str]:

@@ -83,7 +83,7 @@ def content_of(scene: Scene) -> str:
     a multiple of the block's weight has the hash of its force.
     """
     keys = scene.model_dump(exclude=_WORDS, exclude_defaults=True)
-    # A load may say another weight, which the multiple follows.
+    # Not beside loads: one may give another weight, which the multiple follows.
     for block in [] if scene.loads else keys["blocks"]:
         if "weight" in block and "live" not in block and (times := block.pop("live_per_weight", None)):
             block["live"] = tuple(part * block["weight"] for part in times)
@@ -129,7 +129,7 @@ class NotApplicable(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Plan:
+class RunPlan:
     """The pairs of a comparison, and the combinations left out."""
 
     pairs: tuple[Pair, ...]
@@ -138,7 +138,7 @@ class Plan:
 
 def plan(
     methods: Sequence[str], models: Sequence[str], solvers: Sequence[str], tolerances: Sequence[float]
-) -> Plan:
+) -> RunPlan:
     """The admissible combinations, by the registries METHODS and SOLVERS.
 
     A method with tolerances of its own runs once, with its default solver if none of its solvers is named.
@@ -165,7 +165,7 @@ def plan(
     if not pairs:
         why = "; ".join(f"{', '.join(names)}: {reason}" for *names, reason in left_out)
         raise OptionError(f"nothing to compare: {why}")
-    return Plan(tuple(dict.fromkeys(pairs)), tuple(left_out))
+    return RunPlan(tuple(dict.fromkeys(pairs)), tuple(left_out))
 
 
 def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:

@@ -21,7 +21,7 @@ from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.compare.plan import CaseScene, Pair
-from masonry_opt.studies.runner import End
+from masonry_opt.studies.runner import TaskEnd
 
 #: Columns that identify a run: a run with an equal key is not made again.
 KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
@@ -71,7 +71,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
         else:
             solve(_WARM_UP, pair.method, **chosen)
     start = time.perf_counter()
-    # Its time is to be the method's own.
+    # Without the load to expect: the time measured is the method's own.
     result = solve(path, pair.method, expected=False, **chosen, **options)
     wall = time.perf_counter() - start
     told = result.as_dict()
@@ -109,7 +109,7 @@ def key_of(scene: CaseScene, pair: Pair, repeat: int, versions: str) -> dict[str
     return dict(zip(KEY, (scene.name, scene.content, versions, *which), strict=True))
 
 
-def row_of(key: Mapping[str, Any], end: End, time_limit: float, memory_limit: float) -> dict[str, Any]:
+def row_of(key: Mapping[str, Any], end: TaskEnd, time_limit: float, memory_limit: float) -> dict[str, Any]:
     """The row of a run, by COLUMNS."""
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "")
     row |= {"message": end.reason, "wall": end.seconds}

@@ -15,7 +15,7 @@ from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import counted, printable
 from masonry_opt.result import Result
 from masonry_opt.studies.crossing.passage import Passage
-from masonry_opt.studies.crossing.search import Found, Trial
+from masonry_opt.studies.crossing.search import PassageTrials, PositionTrial
 from masonry_opt.studies.many.runs import COLUMNS, columns
 from masonry_opt.words.sentences import numeral
 
@@ -24,12 +24,12 @@ _NAMED = 5
 
 
 @dataclass(frozen=True)
-class Crossed:
+class CrossedPassage:
     """A passage with its answers, and those of associative flow at all positions looked at."""
 
     passage: Passage
-    found: Found
-    associative: Found = field(repr=False)
+    found: PassageTrials
+    associative: PassageTrials = field(repr=False)
 
     @property
     def least(self) -> float:
@@ -42,7 +42,7 @@ class Crossed:
         """Where it is least, the first of several with an axle on a block that can move."""
         return min(self.found.trials, key=self._least_first).position
 
-    def _least_first(self, trial: Trial) -> tuple[float, bool]:
+    def _least_first(self, trial: PositionTrial) -> tuple[float, bool]:
         if math.isfinite(trial.load_factor):
             return trial.load_factor, False
         return math.inf, not self.passage.carried(trial.position)
@@ -53,7 +53,7 @@ class Crossings:
     """Load factors of a scene by the position of axles, in numbers; see :class:`~.crossing.Crossing`."""
 
     worst: Result
-    passages: tuple[Crossed, ...] = field(repr=False)
+    passages: tuple[CrossedPassage, ...] = field(repr=False)
     interrupted: bool = False
 
     @property
@@ -66,7 +66,7 @@ class Crossings:
         return self.worst.required()
 
     @property
-    def least(self) -> Crossed | None:
+    def least(self) -> CrossedPassage | None:
         """The passage with the worst position; None of a scene that does not stand."""
         return min(self.passages, key=lambda one: one.least, default=None)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,6 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.files import write_whole
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
@@ -24,11 +24,10 @@ from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
-from masonry_opt.studies.crossing.answer import Crossed, Crossings
+from masonry_opt.studies.crossing.answer import CrossedPassage, Crossings
 from masonry_opt.studies.crossing.moving_load import MovingLoad
 from masonry_opt.studies.crossing.passage import Passage
-from masonry_opt.studies.crossing.search import Solve, Solving, least_associative, least_coulomb
-from masonry_opt.studies.writing import refuse_saving
+from masonry_opt.studies.crossing.search import PassageSolver, SolveLive, least_associative, least_coulomb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,7 +59,6 @@ class Crossing(Crossings):
         """
         from masonry_opt.studies.crossing.picture import picture
 
-        self._refuse_nothing()
         return picture(self)
 
     def save(self, path: str | Path, force: bool = False) -> None:
@@ -70,18 +68,10 @@ class Crossing(Crossings):
         Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
         replaces what was not written here), or the scene does not stand.
         """
+        from masonry_opt.drawing.figure import save_as
         from masonry_opt.studies.crossing.picture import page, picture
 
-        refuse_saving(path, force)
-        self._refuse_nothing()
-        if Path(path).suffix.lower() == ".html":
-            write_whole(path, page(self))
-        else:
-            picture(self).save(path, force)
-
-    def _refuse_nothing(self) -> None:
-        if not self.passages:
-            raise OptionError(f"{self.worst.case}: {self.worst.status}: no axle was moved, none can be drawn")
+        save_as(path, force, partial(page, self), partial(picture, self))
 
 
 def crossing(
@@ -153,8 +143,8 @@ def crossing(
     for passage in passages:
         solve = _solve(many, passage, effort)
         plain = proves and model is None and solver is None and not len(passage.assembly.problem.crushing)
-        solving = Solving(passage, associative if plain else solve, progress)
-        envelope = solving if proves else Solving(passage, associative)
+        solving = PassageSolver(passage, associative if plain else solve, progress)
+        envelope = solving if proves else PassageSolver(passage, associative)
         try:
             beside = least_associative(envelope, _longest(passage), WITHIN)
             found = beside if proves else least_coulomb(solving, beside, WITHIN)
@@ -162,7 +152,7 @@ def crossing(
             interrupted, found = True, solving.found()
             beside = found if proves else envelope.found()
         if found.trials:
-            crossed.append(Crossed(passage, found, beside))
+            crossed.append(CrossedPassage(passage, found, beside))
         if interrupted:
             break
     if not crossed:
@@ -176,7 +166,7 @@ def _longest(passage: Passage) -> float:
     return _LONGEST * float(passage.road.breaks[-1] - passage.road.breaks[0])
 
 
-def _solve(session: Session, passage: Passage, effort: Effort) -> Solve:
+def _solve(session: Session, passage: Passage, effort: Effort) -> SolveLive:
     """The method itself, on the scene's own matrices, of a scene that stands."""
     assembly = passage.assembly
 

@@ -12,7 +12,7 @@ import shapely
 
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.road import Road
-from masonry_opt.scene.axles import Axles, Direction
+from masonry_opt.scene.axles import Axles, TravelDirection
 from masonry_opt.scene.loads import Load
 from masonry_opt.scene.scene import Scene
 
@@ -33,7 +33,7 @@ class Passage:
     """
 
     axles: Axles
-    direction: Direction
+    direction: TravelDirection
     assembly: Assembly
     road: Road
 
@@ -50,8 +50,7 @@ class Passage:
         factor = self.assembly.scene.factor_of_axles
         forces = factor * self._on_blocks(position)[movable] / problem.force_unit
         forces[:, 2] /= problem.length_unit
-        live: np.ndarray = problem.live + forces.ravel()
-        return live
+        return problem.live + forces.ravel()
 
     def loaded(self, position: float) -> Assembly:
         """The assembly with that live load."""
@@ -80,7 +79,7 @@ class Passage:
             at = np.array([x, high if met.is_empty else met.bounds[3]]) + shapes.origin
             where = {"block": scene.blocks[block].name, "at": tuple(map(float, at))}
             loads.append(Load(**where, live=(0.0, float(down)), group=group))
-        return scene.replace(**changed).read_from(scene.called).under(case)
+        return scene.replace(**changed).read_from(scene.called).with_load_case(case)
 
     def pieces(self, longest: float) -> list[tuple[float, float]]:
         """Ranges of positions, from left to right, in which loads do not jump and some axle is on a movable
@@ -100,5 +99,4 @@ class Passage:
 
     def _on_blocks(self, position: float) -> np.ndarray:
         loads = np.array(self.axles.group.loads)
-        forces: np.ndarray = self.road.on_blocks(position + self.offsets, loads)
-        return forces
+        return self.road.on_blocks(position + self.offsets, loads)

@@ -1,4 +1,4 @@
-"""The picture of a crossing, λ over the position above the bridge that moves, and its page."""
+"""Picture and page of a crossing: λ over the position, and below it the mechanism at the worst one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, style
 from masonry_opt.drawing.notebook import notebook_html
 from masonry_opt.drawing.pictures import draw_mechanism
-from masonry_opt.errors import printable
+from masonry_opt.errors import OptionError, printable
 from masonry_opt.studies.crossing.answer import Crossings
 from masonry_opt.studies.crossing.passage import Passage
 from masonry_opt.studies.writing import render
@@ -32,9 +32,10 @@ _ARROW = 0.05
 
 def picture(crossing: Crossings) -> Picture:
     """Load factors by position, and below them, in the same scale, the mechanism at the worst."""
-    least = crossing.least
-    assert least is not None
-    passage, worst = least.passage, crossing.worst
+    least, worst = crossing.least, crossing.worst
+    if least is None:
+        raise OptionError(f"{worst.case}: {worst.status}: no axle was moved, none can be drawn")
+    passage = least.passage
     with style():
         made = Picture()
         chart, bridge = made.subplots(2)

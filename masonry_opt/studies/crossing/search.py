@@ -16,10 +16,10 @@ from masonry_opt.answer.status import Status
 from masonry_opt.studies.crossing.passage import Passage
 
 #: The answer under a live load, shape (3b,).
-Solve = Callable[[np.ndarray], Solution]
+SolveLive = Callable[[np.ndarray], Solution]
 
 #: Called with a position and the load factor found there (NaN without one).
-Progress = Callable[[float, float], None]
+PositionProgress = Callable[[float, float], None]
 
 #: Share of the loads, by their largest entry, that is nothing.
 _ROUNDING = 1e-7
@@ -34,7 +34,7 @@ _FIRST, _MARGIN, _ROUNDS = 25, 0.005, 10
 
 
 @dataclass(frozen=True)
-class Trial:
+class PositionTrial:
     """An answer at a position."""
 
     position: float
@@ -48,7 +48,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Found:
+class PassageTrials:
     """Trials of a passage, by rising position.
 
     Attributes
@@ -56,7 +56,7 @@ class Found:
     bound: what no load factor at any position is below, proven; None where nothing is.
     """
 
-    trials: list[Trial]
+    trials: list[PositionTrial]
     bound: float | None = None
 
     @property
@@ -82,29 +82,29 @@ class Found:
 _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANISM),))
 
 
-class Solving:
+class PassageSolver:
     """Trials of a passage so far, each position solved once; whoever is interrupted finds them here."""
 
     def __init__(
-        self, passage: Passage, solve: Solve, progress: Progress = lambda position, load_factor: None
+        self, passage: Passage, solve: SolveLive, progress: PositionProgress = lambda *_: None
     ) -> None:
         self.passage, self.solve, self._progress = passage, solve, progress
-        self.trials: dict[float, Trial] = {}
+        self.trials: dict[float, PositionTrial] = {}
 
     def at(self, position: float) -> float:
         """λ at a position."""
         if position not in self.trials:
             live = self.passage.live(position)
-            trial = Trial(position, self.solve(live) if live.any() else _UNLOADED)
+            trial = PositionTrial(position, self.solve(live) if live.any() else _UNLOADED)
             self.trials[position] = trial
             self._progress(position, trial.load_factor)
         return self.trials[position].load_factor
 
-    def found(self, bound: float | None = None) -> Found:
-        return Found([self.trials[position] for position in sorted(self.trials)], bound)
+    def found(self, bound: float | None = None) -> PassageTrials:
+        return PassageTrials([self.trials[position] for position in sorted(self.trials)], bound)
 
 
-def least_associative(solved: Solving, longest: float, within: float) -> Found:
+def least_associative(solved: PassageSolver, longest: float, within: float) -> PassageTrials:
     """The least associative load factor of a passage, and a bound below it, no farther than ``within``
     (relative) where one can be had.
 
@@ -133,7 +133,7 @@ def least_associative(solved: Solving, longest: float, within: float) -> Found:
     return solved.found(1 / most if 0 < most < math.inf else None)
 
 
-def _needed(solved: Solving, start: float, end: float) -> float:
+def _needed(solved: PassageSolver, start: float, end: float) -> float:
     """What 1/λ does not exceed between two positions; NaN where a load that says so has no answer."""
     first, quarter, middle, last = (
         solved.passage.live(start + share * (end - start)) for share in (0.0, 0.25, 0.5, 1.0)
@@ -143,8 +143,8 @@ def _needed(solved: Solving, start: float, end: float) -> float:
     scale = _ROUNDING * np.abs(middle).max()
     found = [solved.at(start), solved.at(end)]
     if np.abs(corner - mean).max() > scale:
-        found.append(Trial(math.nan, solved.solve(corner)).load_factor)
-    beside = Trial(math.nan, solved.solve(off)).load_factor if np.abs(off).max() > scale else math.inf
+        found.append(PositionTrial(math.nan, solved.solve(corner)).load_factor)
+    beside = PositionTrial(math.nan, solved.solve(off)).load_factor if np.abs(off).max() > scale else math.inf
     if any(math.isnan(one) for one in (*found, beside)):
         return math.nan
     return max(_inverse(one) for one in found) + 2 * _inverse(beside)
@@ -155,7 +155,7 @@ def _inverse(load_factor: float) -> float:
     return 1 / max(load_factor, 1e-300) if math.isfinite(load_factor) else 0.0
 
 
-def least_coulomb(solved: Solving, associative: Found, within: float) -> Found:
+def least_coulomb(solved: PassageSolver, associative: PassageTrials, within: float) -> PassageTrials:
     """The least load factor of a method that nothing bounds from below, where it may be.
 
     It is asked at a few positions, and then wherever it could be the least if its share of the associative
@@ -181,12 +181,12 @@ def least_coulomb(solved: Solving, associative: Found, within: float) -> Found:
     return solved.found()
 
 
-def _known(solved: Solving, position: float) -> float:
+def _known(solved: PassageSolver, position: float) -> float:
     trial = solved.trials.get(float(position))
     return math.nan if trial is None else trial.load_factor
 
 
-def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: Solving) -> np.ndarray:
+def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: PassageSolver) -> np.ndarray:
     """λ at each position if it has the lesser share of the associative one that its known neighbours have,
     less half of what theirs differ."""
     if not known:
@@ -202,7 +202,7 @@ def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: Solvi
     return np.where(np.isfinite(most), np.minimum(lesser, 1.0) * np.where(np.isfinite(most), most, 0.0), own)
 
 
-def _halve(solved: Solving, at: np.ndarray, within: float) -> None:
+def _halve(solved: PassageSolver, at: np.ndarray, within: float) -> None:
     """Ask between the least and the positions beside it, while that finds less."""
     for _ in range(_ROUNDS):
         decided = {

@@ -44,7 +44,7 @@ def bars(results: Mapping[str, Result], governing: str | None, drawn: Result) ->
         axes.invert_yaxis()
         axes.set_xlim(min(0.0, *values), 1.25 * max(*values, 1e-9))
         axes.set_xlabel("load factor λ")
-        entitle(axes, title_of(drawn.assembly.scene.under(None)), _heading(governing, drawn))
+        entitle(axes, title_of(drawn.assembly.scene.with_load_case(None)), _heading(governing, drawn))
         finish(made, axes, [])
     return made
 

@@ -42,7 +42,7 @@ _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")
 
 
 @dataclass(frozen=True)
-class Column:
+class DrawnColumn:
     """One column of the table of values drawn.
 
     Attributes
@@ -94,14 +94,14 @@ class Draws:
         if by != "scene" and not spread:
             raise OptionError(f"by='{by}': no property of joints is uncertain, such as 'joints.friction'")
         courses = _courses(scene) if spread else {}
-        self.columns: list[Column] = []
+        self.columns: list[DrawnColumn] = []
         for name in self._laws:
-            self.columns += self._spread(name, courses) if name in spread else [Column(name, name)]
+            self.columns += self._spread(name, courses) if name in spread else [DrawnColumn(name, name)]
         alike = f" by {by}, correlation {self._correlation:g}"
         self.texts = {name: law.text + alike * (name in spread) for name, law in self._laws.items()}
         self.varied = bool(spread)
 
-    def _spread(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[Column]:
+    def _spread(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[DrawnColumn]:
         """The columns of a property that differs from joint to joint."""
         head, _, key = name.partition(".")
         if head != "joints" or key not in _PROPERTIES:
@@ -115,10 +115,10 @@ class Draws:
         if self._by == "course" and self._correlation == 1:
             for number in sorted(set(courses.values())):
                 pairs = tuple(pair for pair, course in courses.items() if course == number)
-                yield Column(f"course.{number}.{key}", name, pairs, number)
+                yield DrawnColumn(f"course.{number}.{key}", name, pairs, number)
         else:
             for pair, course in courses.items():
-                yield Column(f"joint.{'/'.join(pair)}.{key}", name, (pair,), course)
+                yield DrawnColumn(f"joint.{'/'.join(pair)}.{key}", name, (pair,), course)
 
     def table(self, count: int, seed: int, sequence: str | None) -> pd.DataFrame:
         """The values of each run, shape (count, columns).

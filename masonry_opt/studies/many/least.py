@@ -17,6 +17,7 @@ from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.session import Session
 from masonry_opt.studies.many.standing import standing
 from masonry_opt.studies.many.threshold import FALLS, UNLIMITED, Threshold, Trial
 
@@ -89,7 +90,8 @@ def least(
     NoLoadFactorError
         If the methods cannot decide whether a scene holds.
     """
-    return _Search(make, load, method, options, progress, True).threshold(lower, upper, tolerance, samples)
+    search = _ThresholdSearch(make, load, _session(load, method, options), progress, True)
+    return search.threshold(lower, upper, tolerance, samples)
 
 
 def most(
@@ -109,18 +111,26 @@ def most(
     As :func:`least`, from the other side: the scene must hold at ``lower`` and fail at ``upper``, and of
     several thresholds the lowest is taken.
     """
-    return _Search(make, load, method, options, progress, False).threshold(lower, upper, tolerance, samples)
+    search = _ThresholdSearch(make, load, _session(load, method, options), progress, False)
+    return search.threshold(lower, upper, tolerance, samples)
 
 
-class _Search:
+def _session(load: float | None, method: str, options: dict[str, Any]) -> Session:
+    """That of the scenes tried."""
+    if load is None and (options or method != DEFAULT):
+        named = ", ".join(options) or f"method '{method}'"
+        raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
+    return prepare(method, keeps=True, **({"expected": False} | options))
+
+
+class _ThresholdSearch:
     """The search for one threshold, and the trials so far."""
 
     def __init__(
         self,
         make: Make,
         load: float | None,
-        method: str,
-        options: dict[str, Any],
+        session: Session,
         progress: Callable[[Trial], None],
         least: bool,
     ) -> None:
@@ -128,12 +138,8 @@ class _Search:
             raise OptionError(
                 f"the scene must be a function of the value, such as lambda t: mo.Scene(...) (found {make!r})"
             )
-        if load is None and (options or method != DEFAULT):
-            named = ", ".join(options) or f"method '{method}'"
-            raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
-        self.make, self.progress, self.least = make, progress, least
+        self.make, self.session, self.progress, self.least = make, session, progress, least
         self.load = None if load is None else _number("load", load)
-        self.session = prepare(method, keeps=True, **({"expected": False} | options))
         self.trials: dict[float, Trial] = {}
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:

@@ -59,7 +59,7 @@ class Parameters:
     def __init__(self, scene: Scene) -> None:
         case = scene.case
         # A changed copy of a scene differs from its file.
-        unchanged = isinstance(case, CaseFile) and case.scene().under(scene.load_case) == scene
+        unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: SceneKeys = case if unchanged and case is not None else scene
         self._ways = dict(_numbers(self._source))
@@ -190,7 +190,7 @@ def _takes_number(field: FieldInfo) -> bool:
 def _changed(holder: Any, way: _Way, value: float) -> Any:
     """A record, table, list or pair with another number, validated."""
     if not way:
-        # A whole number where there was one.
+        # A whole number stays whole where the scene has a whole one.
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)
     first, rest = way[0], way[1:]
     if isinstance(first, int):

@@ -21,7 +21,7 @@ from masonry_opt.session import Session
 from masonry_opt.studies.journal import digest
 from masonry_opt.studies.machine import versions
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.runner import FINISHED, End
+from masonry_opt.studies.runner import FINISHED, TaskEnd
 from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order, and their types in a table. ``seconds`` alone depends on
@@ -67,7 +67,7 @@ class Study:
 
 
 @dataclass(frozen=True)
-class Run:
+class StudyRun:
     """Values by name, and the scene that they make where the study has none."""
 
     values: Mapping[str, float]
@@ -80,14 +80,14 @@ class Run:
         return digest((values, None if self.scene is None else _of_scene(self.scene)))
 
 
-class Solves:
+class RunSolver:
     """Solves the runs of one study in one process, and keeps what does not change between them."""
 
     def __init__(self, study: Study) -> None:
         self._parameters = None if study.scene is None else Parameters(study.scene)
         self._session = Session(study.how, Kept(keeps=True))
 
-    def __call__(self, run: Run) -> dict[str, Any]:
+    def __call__(self, run: StudyRun) -> dict[str, Any]:
         """The columns of a run's solution."""
         scene = run.scene
         if scene is None:
@@ -96,7 +96,7 @@ class Solves:
         return columns(*self._session.answer(scene, lambda _: None, Effort()))
 
 
-def row(run: Run, end: End) -> dict[str, Any]:
+def row(run: StudyRun, end: TaskEnd) -> dict[str, Any]:
     """The row of a run: its values, then COLUMNS; of a run that did not finish, the reason."""
     without = {"status": end.how, "reason": end.how, "message": end.reason}
     found = end.value if end.how == FINISHED else without

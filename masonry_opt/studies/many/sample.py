@@ -15,7 +15,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.runs import Study
 from masonry_opt.studies.many.sample_answer import KINDS, Sample
-from masonry_opt.studies.many.table import Progress, table
+from masonry_opt.studies.many.table import ManyRuns, RunProgress, RunsFolder
 from masonry_opt.studies.writing import csv_text, write_files
 
 #: Default number of runs: Sobol's points are most even for powers of two.
@@ -41,7 +41,7 @@ def sample(
     force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
-    progress: Progress = lambda done, of: None,
+    progress: RunProgress = lambda done, of: None,
     **options: Any,
 ) -> Sample:
     """Find the load factors of a scene whose numbers are uncertain.
@@ -105,18 +105,10 @@ def sample(
     values = draws.table(n, seed, sequence)
     folder = None if out is None else Path(out)
     how = HowToSolve(method, model, solver, tolerance, expected, options)
-    runs = table(
-        Study(None if draws.varied else scene, how),
-        values.to_dict("records"),  # type: ignore[arg-type]  # names of columns are texts
-        make=draws.scene if draws.varied else None,
-        folder=folder,
-        parquet=parquet,
-        force=force,
-        workers=workers,
-        dask=dask,
-        progress=progress,
-    )
-    found = Sample(scene.called, runs, tuple(column.name for column in draws.columns), draws.texts)
+    study, make = (Study(None, how), draws.scene) if draws.varied else (Study(scene, how), None)
+    runs = ManyRuns(study, values.to_dict("records"), make)  # type: ignore[arg-type]  # columns have names
+    table = runs.table(RunsFolder(folder, parquet, force), workers, dask, progress)
+    found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if folder is not None:
         write_files(folder, {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
         with contextlib.suppress(OptionError):  # the tables need no extra

@@ -21,7 +21,7 @@ from masonry_opt.words.sentences import numeral
 if TYPE_CHECKING:
     import altair
 
-    from masonry_opt.studies.charts import Drawing
+    from masonry_opt.studies.charts import NamedChart
 
 #: Probabilities of the quantiles, unless others are asked for.
 PROBABILITIES = (0.05, 0.5, 0.95)
@@ -139,7 +139,7 @@ class Sample:
             raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
         return self.drawing(kind).on_paper()
 
-    def drawing(self, kind: str) -> Drawing:
+    def drawing(self, kind: str) -> NamedChart:
         """The chart of a kind. Raises OptionError if Altair is not installed."""
         # Charts are slow to import: only when they are needed.
         from masonry_opt.studies.many import sample_charts

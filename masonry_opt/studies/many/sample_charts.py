@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.drawing.colours import SERIES
-from masonry_opt.studies.charts import Drawing, alt, axis
+from masonry_opt.studies.charts import NamedChart, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
 from masonry_opt.studies.many.estimates import CONFIDENCE, LIMITS
 
@@ -19,7 +19,7 @@ _BARS = 12
 _RUNS, _MARKS = SERIES[0], SERIES[1]
 
 
-def distribution(title: str, load_factors: np.ndarray, marks: pd.DataFrame) -> Drawing:
+def distribution(title: str, load_factors: np.ndarray, marks: pd.DataFrame) -> NamedChart:
     """Histogram of load factors, with quantiles (``marks``) and their intervals."""
     finite = load_factors[np.isfinite(load_factors)]
     least, greatest = ends(finite)
@@ -59,10 +59,10 @@ def distribution(title: str, load_factors: np.ndarray, marks: pd.DataFrame) -> D
         *texts,
     )
     notes = f"quantiles, with {CONFIDENCE:.0%} confidence"
-    return Drawing("distribution", f"Load factors, {title}", chart, notes)
+    return NamedChart("distribution", f"Load factors, {title}", chart, notes)
 
 
-def fragility(title: str, curve: pd.DataFrame) -> Drawing:
+def fragility(title: str, curve: pd.DataFrame) -> NamedChart:
     """Probability of collapse against load, with its interval."""
     share = axis("probability of collapse", 0, 1.02)
     along = alt.Chart(curve).encode(
@@ -75,10 +75,10 @@ def fragility(title: str, curve: pd.DataFrame) -> Drawing:
         band.encode(y=alt.Y("lower:Q", **share), y2="upper:Q"), line.encode(y=alt.Y("probability:Q", **share))
     )
     notes = f"line: share of runs; band: {CONFIDENCE:.0%} confidence"
-    return Drawing("fragility", f"Fragility, {title}", chart, notes)
+    return NamedChart("fragility", f"Fragility, {title}", chart, notes)
 
 
-def sensitivity(title: str, correlations: pd.DataFrame) -> Drawing:
+def sensitivity(title: str, correlations: pd.DataFrame) -> NamedChart:
     """Rank correlations, strongest on top."""
     found = correlations.dropna()
     shown = found.head(_SHOWN).copy()
@@ -99,4 +99,4 @@ def sensitivity(title: str, correlations: pd.DataFrame) -> Drawing:
         left_out = ": nothing drawn matters"
     chart = chart.properties(height=28 * max(len(shown), 2))
     notes = f"{CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none"
-    return Drawing("sensitivity", f"What matters, {title}{left_out}", chart, notes)
+    return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

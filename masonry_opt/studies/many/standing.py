@@ -30,7 +30,7 @@ from masonry_opt.words.summary import summary
 
 
 @dataclass(frozen=True)
-class Standing:
+class DeadLoadMargin:
     """How a scene stands under its dead load alone.
 
     Attributes
@@ -61,7 +61,7 @@ class _UnderDeadLoad(Result):
         return self.summary
 
 
-def standing(scene: Scene) -> Standing:
+def standing(scene: Scene) -> DeadLoadMargin:
     """How a scene stands under its dead load alone, without its live loads.
 
     The margin is the load factor λ of a live load that takes a median block weight off the normal force of
@@ -86,7 +86,7 @@ def standing(scene: Scene) -> Standing:
         else:
             falls = found.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, answer.d))
             solution = replace(falls, found=Found(d=answer.d, slope=answer.slope))
-    # Without a load factor the result has no live load, tilt or reference.
+    # The result has no load factor, and so no live load, tilt or published value.
     dead = replace(
         assembly,
         problem=replace(problem, live=np.zeros_like(problem.live)),
@@ -95,7 +95,7 @@ def standing(scene: Scene) -> Standing:
     result = make_result(dead, solution, effort, method="static", model=solver.language, solver=solver.name)
     told = numeral(margin, ".6g") + " median block weights" if certificate else "none"
     given = {own.name: getattr(result, own.name) for own in fields(Result)}
-    return Standing(margin, certificate, _UnderDeadLoad(**given, margin=told))
+    return DeadLoadMargin(margin, certificate, _UnderDeadLoad(**given, margin=told))
 
 
 def _of_normal(problem: Problem) -> np.ndarray:

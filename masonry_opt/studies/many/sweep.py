@@ -20,7 +20,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import COLUMNS, Study, at_least
-from masonry_opt.studies.many.table import Maker, Progress, table
+from masonry_opt.studies.many.table import Maker, ManyRuns, RunProgress, RunsFolder
 from masonry_opt.words.sentences import numeral
 
 
@@ -38,7 +38,7 @@ def sweep(
     force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
-    progress: Progress = lambda done, of: None,
+    progress: RunProgress = lambda done, of: None,
     **options: Any,
 ) -> pd.DataFrame:
     """Solve a scene for every combination of values of its numbers.
@@ -97,17 +97,9 @@ def sweep(
         of = as_scene(scene)
         Parameters(of).check_names(vary)
     folder = None if out is None else Path(out)
-    frame = table(
-        Study(of, HowToSolve(method, model, solver, tolerance, expected, options)),
-        points,
-        make=make,
-        folder=folder,
-        parquet=parquet,
-        force=force,
-        workers=workers,
-        dask=dask,
-        progress=progress,
-    )
+    study = Study(of, HowToSolve(method, model, solver, tolerance, expected, options))
+    runs = ManyRuns(study, points, make)
+    frame = runs.table(RunsFolder(folder, parquet, force), workers, dask, progress)
     if folder is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.charts import write_charts

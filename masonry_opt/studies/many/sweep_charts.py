@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
-from masonry_opt.studies.charts import Drawing, alt, axis
+from masonry_opt.studies.charts import NamedChart, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
 from masonry_opt.studies.many.runs import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING, at_least
 
@@ -52,7 +52,7 @@ _ROW, _HEAD, _PADDING = 0.04, 0.1, 0.05
 _OFF, _RING = "off the axis: λ as written", "ringed: least"
 
 
-def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[Drawing]:
+def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
     """λ against the first of one or two numbers, or against each of more; of two numbers also a map."""
     found = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
     # A map has no place for an infinite value of friction.
@@ -62,7 +62,7 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[Drawing]:
     return found
 
 
-def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
+def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     """λ against one number: a line, or of two numbers a line for each value of the second; else points."""
     off, failed = off_axis(frame["load_factor"]), frame["load_factor"].isna()
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES
@@ -132,7 +132,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     layers.append(_written(written, x, y, dy=-10))
     file = "load_factor" if len(names) <= 2 else f"load_factor_{[*names].index(name) + 1}"
     notes = _RING if marks["least"].any() else ""
-    return Drawing(file, f"{LABEL} against {_label(name)}", alt.layer(*layers), notes)
+    return NamedChart(file, f"{LABEL} against {_label(name)}", alt.layer(*layers), notes)
 
 
 def _written(cells: pd.DataFrame, x: Any, y: Any, **place: Any) -> Any:
@@ -166,7 +166,7 @@ def _changes(marks: pd.DataFrame) -> list[Any]:
     return [rules, names]
 
 
-def heat_map(frame: pd.DataFrame, across: str, up: str) -> Drawing:
+def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     """λ over two numbers as colours; grey where there is no load factor."""
     off = off_axis(frame["load_factor"])
     least, greatest = ends(frame["load_factor"][~off])
@@ -200,7 +200,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> Drawing:
     notes = [_RING] if len(low) else []
     notes += ["white: above the scale, λ as written"] if off.any() else []
     notes += ["grey: no load factor"] if cells["λ"].isna().any() else []
-    return Drawing("heat_map", f"{LABEL} over two numbers", chart, "; ".join(notes))
+    return NamedChart("heat_map", f"{LABEL} over two numbers", chart, "; ".join(notes))
 
 
 def _edges(middles: np.ndarray) -> np.ndarray:

@@ -29,7 +29,7 @@ class Trial:
     ----------
     holds: whether the scene stands, or carries the load.
     number: load factor, or margin under dead load; -inf where the scene falls, inf where it carries any load.
-    result: state and mechanism; under dead load see :class:`~.standing.Standing`.
+    result: state and mechanism; under dead load see :class:`~.standing.DeadLoadMargin`.
     certificate: residuals of ``number``; None where it is not finite.
     """
 
@@ -126,13 +126,13 @@ class Threshold:
             "load": self.load,
             "value": self.value,
             "interval": list(self.interval),
-            "jump": [_plain(number) for number in self.jump] if self.jump else None,
+            "jump": [_finite(number) for number in self.jump] if self.jump else None,
             "contradictions": list(self.contradictions),
             "evaluations": self.evaluations,
             "holds": _end_as_dict(self.holds),
             "fails": _end_as_dict(self.fails),
             "trials": [
-                {"value": trial.value, "holds": trial.holds, "number": _plain(trial.number)}
+                {"value": trial.value, "holds": trial.holds, "number": _finite(trial.number)}
                 for trial in self.trials
             ],
         }
@@ -158,11 +158,11 @@ def _worded(number: float) -> str:
 def _end_as_dict(end: Trial) -> dict[str, Any]:
     return {
         "value": end.value,
-        "number": _plain(end.number),
+        "number": _finite(end.number),
         "status": str(end.result.status),
         "certificate": end.certificate.as_dict() if end.certificate else None,
     }
 
 
-def _plain(number: float) -> float | None:
+def _finite(number: float) -> float | None:
     return number + 0.0 if math.isfinite(number) else None

@@ -54,8 +54,8 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
     ]
     changes = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
     none_else: dict[str, Any] = {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
-    # No block may be left fixed, of which a scene that is checked needs one.
-    return BaseModel.model_copy(scene.under(None), update=changes | none_else)
+    # Unchecked: a scene that is checked needs a fixed block, and here all may be free to move.
+    return BaseModel.model_copy(scene.with_load_case(None), update=changes | none_else)
 
 
 def _restraints(

@@ -8,7 +8,7 @@ from dataclasses import replace
 from masonry_opt.drawing.elements import result_elements, title_of
 from masonry_opt.drawing.figure import Picture
 from masonry_opt.drawing.pictures import elements_picture
-from masonry_opt.drawing.view import View, refuse_view
+from masonry_opt.drawing.view import ViewAngles, refuse_view
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.result import Result
 from masonry_opt.studies.settle.settlement import Reactions
@@ -25,7 +25,7 @@ def picture(
     end: str,
     kind: str | None = None,
     names: bool = False,
-    view: View | None = None,
+    view: ViewAngles | None = None,
 ) -> Picture:
     """What moves at one end; see :meth:`Settlement.plot`."""
     if end not in ("least", "greatest"):
@@ -42,14 +42,14 @@ def picture(
     return _drawn(bound.results[kind], f"{end} reaction of {of}: {said} ({kind})", names, view)
 
 
-def _drawn(result: Result, heading: str, names: bool, view: View | None) -> Picture:
+def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
     refuse_view(result.assembly.scene, view)
     elements = result_elements(result)
     loads = [replace(each, label=_WAY) if each.name == "live" else each for each in elements.loads]
     return elements_picture(replace(elements, heading=heading, loads=loads), "mechanism", names, view)
 
 
-def page(settlement: Reactions, view: View | None = None) -> str:
+def page(settlement: Reactions, view: ViewAngles | None = None) -> str:
     """Both ends with their pictures, and the table, as HTML that stands by itself.
 
     Raises OptionError if Jinja2, of the extra "studies", is not installed.

@@ -15,7 +15,6 @@ from masonry_opt.analysis import prepare
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError
-from masonry_opt.files import write_whole
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes
 from masonry_opt.methods.registry import DEFAULT
@@ -27,7 +26,6 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.settle.freed import freed
 from masonry_opt.studies.settle.settlement import Bound, Reactions
-from masonry_opt.studies.writing import refuse_saving
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,13 +83,10 @@ class Settlement(Reactions):
         Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
         replaces what was not written here), or as ``plot``.
         """
+        from masonry_opt.drawing.figure import save_as
         from masonry_opt.studies.settle.picture import page, picture
 
-        refuse_saving(path, force)
-        if Path(path).suffix.lower() == ".html":
-            write_whole(path, page(self, view))
-        else:
-            picture(self, end, kind, view=view).save(path, force)
+        save_as(path, force, partial(page, self, view), partial(picture, self, end, kind, view=view))
 
 
 def settle(
@@ -218,8 +213,7 @@ def _unit(scene: Scene, direction: Sequence[float]) -> np.ndarray:
             f"{scene.origin}: direction: needs {needed}, not all of them zero (found {direction!r})"
         )
     vector = vector / np.abs(vector).max()
-    unit: np.ndarray = vector / np.linalg.norm(vector)
-    return unit
+    return vector / np.linalg.norm(vector)
 
 
 def _refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -> None:
@@ -255,7 +249,7 @@ def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
 def _reaction(settling: Problem, q: np.ndarray) -> float:
     """What forces press on the supports, over the live load."""
     reaction = float(settling.B @ q @ settling.live / (settling.live @ settling.live))
-    # Rounding of a reaction that is none: solvers measure loads by it.
+    # What is rounding counts as zero: solvers would measure loads by it.
     return reaction if abs(reaction) > ZERO else 0.0
 
 

@@ -6,19 +6,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy.sparse as sp
 import shapely
-from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.finite_motion.point_forces import placed, turned
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.rows import linked
 
 #: Share of the fastest corner's speed below which a corner of a joint stays.
 STAYS = 1e-6
 
 
 @dataclass(frozen=True)
-class Contacts:
+class MovedJoints:
     """The joints of a scene in the plane, in the problem's units, by the movable block they belong to; all
     fixed blocks are one more, the last.
 
@@ -47,7 +46,7 @@ class Contacts:
     tolerance: float
 
     @classmethod
-    def of(cls, assembly: Assembly, force: float) -> Contacts:
+    def of(cls, assembly: Assembly, force: float) -> MovedJoints:
         """The joints of an assembly, with forces in such a unit, in the problem's."""
         problem, joints, geometry = assembly.problem, assembly.joints, assembly.geometry
         row = np.full(len(assembly.scene.blocks), len(assembly.movable))
@@ -91,24 +90,19 @@ class Contacts:
     def bodies(self, touch: np.ndarray, blocks: int) -> np.ndarray:
         """Number of the rigid body that each block, and the ground, belongs to, shape (blocks + 1,): blocks
         whose joints are closed move as one. The ground's is the last."""
-        i, j = self.ends[touch.all(axis=1)].T
-        links = sp.coo_array((np.ones(len(i)), (i, j)), shape=(blocks + 1, blocks + 1))
-        count, body = connected_components(links, directed=False)
-        ground, last = body[-1], count - 1
-        numbers: np.ndarray = np.where(body == ground, last, np.where(body == last, ground, body))
-        return numbers
+        body = linked(blocks + 1, *self.ends[touch.all(axis=1)].T)
+        ground, last = body[-1], body.max()
+        return np.where(body == ground, last, np.where(body == last, ground, body))
 
     def opening_angle(self, touch: np.ndarray, poses: np.ndarray) -> np.ndarray:
         """Angle by which hinged joints are open, shape (joints,); 0 of all others."""
         i, j = self.ends.T
         rotation = poses[i, 2] - poses[j, 2]
-        turned: np.ndarray = np.where(self.hinged(touch), np.where(touch[:, 0], rotation, -rotation), 0.0)
-        return turned
+        return np.where(self.hinged(touch), np.where(touch[:, 0], rotation, -rotation), 0.0)
 
     def hinged(self, touch: np.ndarray) -> np.ndarray:
         """Joints that have a length and touch in one corner, shape (joints,)."""
-        hinged: np.ndarray = self.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
-        return hinged
+        return self.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
 
     def overlap(self, poses: np.ndarray, length_unit: float) -> tuple[int, int] | None:
         """Two blocks that lie over one another, deeper than the scene's tolerance; None if none do."""
@@ -131,8 +125,7 @@ class Contacts:
         block = self.ends[:, side]
         arm = turned(self.corner, poses[block][:, None])
         quarter = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
-        moved: np.ndarray = motion[block, None, :2] + motion[block, 2][:, None, None] * quarter
-        return moved
+        return motion[block, None, :2] + motion[block, 2][:, None, None] * quarter
 
     def fastest(self, poses: np.ndarray, motion: np.ndarray) -> float:
         """Speed of the fastest corner of a joint."""
@@ -144,8 +137,7 @@ class Contacts:
         first, second = (self.velocities(poses, motion, side) for side in range(2))
         along = np.stack([self.normal, self.tangent])[:, :, None]
         frame = turned(along, poses[self.ends[:, 0]][:, None])
-        rates: np.ndarray = ((first - second) * frame).sum(axis=-1)
-        return rates
+        return ((first - second) * frame).sum(axis=-1)
 
     def after(
         self, touch: np.ndarray, poses: np.ndarray, motion: np.ndarray, pressed: np.ndarray

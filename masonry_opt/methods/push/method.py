@@ -1,0 +1,62 @@
+"""The load to expect by the push: λ at the ray that proves it, or that friction jams."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import certified
+from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import PLATEAU, ZERO
+from masonry_opt.methods.push.laws import takes
+from masonry_opt.methods.push.push import Ended, Pushed, push
+from masonry_opt.methods.task import Task
+from masonry_opt.standing.weightless import weightless
+
+#: Joints up to which a path is followed from event to event: beyond, passes come near its end sooner. Of a
+#: joint so many events at most: on rubble 2 to 11, on walls 2 to 4.
+PATH_UP_TO, EVENTS_A_JOINT = 350, 60
+
+
+def by_push(task: Task) -> Solution | None:
+    """The exact state at the ray that a path from rest ends in, or that none does, for λ grows without end on
+    it; None where the path is not followed, or to no such end."""
+    problem, effort = task.problem, task.effort
+    if problem.joints > PATH_UP_TO or not takes(problem):
+        return None
+    effort.begins("pushed from rest")
+    effort.uses(task.solver.name, "complementarity problem")
+    with effort.measure("solve"):
+        found = push(problem, EVENTS_A_JOINT * problem.joints)
+    events = tuple(
+        event._replace(load_factor=event.load_factor / problem.live_norm)
+        for event in (*found.settling, *found.events)
+    )
+    ending = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, history=events, solver=task.solver)
+    if found.ended is Ended.JAM:
+        effort.iterations += len(events)
+        return ending.ended(Status.SOLVER_FAILED, Code.JAMS, **_told(found))
+    if found.load_factor is None or found.q is None or found.d is None or found.ended is not Ended.RAY:
+        return None
+    answer = certified(problem, found.load_factor, found.q, found.d)
+    if not answer.exact or weightless(problem, answer.load_factor, answer.d):
+        return None
+    effort.iterations += len(events)
+    return Solution(
+        Status.CONVERGED,
+        Kind.COMPLIANT,
+        (reason(Code.RAY, **_told(found)),),
+        answer,
+        history=events,
+        solver=task.solver,
+    )
+
+
+def _told(found: Pushed) -> dict[str, Any]:
+    """The number of events and folds, and the highest load factor on the path, where that is higher."""
+    peak, end = found.peak or 0.0, found.load_factor
+    higher = end is not None and peak > end * (1 + PLATEAU) + ZERO
+    events = len(found.settling) + len(found.events)
+    return {"events": events, "folds": found.folds, "peak": peak if higher else None}

@@ -1,0 +1,124 @@
+"""The load that a scene bears as it is pushed from rest: it settles, then a live load grows with its displacement
+until forces no longer change, on a ray.
+
+On a ray blocks move on for ever: that is a collapse mechanism, and the state is exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from math import inf
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.methods.push.laws import Law, compliance
+from masonry_opt.methods.push.path import Blocks, End, Event, Path
+from masonry_opt.methods.push.settling import settling
+from masonry_opt.problem.problem import Problem
+
+#: Events of settling and of the push, each, at most.
+EVENTS = 40_000
+
+#: By how much limits are looser at random, over the largest dead load of a block, so that no two events
+#: coincide. It is taken off at the end; the second where that leaves forces beyond limits.
+NOISE = 1e-7, 1e-9
+
+#: Forces beyond limits, over the same, that a state may have.
+EXACT = 1e-9
+
+
+class Ended(StrEnum):
+    """How a push ends: on a ray on which the scene collapses, or friction jams, or the live load is drawn back;
+    without a state under the dead load; before an end is found; in rounding."""
+
+    RAY = "ray"
+    JAM = "jam"
+    BACK = "back"
+    NOT_SETTLED = "not settled"
+    BUDGET = "budget"
+    LOST = "lost"
+
+
+@dataclass(frozen=True)
+class Pushed:
+    """A push from rest.
+
+    Attributes
+    ----------
+    ended: how.
+    load_factor: λ at the ray; None where there is none.
+    peak: largest λ on the way.
+    q, d: forces, shape (3c + t,), and mechanism, shape (3b,), scaled so that f_L·d = Σ|f_L|, of an exact state.
+    settled: forces under the dead load, shape (3c + t,).
+    beyond: largest force beyond a limit, in these and in q.
+    settling, events: what was met, the first at tensions of bonds, the second at displacements.
+    seconds: taken.
+    """
+
+    ended: Ended
+    load_factor: float | None = None
+    peak: float | None = None
+    q: np.ndarray | None = None
+    d: np.ndarray | None = None
+    settled: np.ndarray | None = None
+    beyond: float = 0.0
+    settling: tuple[Event, ...] = ()
+    events: tuple[Event, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def folds(self) -> int:
+        """How often the displacement turned."""
+        moves = np.diff([0.0, *(event.at for event in self.events)])
+        way = np.sign(moves[moves != 0])
+        return int((way[1:] != way[:-1]).sum())
+
+
+def push(problem: Problem, events: int = EVENTS, seconds: float = inf, seed: int = 0) -> Pushed:
+    """Settle and push a problem that the laws take, for so many events or seconds at most."""
+    began, law = perf_counter(), Law.of(problem, compliance(problem))
+    unit = float(problem.force_sizes(problem.dead).max() or np.abs(problem.live).max())
+    noise = unit * np.random.default_rng(seed).uniform(0.5, 1, law.stiffness.shape)
+    for share in NOISE:
+        found = _pushed(problem, law, share * noise, events, began + seconds)
+        if found.beyond <= EXACT * unit:
+            return replace(found, seconds=perf_counter() - began)
+    return replace(found, ended=Ended.LOST, seconds=perf_counter() - began)
+
+
+def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: float) -> Pushed:
+    loose = law.loosened(noise)
+    told: dict[str, Any] = {"settled": np.zeros(problem.B.shape[1])}
+    if problem.settled is not None:
+        told["settled"] = problem.settled
+    elif problem.dead.any():
+        path = settling(problem, loose)
+        end = path.follow(-1, most, until)
+        told["settling"] = tuple(path.events)
+        if end is not End.FREE:
+            return Pushed(
+                Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED, **told | {"settled": None}
+            )
+        told["settled"] = law.of_problem(path.by(law).forces)
+    rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
+    still = np.zeros(problem.dead.size)
+    path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, law.inside, still)
+    end = path.follow(1, most, until)
+    told |= {"events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
+    if path.highest is not None:
+        told["peak"] = path.by(law, *path.highest[1:]).load_factor / problem.live_norm
+    if end is not End.RAY:
+        return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.JAM, **told)
+    (along, drive), ray = path.ahead, path.by(law)
+    told |= {"load_factor": ray.load_factor / problem.live_norm, "d": along / drive}
+    told["q"] = law.of_problem(ray.forces)
+    told["beyond"] = max(told["beyond"], _beyond(problem, told["q"]))
+    return Pushed(Ended.RAY if drive > 0 else Ended.BACK, **told)
+
+
+def _beyond(problem: Problem, q: np.ndarray) -> float:
+    """Largest force beyond a limit."""
+    return max(0.0, -float((problem.slacks(q) / problem.steep).min()))
