@@ -58,23 +58,22 @@ def command(
 
     def made(own: Function) -> typer.Typer:
         options = dict(inspect.signature(own, eval_str=True).parameters)
-        options.pop("given", None)
+        del options["given"]
         parsers: dict[str, Function | None] = {}
-        for function in functions:
-            for one in _parameters(function):
-                if one.name not in options and one.name not in leave.split():
-                    info: OptionInfo = copy(asked.get(one.name) or SHARED.get(one.name) or typer.Option())
-                    parsers[one.name], info.parser = info.parser, None
-                    info.help = info.help or escape(_help(one, functions, labels))
-                    options[one.name] = _option(one, info, parsers[one.name] is not None, not labels)
+        for one in (one for function in functions for one in _parameters(function)):
+            if one.name not in options and one.name not in leave.split():
+                info: OptionInfo = copy(asked.get(one.name) or SHARED.get(one.name) or typer.Option())
+                parsers[one.name], info.parser = info.parser, None
+                info.help = info.help or escape(_help(one, functions, labels))
+                options[one.name] = _option(one, info, bool(parsers[one.name]), not labels)
 
         def run(ctx: typer.Context, **typed: Any) -> None:
-            given = Given((*functions, own)[0], typed.pop("options", None) or ())
+            given = Given(functions[0], typed.pop("options", None) or ())
             for name in [name for name in parsers if name in typed]:
-                value, parse = typed.pop(name), parsers[name] or _as_typed
+                value, parse = typed.pop(name), parsers[name] or (lambda text: text)
                 if ctx.get_parameter_source(name).name != "DEFAULT":  # type: ignore[union-attr]
-                    given[name] = list(map(parse, value)) if isinstance(value, list) else parse(value)
-            own(*[given] if functions else [], **typed)
+                    given[name] = [*map(parse, value)] if isinstance(value, list) else parse(value)
+            own(given, **typed)
 
         context = Parameter("ctx", Parameter.KEYWORD_ONLY, annotation=typer.Context)
         keywords = [one.replace(kind=Parameter.KEYWORD_ONLY) for one in options.values()]
@@ -91,10 +90,6 @@ def _parameters(function: Function) -> Iterator[Parameter]:
     for one in inspect.signature(function).parameters.values():
         if one.name not in _SUBJECTS and (one.default is one.empty or not callable(one.default)):
             yield one
-
-
-def _as_typed(value: Any) -> Any:
-    return value
 
 
 def _option(one: Parameter, info: OptionInfo, read: bool, required: bool) -> Parameter:
@@ -129,7 +124,7 @@ def _said(name: str, function: Function) -> str:
     """First sentence that a function's docstring says of a parameter; of what is as elsewhere nothing."""
     told = (inspect.getdoc(function) or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
     for names, said in re.findall(r"^(\S[^:\n]*):\s+(.*(?:\n .*)*)", told, re.MULTILINE):
-        if name in re.split(r"[,\s*]+", names) and not re.match("(as )?(of|in) [:`]", said, re.IGNORECASE):
+        if name in re.split(r"[,\s*]+", names) and not re.match("as (of|in) |of :func:", said, re.IGNORECASE):
             plain = re.sub(r":\w+:`[~.]*(?:\w+\.)*(\w+)`", r"\1", " ".join(said.split())).replace("``", "")
             return re.split(r"(?<=\.) ", plain)[0]
     return ""

@@ -110,10 +110,10 @@ def solve(
         raise typer.Exit(1)
 
 
-@command()
-def check(case: Case, load_case: LoadCaseName = None) -> None:
+@command(mo.check)
+def check(given: Given, case: Case, load_case: LoadCaseName = None) -> None:
     """Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file."""
-    report = mo.check(as_scene(case, load_case))
+    report = mo.check(as_scene(case, load_case), **given)
     print_result(str(report))
     if not report.passed:
         raise typer.Exit(1)
