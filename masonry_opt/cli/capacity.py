@@ -10,8 +10,7 @@ from typing import Annotated
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.options import Case, Json, Plot, Table, numbers
-from masonry_opt.cli.running import tell
+from masonry_opt.cli.shared import Case, Json, Plot, Table, numbers, tell
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.errors import OptionError

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.options import Force, numbers
+from masonry_opt.cli.shared import Force, numbers
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import OptionError, OutputError, counted
 from masonry_opt.scene.blocks import Block

@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.options import Case, LoadCaseName
-from masonry_opt.cli.running import writing
+from masonry_opt.cli.shared import Case, LoadCaseName, writing
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.found import counts, doubts

@@ -15,7 +15,7 @@ from rich.markup import escape
 from typer.models import OptionInfo
 
 from masonry_opt.analysis import solve
-from masonry_opt.cli.options import SHARED, method_options
+from masonry_opt.cli.shared import SHARED, method_options
 
 Function = Callable[..., Any]
 

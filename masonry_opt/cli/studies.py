@@ -9,8 +9,7 @@ import typer
 from rich.console import Console
 
 import masonry_opt as mo
-from masonry_opt.cli.options import Case, Json, LoadCaseName, Plot, PlotOrPage, Table, numbers
-from masonry_opt.cli.running import tell, waiting
+from masonry_opt.cli.shared import Case, Json, LoadCaseName, Plot, PlotOrPage, Table, numbers, tell, waiting
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.drawing.figure import refuse_file, refuse_picture
 from masonry_opt.drawing.view import refuse_view

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import masonry_opt as mo
-from masonry_opt.cli.options import Case, LoadCaseName
+from masonry_opt.cli.shared import Case, LoadCaseName
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.scene.case_file import as_scene

@@ -9,16 +9,7 @@ import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
 from mappings import mapped, mirrored
-from scenes import (
-    CASES,
-    KINDS_OF_JOINTS,
-    WALLS,
-    block_on_floor,
-    irregular,
-    overhanging,
-    small_wall,
-    two_blocks,
-)
+from scenes import CASES, KINDS_OF_JOINTS, WALLS, block_on_floor, irregular, overhanging, small_wall, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.answer.answer import certified
@@ -133,9 +124,7 @@ def test_every_point_of_a_path_is_a_state_of_contacts_that_give(name):
         assert max(answer.certificate.equilibrium, answer.certificate.flow) < 1e-6
 
 
-@pytest.mark.parametrize(
-    ("wall", "by"), list(zip(WALLS, WALLS_AT_RAY, strict=True)), ids=[w.stem for w in WALLS]
-)
+@pytest.mark.parametrize(("wall", "by"), list(zip(WALLS, WALLS_AT_RAY, strict=True)), ids=[w.stem for w in WALLS])
 def test_walls_of_table_1_end_on_a_ray(wall, by):
     found = assert_exact(problem_of(mo.load(wall)))
     assert found.load_factor == pytest.approx(by, abs=6e-7)

@@ -1,18 +1,22 @@
-"""What commands share: options that say the same in each, and how texts are read."""
+"""What commands share: options, how texts are read, what is shown meanwhile, and how a command ends."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import contextlib
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from inspect import Parameter, signature
 from json import loads as parse_json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.console import Console
 
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import InterruptedByUserError, OptionError, OutputError
 from masonry_opt.files import WRITER
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.words.terminal import print_text
 
 Case = Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
@@ -82,3 +86,59 @@ def _name_and_value(text: str) -> tuple[str, Any]:
         except ValueError:
             continue
     return name, value
+
+
+@contextlib.contextmanager
+def waiting(line: str) -> Iterator[Callable[[str], None]]:
+    """Show a line until the end, and yield what changes it. Ctrl-C ends with nothing found."""
+    with Console(stderr=True).status(line) as status:
+        try:
+            yield status.update
+        except KeyboardInterrupt:
+            raise InterruptedByUserError("interrupted: nothing was found") from None
+
+
+@contextlib.contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn errors of writing a file into those of this package."""
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def tell(
+    text: str, found: Any, usable: bool, plot: Path | None, drawing: Mapping[str, Any], say: Any = print_text
+) -> None:
+    """Print what was found, draw it where a file is given, and end with 1 if it is no usable answer."""
+    say(text)
+    if plot is not None:
+        with writing(plot):
+            found.save(plot, **drawing)
+    if not usable:
+        raise typer.Exit(1)
+
+
+@contextlib.contextmanager
+def interrupts() -> Iterator[Callable[[], None]]:
+    """Remember Ctrl-C, which a solver may catch to stop itself alone, and yield a function that raises
+    KeyboardInterrupt if there was one."""
+    pressed = False
+
+    def remember(*_: object) -> None:
+        nonlocal pressed
+        pressed = True
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if pressed:
+            raise KeyboardInterrupt
+
+    before = signal.getsignal(signal.SIGINT)
+    if before is signal.default_int_handler:  # else the caller has its own, or ignores it
+        signal.signal(signal.SIGINT, remember)
+    try:
+        yield check
+    finally:
+        if before is signal.default_int_handler:
+            signal.signal(signal.SIGINT, before)
