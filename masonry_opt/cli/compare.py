@@ -44,10 +44,7 @@ def _numbers(text: str) -> list[float]:
     memory_limit=typer.Option(min=1),
     cases=typer.Option(help=CASES_HELP),
 )
-def compare(
-    given: Given,
-    scenes: Annotated[list[str] | None, _SCENES] = None,
-) -> None:
+def compare(given: Given, scenes: Annotated[list[str] | None, _SCENES] = None) -> None:
     """An interrupted comparison continues where it stopped. Exit code 0: done; 1: every run crashed or died;
     130: interrupted; 2: wrong case file or option.
     """
