@@ -16,8 +16,7 @@ from masonry_opt.answer.thresholds import HINGES, IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.chords import parabola
 from masonry_opt.problem.problem import ShearLimits
-from masonry_opt.scene.space.frames import dots, lengths
-from masonry_opt.scene.space.surfaces import sums
+from masonry_opt.scene.rows import dots, lengths, sums
 
 
 def unsigned(frame: pd.DataFrame) -> pd.DataFrame:

@@ -9,8 +9,7 @@ import numpy as np
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import CRUSHES, HINGES, IDLE, MOVES, SEPARATES, SLIDES
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.scene.space.frames import dots, lengths
-from masonry_opt.scene.space.surfaces import sums
+from masonry_opt.scene.rows import dots, lengths, sums
 
 
 @dataclass(frozen=True)

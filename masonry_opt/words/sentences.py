@@ -286,10 +286,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.RAY: lambda v: (
         f"proven by its push from rest, in {counted(v['events'], 'event')} to where blocks move on for ever"
-        + (f" (higher on the way, up to {numeral(v['peak'], '.4g')})" if v["peak"] is not None else "")
+        + ("" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}")
     ),
     Code.JAMS: lambda v: (
-        f"pushed from rest it bears any load: friction jams, as its push shows in {counted(v['events'], 'event')}"
+        f"pushed from rest it bears any load: friction jams, proven in {counted(v['events'], 'event')}"
     ),
     Code.NOT_EXPECTED: lambda v: f"not looked for with {_joints_or_points(v)}: method 'compliant' takes long",
     Code.CURVE: lambda v: (

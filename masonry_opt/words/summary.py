@@ -241,7 +241,9 @@ def load_factors(result: Outcome) -> str:
             said.append(f"found {_known(found)} (lower ones are likely)")
     if expected is not None:
         told = [reason for reason in result.expected_reasons if reason.code is Code.NO_PLATEAU]
-        doubt = f"; {message(told)}" if told else ""
+        peaks = (said.values["peak"] for said in result.expected_reasons if said.code is Code.RAY)
+        peak = next(peaks, None)
+        doubt = f"; {message(told)}" if told else f"; on the way up to {_known(peak)}" if peak else ""
         said.append(f"to expect {_known(expected)} (pushed from rest, contacts alike{doubt})")
     elif not {said.code for said in result.expected_reasons} <= {said.code for said in result.reasons}:
         said.append(f"to expect none ({message(result.expected_reasons)})")

@@ -99,9 +99,8 @@ def no_giving_ends(monkeypatch):
 
 @pytest.fixture
 def all_stall(monkeypatch):
-    """No patience: a pass is given up after the first step at which the gap has not halved. Nor any path."""
+    """No patience: a pass is given up after the first step at which the gap has not halved. Nor a push."""
     monkeypatch.setattr(Schedule, "lingers", lambda *_: True)
-    monkeypatch.setattr(method, "follow_path", lambda *_: None)
     monkeypatch.setattr(compliant, "by_push", lambda _: None)
 
 
@@ -321,6 +320,7 @@ def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
     """A pass that claims to have ended is not believed where the certificate fails."""
     never = dict.fromkeys(vars(LIMITS[Kind.ONE_PASS]), -1.0)
     monkeypatch.setitem(LIMITS, Kind.ONE_PASS, type(LIMITS[Kind.ONE_PASS])(**never))
+    monkeypatch.setattr(compliant, "by_push", lambda _: None)
     result = mo.solve(two_blocks(), expected=False, descent=False)
     assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)
 

@@ -15,8 +15,6 @@ from scenes import WALLS, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.mcp.central_path import CentralPath
-from masonry_opt.problem.assembly import assemble
 
 FRICTION = 0.5
 COULOMB = ("mcp", "compliant", "refined", "nonassociative", "mpec", "global")
@@ -190,10 +188,3 @@ def test_what_barely_stands_is_not_wedged() -> None:
     result = mo.solve(scene(stone(push=4.999, live=UP)), "compliant")
     assert result.status is mo.Status.CONVERGED
     assert result.load_factor == pytest.approx(10 - 4.999 / 0.5, abs=1e-8)
-
-
-def test_path_of_centres_is_given_up_where_rates_run_off() -> None:
-    with np.errstate(all="raise", under="ignore"):
-        centres = list(CentralPath(assemble(PUSHED).problem).centres())
-    assert 10 < len(centres) < 150
-    assert not centres[-1].is_end

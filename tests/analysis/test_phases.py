@@ -43,8 +43,7 @@ def test_a_pass_and_what_follows_it():
     assert phases_of(WALLS[0], "mcp")[1] == [
         *FIRST,
         "load to expect",
-        "contacts that give by 1e-03",
-        "contacts that give by 1e-04",
+        "pushed from rest",
         "method 'mcp'",
         "contacts that give",
         "exact states nearby",

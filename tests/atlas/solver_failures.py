@@ -82,7 +82,8 @@ ENTRIES: tuple[Entry, ...] = (
                 expectation
                 for solvers, why in (
                     (("clarabel",), reason(Code.REPEATS, exact=True)),
-                    (("highs", "highs-ipm"), reason(Code.BEGAN_AGAIN, remedies="beta=0.5")),
+                    (("highs",), reason(Code.BEGAN_AGAIN, remedies="beta=0.5")),
+                    (("highs-ipm",), reason(Code.BEGAN_AGAIN, remedies="solver=clarabel")),
                 )
                 for expectation in loops(
                     Status.CONVERGED,

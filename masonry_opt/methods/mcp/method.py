@@ -21,15 +21,15 @@ from masonry_opt.methods.exact.refiner import SMALL, ExactState, Refiner, refine
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.mcp.compliant import jams, pushed
 from masonry_opt.methods.mcp.large import by_loop, by_loop_unless_far
-from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes, follow, follow_path, prepared
+from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes, follow, prepared
 from masonry_opt.methods.mcp.schedule import BRAKES, NewtonStep
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
 _State = TypeVar("_State", Answer, ExactState)
 
-#: Joints in the plane up to which simplex makes states exact and descends, and the path of centres is
-#: followed: beyond, either takes longer than all else, and in space there are cones.
+#: Joints in the plane up to which simplex makes states exact and descends: beyond, it takes longer than all
+#: else, and in space there are cones.
 _SIMPLEX_UP_TO = 500
 
 #: Compliance of the contacts whose forces lead to states that are sometimes lower: of wall 3 with a friction
@@ -147,6 +147,8 @@ class _States:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
             found = alternated(self._problem, start.load_factor, start.q, self._effort)
+            if found is None and isinstance(start, Answer) and start.exact:
+                found = start
             found = found and self._recorded(found)
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
@@ -207,8 +209,7 @@ def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
 class _Starts:
     """Forces under contacts that give, then those of passes with rigid ones. After the first of these, unless
     statics bound the load factor, a proof is sought that there is none; without it others follow under other
-    brakes, where a pass takes longer than further starts, and the end of the path of centres, which a pass
-    that stalls leaves.
+    brakes, where a pass takes longer than further starts.
 
     Attributes
     ----------
@@ -242,11 +243,6 @@ class _Starts:
                     return
                 if joints <= SMALL:
                     break
-        if self.known.associative is None or task.problem.layout.round or joints > _SIMPLEX_UP_TO:
-            return
-        effort.begins("path of centres")
-        if end := follow_path(task, self._passes, history, _passes_in(history) + 1):
-            yield end
 
     def _look_beside(self) -> None:
         self.known = with_associative(self._task, self.known)

@@ -11,12 +11,11 @@ import numpy as np
 
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
-from masonry_opt.methods.mcp.central_path import LEFT, CentralPath
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
 from masonry_opt.methods.mcp.interior_point import Outcome, run
 from masonry_opt.methods.mcp.joints_alone import JointsAlone
 from masonry_opt.methods.mcp.newton import Elimination
-from masonry_opt.methods.mcp.schedule import BRAKES, LEAST_LOAD, NewtonStep
+from masonry_opt.methods.mcp.schedule import BRAKES, NewtonStep
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.faces import KINDS
 from masonry_opt.problem.problem import Problem
@@ -126,22 +125,6 @@ class Passes:
         state = self._alone.state(self._elimination.form.state(end.iterate), self.problem)
         return replace(state, load_factor=self._unit * state.load_factor)
 
-    def end_of_path(self, follow: Callable[[NewtonStep], None]) -> State | None:
-        """The state that the path of centres ends in; None if it is given up before, or does not begin.
-
-        Parameters
-        ----------
-        follow: called with every centre, as with a step.
-        """
-        path = CentralPath(replace(self.problem, live=self._unit * self.problem.live))
-        for number, centre in enumerate(path.centres(), start=1):
-            load_factor = centre.state.load_factor
-            gap = centre.energy / max(abs(load_factor), LEAST_LOAD)
-            follow(NewtonStep(number, self._unit * load_factor, gap, LEFT, LEFT, LEFT, blend=1.0))
-            if centre.is_end:
-                return replace(centre.state, load_factor=self._unit * load_factor)
-        return None
-
     def tells(self, load_factor: float, d: np.ndarray) -> bool:
         """Whether a mechanism (3b,) at a load factor tells of the load. One of blocks that weigh nothing
         there does so only where from rest these do not carry the dead load either."""
@@ -210,12 +193,6 @@ def follow(
     """The state that a pass ends in (see :meth:`Passes.run`) if it tells of the load, its steps reported and
     recorded."""
     return _telling(passes, passes.run(_recorder(task, history, attempt), brake, begun))
-
-
-def follow_path(task: Task, passes: Passes, history: list[Any], attempt: int) -> State | None:
-    """The same of the path of centres."""
-    with task.effort.measure("solve"):
-        return _telling(passes, passes.end_of_path(_recorder(task, history, attempt)))
 
 
 def _telling(passes: Passes, state: State | None) -> State | None:

@@ -1,14 +1,16 @@
-"""The law of contacts that give, under a trial motion: cells, in which forces are linear, and their boundaries.
+"""The law of contacts that give, under a trial motion: cells, in which forces are linear.
 
-Trial forces q~ = q0 - Bᵀd / E are what contacts would bear if they held everything. Normal forces (n1, n2) of a
-joint are n~ + k ψ P (1, 1) brought back to the nearest that it can bear: n ≥ 0, or between chords of crushing.
-The shear is s~ ∓ k P, with P > 0 the slip that brings it to its limit ± (c + μ (n1 + n2)) if s~ is beyond it, else
-P = 0. Joint by joint that is z = C q + c ≥ 0, p ≥ 0, z·p = 0, Bᵀd + E (q - q0) = D p; with the normal forces found
-first it has no corner in which a joint is singular. A limited force is a slider without points, between limits of
-its own. A *cell* says which faces of normal forces are at work, and which sliders are at a limit.
+Trial forces q~ = q0 - Bᵀd / E are what contacts would bear if they held everything. Normal forces (n1, n2) of
+a joint are n~ + k ψ P (1, 1) brought back to the nearest that it can bear: n ≥ 0, or between chords of
+crushing. The shear is s~ ∓ k P, with P > 0 the slip that brings it to its limit ± (c + μ (n1 + n2)) if s~ is
+beyond it, else P = 0. Joint by joint that is z = C q + c ≥ 0, p ≥ 0, z·p = 0, Bᵀd + E (q - q0) = D p; with
+normal forces found first it has no corner in which a joint is singular. A limited force is a slider without
+points, between limits of its own. A *cell* says which faces of normal forces are at work, and which sliders
+are at a limit.
 
-*Bonded* contacts bear a tension t at each point: n + t takes the place of n, so that c + μ (n1 + n2 + 2 t) limits
-the shear. Limits that this does not widen, of smooth sliders, of crushing and of limited forces, are wider by t.
+*Bonded* contacts bear a tension t at each point: n + t takes the place of n, so that c + μ (n1 + n2 + 2 t)
+limits the shear. Limits that this does not widen, of smooth sliders, of crushing and of limited forces, are
+wider by t.
 """
 
 from __future__ import annotations
@@ -18,13 +20,17 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.linalg import lsqr
+import scipy.sparse as sp
+from scipy.sparse.linalg import spsolve
 
 from masonry_opt.problem.chords import CHORDS
 from masonry_opt.problem.problem import Problem
 
-#: Friction below which bonds are a slider's cohesion.
-_SMOOTH = 1e-3
+#: Friction below which bonds are a slider's cohesion; and above which paths turn in circles.
+_SMOOTH, _STEEP = 1e-3, 1e3
+
+#: Added to the diagonal of B Bᵀ, for blocks that some motion finds no force against.
+_REGULARISATION = 1e-12
 
 #: Rows of a table that are forces; what follows is left to boundaries.
 FORCES = slice(3)
@@ -37,11 +43,11 @@ _SENSES = np.stack([_ONE[2], -_ONE[2]])
 
 
 def takes(problem: Problem) -> bool:
-    """Whether this is the law of the problem's joints: in the plane, of constant dilatancy, and without forces
-    that have no limit (which stand for supports)."""
+    """Whether this is the law of the problem's joints: in the plane, of constant dilatancy, of no friction
+    so large that numbers are lost, and without forces that have no limit (which stand for supports)."""
     free = np.isinf(problem.lowest) & np.isinf(problem.highest)
-    contracts = problem.friction * problem.dilatancy <= -1
-    return not (problem.layout.round or problem.dilatancy_depends_on_stress or free.any() or contracts.any())
+    beyond = (problem.friction > _STEEP) | (problem.friction * problem.dilatancy <= -1)
+    return not (problem.layout.round or problem.dilatancy_depends_on_stress or free.any() or beyond.any())
 
 
 def compliance(problem: Problem) -> np.ndarray:
@@ -49,15 +55,16 @@ def compliance(problem: Problem) -> np.ndarray:
     joint of mean length moves by one along its normal. Stiffness grows with length, and is half as large in
     shear as along the normal, as of stone."""
     c, t = problem.joints, problem.matrices.limited
-    least = lsqr(problem.B, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0]
+    of_blocks = problem.B @ problem.B.T + _REGULARISATION * sp.eye_array(problem.dead.size)
+    least = problem.B.T @ spsolve(of_blocks.tocsc(), -problem.dead)
     extent = np.append(problem.matrices.extent, np.ones(t))
     of_point = extent.mean() / extent / (np.abs(least[: 2 * c]).mean() or 1.0)
     return np.concatenate([*3 * [of_point[:c]], of_point[c:] / 2])
 
 
 class Cell(NamedTuple):
-    """Which faces of normal forces are at work, shape (faces, m), and the limit, 1 or -1, that sliders are at, 0
-    where they hold, shape (m,)."""
+    """Which faces of normal forces are at work, shape (faces, m), and the limit, 1 or -1, that sliders are
+    at, 0 where they hold, shape (m,)."""
 
     faces: np.ndarray
     slides: np.ndarray
@@ -124,8 +131,8 @@ class Law:
 
     @cached_property
     def _inside(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """By slider what is tension in n~ + t, shape (m, 2, 5), room of faces (m, faces, 5), both limits without
-        normal force (m, 2, 5), per unit of what a table has, and whether there are such limits (m, 2)."""
+        """By slider the tension at its points, shape (m, 2, 5), room of faces (m, faces, 5), both limits
+        without normal force (m, 2, 5), per unit of what a table has, and whether there are any (m, 2)."""
         m, finite = len(self.friction), np.isfinite(self.limits)
         loose, room, most = np.zeros((m, 2, 5)), np.zeros((m, len(self.room), 5)), np.zeros((m, 2, 5))
         loose[: self.joints, :, 3], loose[:, :, 4] = 1.0, self.tension.T
@@ -154,18 +161,15 @@ class Law:
         return np.stack([self.column(cell, slider) for slider in range(len(self.friction))], axis=2)
 
     def column(self, cell: Cell, slider: int) -> np.ndarray:
-        """What a slider does in a cell, shape (5 + faces, 5): by row n1, n2, s, then what is left to boundaries,
-        ≥ 0 inside: to the faces, and to the upper and the lower limit; per unit of n1~, n2~, s~, of the bonds'
-        tension, and in all. Zero where there is no boundary."""
+        """What a slider does in a cell, shape (5 + faces, 5): by row n1, n2, s, then what is left to
+        boundaries, ≥ 0 inside: to the faces, and to the upper and the lower limit; per unit of n1~, n2~, s~,
+        of the bonds' tension, and in all. Zero where there is no boundary."""
         loose, room, most, finite = (of[slider] for of in self._inside)
         at, slides, (k, _, h) = cell.faces[:, slider], cell.slides[slider], self.stiffness[:, slider]
-        normals, friction, dilates = (
-            self.normals[:, :, slider],
-            self.friction[slider],
-            k * self.dilatancy[slider],
-        )
+        normals, friction = self.normals[:, :, slider], self.friction[slider]
+        dilates = k * self.dilatancy[slider]
         table = np.zeros((5 + len(at), 5))
-        n, rates, free, back = loose.copy(), None, _ONE[:2, :2], None
+        n, rates, free, back = loose.copy(), _ONE[:0], _ONE[:2, :2], _ONE[:2, :0]
         if slider < self.joints:
             n += _ONE[:2]
         if at.any():
@@ -188,19 +192,17 @@ class Law:
             table[-2 if slides > 0 else -1] = slip
             if dilates:
                 n += wedge[:, None] * slip
-                if rates is not None:
-                    rates -= dilates * back.sum(axis=0)[:, None] * slip
+                rates = rates - dilates * back.sum(axis=0)[:, None] * slip
         else:
             table[-2:] = (limits - _SENSES) * finite[:, None]
         table[:2] = n - loose
         table[3:-2] = normals @ n + room
-        if rates is not None:
-            table[3:-2][at] = rates
+        table[3:-2][at] = rates
         return table
 
     def _no_room(self, faces: np.ndarray, slider: int) -> bool:
-        """Whether the shear limits of a slider with these faces at work, shape (faces,), leave it no room, at the
-        tip of a cone without cohesion: it is always at one of them."""
+        """Whether the shear limits of a slider with these faces at work, shape (faces,), leave it no room, at
+        the tip of a cone without cohesion: it is always at one of them."""
         corner = faces.sum() == 2 and not self.room[faces, slider].any()
         return bool(corner and not self.limits[:, slider].any())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from masonry_opt.answer.acceptance import Kind
@@ -16,8 +17,8 @@ from masonry_opt.methods.task import Task
 from masonry_opt.standing.weightless import weightless
 
 #: Joints up to which a path is followed from event to event: beyond, passes come near its end sooner. Of a
-#: joint so many events at most: on rubble 2 to 11, on walls 2 to 4.
-PATH_UP_TO, EVENTS_A_JOINT = 350, 60
+#: joint so many events at most: on rubble of 60 and 120 stones there are 3 to 11, on walls 2 to 4.
+PATH_UP_TO, EVENTS_A_JOINT = 500, 25
 
 
 def by_push(task: Task) -> Solution | None:
@@ -31,7 +32,7 @@ def by_push(task: Task) -> Solution | None:
     with effort.measure("solve"):
         found = push(problem, EVENTS_A_JOINT * problem.joints)
     events = tuple(
-        event._replace(load_factor=event.load_factor / problem.live_norm)
+        replace(event, load_factor=event.load_factor / problem.live_norm)
         for event in (*found.settling, *found.events)
     )
     ending = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, history=events, solver=task.solver)

@@ -11,37 +11,21 @@ Through a boundary the path goes into the next cell: where that makes u or t tur
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import inf
 from time import perf_counter
-from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.linalg import lapack
-from scipy.sparse.linalg import splu
 
+from masonry_opt.methods.push.blocks import Blocks, Factors
 from masonry_opt.methods.push.laws import FORCES, Cell, Law
-from masonry_opt.problem.problem import Problem
-
-#: Unknowns up to which matrices are full: LAPACK has little overhead.
-_FULL_UP_TO = 250
-
-#: Added to the diagonal of S, over its largest stiffness, for cells in which a block hangs on nothing.
-_REGULARISATION = 1e-15
 
 #: Rates over that of the trial forces, of forces, gaps and bonds, that are rounding.
 _FLAT = 1e-12
 
-#: Sliders whose change is added to factors, before these are made anew; from so many unknowns on.
-_ADDED, _ADDED_FROM = 20, 100
-
-#: With sliders added, share by which a second solve may change a direction, and least rate of the nearest gap.
+#: With sliders added: share by which a second solve may change a direction, and least rate at a boundary.
 _TRUSTED = 1e-6
-
-_Solve = Callable[[np.ndarray], np.ndarray]
 
 
 class End(StrEnum):
@@ -53,120 +37,14 @@ class End(StrEnum):
     BUDGET = "budget"
 
 
-class Event(NamedTuple):
+@dataclass(frozen=True)
+class Event:
     """A boundary met at u, or t, and λ; the joint, or limited force (c and on), and what it does."""
 
     at: float
     load_factor: float
     joint: int
     what: str
-
-
-class Blocks:
-    """The matrix of the blocks, bordered by a live load: [[S, -f], [fᵀ, 0]]; without one [[S, 0], [0, 1]].
-
-    Attributes
-    ----------
-    B: by slider, shape (3b, 3m), and its transpose ``Bt``.
-    """
-
-    def __init__(self, problem: Problem, law: Law, live: np.ndarray | None) -> None:
-        B, m = problem.B.tocoo(), len(law.friction)
-        column = np.flatnonzero(law.of_sliders(np.ones(B.shape[1])))[B.col]
-        self.B = sp.csr_array((B.data, (B.row, column)), shape=(B.shape[0], 3 * m))
-        self.Bt, self.size = self.B.T.tocsr(), B.shape[0] + 1
-        # Every two entries of B in columns of one slider, and the entry of S that they add to.
-        order = np.argsort(column % m, kind="stable")
-        row, kind, slider, value = B.row[order], column[order] // m, column[order] % m, B.data[order]
-        count = np.bincount(slider, minlength=m)[slider]
-        one = np.repeat(np.arange(len(row)), count)
-        start = np.searchsorted(slider, slider) - np.cumsum(count) + count
-        other = np.arange(len(one)) + np.repeat(start, count)
-        at = [row[other] * self.size + row[one]]
-        border = np.arange(self.size - 1)
-        at += [
-            border * (self.size + 1),
-            border * self.size + border[-1] + 1,
-            (border[-1] + 1) * self.size + border,
-        ]
-        at += [np.array([self.size**2 - 1])]
-        self._places, place = np.unique(np.concatenate(at), return_inverse=True)
-        place, self._diagonal, right, below, corner = np.split(place, np.cumsum([len(of) for of in at[:-1]]))
-        self._fixed = np.zeros(len(self._places))
-        if live is None:
-            self._fixed[corner] = 1.0
-        else:
-            self._fixed[right], self._fixed[below] = live, -live
-        entry = (3 * kind[one] + kind[other]) * m + slider[one]
-        self._of_stiffness = sp.csr_array(
-            (value[one] * value[other], (place, entry)), shape=(len(self._places), 9 * m)
-        )
-        self._rows = (self._places % self.size).astype(np.int32)
-        ends = np.arange(self.size + 1) * self.size
-        self._starts = np.searchsorted(self._places, ends).astype(np.int32)
-
-    def columns(self, slider: int) -> np.ndarray:
-        """Columns of B of a slider, shape (3, 3b + 1)."""
-        columns, m = np.zeros((3, self.size)), self.B.shape[1] // 3
-        for kind in range(3):
-            row = slice(*self.Bt.indptr[kind * m + slider :][:2])
-            columns[kind, self.Bt.indices[row]] = self.Bt.data[row]
-        return columns
-
-    def factors(self, stiffness: np.ndarray) -> _Solve:
-        """What solves for a right-hand side, of sliders' stiffnesses, shape (3, 3, m)."""
-        values = self._of_stiffness @ stiffness.ravel() + self._fixed
-        values[self._diagonal] += _REGULARISATION * np.abs(stiffness).max()
-        shape = (self.size, self.size)
-        if self.size > _FULL_UP_TO:
-            return splu(sp.csc_matrix((values, self._rows, self._starts), shape=shape)).solve
-        full = np.zeros(self.size**2)
-        full[self._places] = values
-        lu, pivots, _ = lapack.dgetrf(full.reshape(shape).T, overwrite_a=True)
-        return lambda right: lapack.dgetrs(lu, pivots, right)[0]
-
-
-class Factors:
-    """Factors of the blocks' matrix, and changes of single sliders since, (M + L D Lᵀ)⁻¹ by M⁻¹ L."""
-
-    def __init__(self, blocks: Blocks, stiffness: np.ndarray) -> None:
-        self._blocks, self._stiffness = blocks, stiffness.copy()
-        self._base, self._sliders = blocks.factors(stiffness), []
-        # L and M⁻¹ L, three columns a slider; D; and 1 + D Lᵀ M⁻¹ L.
-        self._columns, self._solved = np.zeros((2, 3 * _ADDED, blocks.size))
-        self._change, self._matrix = np.zeros((0, 3, 3)), np.zeros((0, 0))
-
-    @property
-    def fresh(self) -> bool:
-        """Whether nothing was added."""
-        return not self._sliders
-
-    def add(self, slider: int, stiffness: np.ndarray) -> bool:
-        """Whether stiffnesses (3, 3, m), which differ from those before in a slider, are taken."""
-        if slider not in self._sliders:
-            if self._blocks.size < _ADDED_FROM or len(self._sliders) == _ADDED:
-                return False
-            new = slice(3 * len(self._sliders), 3 * len(self._sliders) + 3)
-            self._columns[new] = self._blocks.columns(slider)
-            self._solved[new] = self._base(self._columns[new].T).T
-            self._sliders.append(slider)
-        of = self._sliders
-        self._change = (stiffness[..., of] - self._stiffness[..., of]).transpose(2, 0, 1)
-        meets = self._columns[: 3 * len(of)] @ self._solved[: 3 * len(of)].T
-        self._matrix = np.eye(3 * len(of)) + self._changed(meets)
-        return True
-
-    def _changed(self, of: np.ndarray) -> np.ndarray:
-        return (self._change @ of.reshape(len(self._change), 3, -1)).reshape(of.shape)
-
-    def solve(self, right: np.ndarray) -> np.ndarray:
-        """The solution for a right-hand side."""
-        solution = self._base(right)
-        if self._sliders:
-            new = slice(3 * len(self._sliders))
-            moved = self._changed(self._columns[new] @ solution)
-            solution = solution - np.linalg.solve(self._matrix, moved) @ self._solved[new]
-        return solution
 
 
 @dataclass
@@ -233,9 +111,9 @@ class Path:
         self._factors = Factors(self.blocks, self._table[FORCES, :3] * self.law.stiffness)
 
     def _solved(self, at: np.ndarray, one: float) -> np.ndarray:
-        """d and λ, shape (3b + 1,), after a step by the equations of the cell, at the same u or t; with zero for
-        ``one``, d' and λ' per unit of these. Of a point on the path what is left is rounding, which it takes off:
-        S itself, a sum over joints, has lost stiffnesses that are small beside their own."""
+        """d and λ, shape (3b + 1,), after a step by the equations of the cell, at the same u or t; with zero
+        for ``one``, d' and λ' per unit of these. A second step takes off rounding: S, a sum over joints, has
+        lost what is small beside their stiffnesses, the joints' own equations have not."""
         drive, settles = self.drive if one else 1.0, self.live is None
         trial = one * self.rest + self._trial_rate(at[:-1])
         forces = self._by_table(trial, drive if settles else 0.0, one, FORCES)
@@ -294,11 +172,9 @@ class Path:
                 return End.RAY if np.abs(forces).max() < _FLAT else End.JAM
             self._move(along, self.drive + step * drive, step)
             self.cell, self._entered, slider, what = self.law.across(self.cell, int(nears[nearest]))
-            before = self._table[FORCES, :3, slider].copy()
             self._table[..., slider] = self.law.column(self.cell, slider)
-            if not np.array_equal(self._table[FORCES, :3, slider], before):
-                if not self._factors.add(slider, self._table[FORCES, :3] * self.law.stiffness):
-                    self._factorise()
+            if not self._factors.add(slider, self._table[FORCES, :3] * self.law.stiffness):
+                self._factorise()
             self._correct()
             self.events.append(Event(self.drive, self.load_factor, slider, what))
             if self.highest is None or self.load_factor > self.highest[0]:
@@ -311,7 +187,7 @@ class Path:
         self.drive = drive
 
     def by(self, law: Law, cell: Cell | None = None, drive: float = 0.0) -> Path:
-        """The point at u or t by the equations of a cell, by default that of the end, of another law. On a ray
-        its forces and λ are the same at all u."""
+        """The point at u or t by the equations of a cell, by default that of the end, of another law. On a
+        ray its forces and λ are the same at all u."""
         still = np.zeros_like(self.d)
         return replace(self, law=law, cell=cell or self.cell, d=still, load_factor=0.0, drive=drive)

@@ -1,5 +1,5 @@
-"""The load that a scene bears as it is pushed from rest: it settles, then a live load grows with its displacement
-until forces no longer change, on a ray.
+"""The load that a scene bears as it is pushed from rest: it settles, then a live load grows with its
+displacement until forces no longer change, on a ray.
 
 On a ray blocks move on for ever: that is a collapse mechanism, and the state is exact.
 """
@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from masonry_opt.methods.push.blocks import Blocks
 from masonry_opt.methods.push.laws import Law, compliance
-from masonry_opt.methods.push.path import Blocks, End, Event, Path
+from masonry_opt.methods.push.path import End, Event, Path
 from masonry_opt.methods.push.settling import settling
 from masonry_opt.problem.problem import Problem
 
@@ -31,8 +32,8 @@ EXACT = 1e-9
 
 
 class Ended(StrEnum):
-    """How a push ends: on a ray on which the scene collapses, or friction jams, or the live load is drawn back;
-    without a state under the dead load; before an end is found; in rounding."""
+    """How a push ends: on a ray on which the scene collapses, or friction jams, or the live load is drawn
+    back; without a state under the dead load; before an end is found; in rounding."""
 
     RAY = "ray"
     JAM = "jam"
@@ -51,7 +52,7 @@ class Pushed:
     ended: how.
     load_factor: λ at the ray; None where there is none.
     peak: largest λ on the way.
-    q, d: forces, shape (3c + t,), and mechanism, shape (3b,), scaled so that f_L·d = Σ|f_L|, of an exact state.
+    q, d: forces, shape (3c + t,), and mechanism, shape (3b,), scaled so that f_L·d = Σ|f_L|, at the ray.
     settled: forces under the dead load, shape (3c + t,).
     beyond: largest force beyond a limit, in these and in q.
     settling, events: what was met, the first at tensions of bonds, the second at displacements.
@@ -99,9 +100,8 @@ def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: flo
         end = path.follow(-1, most, until)
         told["settling"] = tuple(path.events)
         if end is not End.FREE:
-            return Pushed(
-                Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED, **told | {"settled": None}
-            )
+            ended = Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED
+            return Pushed(ended, **told | {"settled": None})
         told["settled"] = law.of_problem(path.by(law).forces)
     rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
     still = np.zeros(problem.dead.size)
@@ -110,12 +110,14 @@ def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: flo
     told |= {"events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
     if path.highest is not None:
         told["peak"] = path.by(law, *path.highest[1:]).load_factor / problem.live_norm
-    if end is not End.RAY:
-        return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.JAM, **told)
-    (along, drive), ray = path.ahead, path.by(law)
-    told |= {"load_factor": ray.load_factor / problem.live_norm, "d": along / drive}
-    told["q"] = law.of_problem(ray.forces)
-    told["beyond"] = max(told["beyond"], _beyond(problem, told["q"]))
+    if path.ahead is None:
+        return Pushed(Ended.BUDGET, **told)
+    along, drive = path.ahead
+    if end is End.JAM:
+        return Pushed(Ended.JAM if drive > 0 else Ended.BACK, **told)
+    ray = path.by(law)
+    told |= {"load_factor": ray.load_factor / problem.live_norm, "q": law.of_problem(ray.forces)}
+    told |= {"d": along / drive, "beyond": max(told["beyond"], _beyond(problem, told["q"]))}
     return Pushed(Ended.RAY if drive > 0 else Ended.BACK, **told)
 
 

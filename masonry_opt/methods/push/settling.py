@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from masonry_opt.methods.push.blocks import Blocks
 from masonry_opt.methods.push.laws import Law
-from masonry_opt.methods.push.path import Blocks, Path
+from masonry_opt.methods.push.path import Path
 from masonry_opt.problem.problem import Problem
 
 

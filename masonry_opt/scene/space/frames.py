@@ -9,9 +9,7 @@ from typing import Self
 import numpy as np
 import shapely
 
-from masonry_opt.scene.rows import Rows
-from masonry_opt.scene.rows import dots as dots
-from masonry_opt.scene.rows import lengths as lengths
+from masonry_opt.scene.rows import Rows, dots, lengths
 
 #: Share of an area that is rounding.
 _ROUNDING = 1e-12

@@ -10,8 +10,7 @@ import numpy as np
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.combinations import following, ranges
-from masonry_opt.scene.rows import first_alike, linked
-from masonry_opt.scene.rows import sums as sums
+from masonry_opt.scene.rows import first_alike, linked, sums
 from masonry_opt.scene.scene import Scene
 
 
