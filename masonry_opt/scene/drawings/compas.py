@@ -14,7 +14,7 @@ from masonry_opt.scene.drawings import compas_data
 from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh
 from masonry_opt.scene.drawings.prisms import View, directions, seen_along
-from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, scene_of
+from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, naming, scene_of
 from masonry_opt.scene.drawings.supports import Supports, with_supports
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
@@ -95,19 +95,12 @@ def read_compas(
         space = np.size(live) == 3
     if space and along is not None:
         raise CaseError(f"{path}: 'along' is of scenes in the plane: leave it out, or give a 'live' of two")
+    given = locals() | {"along": _AXES.get(along, along) if isinstance(along, str) else along}
     supports = Supports(fixed=list(fixed), fixed_below=fixed_below)
-    flat, seen = None, None
-    try:
-        meshes = with_supports(compas_data.meshes(data), supports.fixed, supports.fixed_below)
+    with naming(path):
+        meshes = with_supports(compas_data.meshes(data), supports)
         if not space:
-            flat = CompasDrawing(
-                friction=friction,
-                unit_weight=unit_weight,
-                live=(0.0, 0.0) if live is None else live,
-                contact_tolerance=contact_tolerance,
-                along=_AXES.get(along, along) if isinstance(along, str) else along,
-                tolerance=tolerance,
-            )
+            flat = CompasDrawing.of(given)
             try:
                 seen = _seen(meshes, flat)
             except ValueError as error:
@@ -115,20 +108,9 @@ def read_compas(
                     raise ValueError(
                         f"{error}. Or read the blocks whole: a 'live' of three numbers"
                     ) from None
-        if flat and seen:
-            return scene_of(_blocks(meshes, seen, flat), flat, path)
-    except CaseError:
-        raise
-    except ValueError as error:
-        raise CaseError(f"{path}: {error}") from None
-    solid = SolidDrawing(
-        friction=friction,
-        unit_weight=unit_weight,
-        live=(0.0, 0.0, 0.0) if live is None else live,
-        tolerance=tolerance,
-        contact_tolerance=contact_tolerance,
-    )
-    return scene_in_space(meshes, solid, path)
+            else:
+                return scene_of(_blocks(meshes, seen, flat), flat, path)
+    return scene_in_space(meshes, SolidDrawing.of(given), path)
 
 
 def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> View:

@@ -9,7 +9,8 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.scene.convex_pieces import convex_pieces
-from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, across, joined, polyhedron
+from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, across, first_near, polyhedron
+from masonry_opt.scene.solids import box
 from masonry_opt.scene.space.surfaces import place
 
 #: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
@@ -54,7 +55,12 @@ def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
         np.array([getattr(side, key) for side in sides]).reshape(-1, 3) for key in ("base", "normal")
     )
     corners = block.points[np.unique([one for side in sides for ring in side.rings for one in ring])]
-    waiting = [(_pieces(block.points, sides, tolerance), _box_round(corners))]
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    wide = [(2 * a - b, 2 * b - a) for a, b in zip(low.tolist(), high.tolist(), strict=True)]
+    round_it = box("box", *wide, fixed=True).polyhedra[0]
+    waiting = [
+        (_pieces(block.points, sides, tolerance), [round_it.vertices[face] for face in round_it.faces])
+    ]
     found: list[Polyhedron] = []
     while waiting:
         pieces, cell = waiting.pop()
@@ -104,21 +110,6 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
         rings += map(side.up, convex)
         numbers += [number] * len(convex)
     return _Pieces(rings, np.array(numbers, dtype=int))
-
-
-def _box_round(corners: np.ndarray) -> list[np.ndarray]:
-    """Faces of a box somewhat larger than what it holds."""
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    low, high = low - (high - low), high + (high - low)
-    return [low + face * (high - low) for face in _UNIT_BOX]
-
-
-def _square(axis: int, at: int) -> np.ndarray:
-    ring = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    return np.insert(ring, axis, at, axis=1).astype(float)
-
-
-_UNIT_BOX = [_square(axis, at) for axis in range(3) for at in (0, 1)]
 
 
 def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
@@ -174,7 +165,8 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 
 def _part(cell: list[np.ndarray], tolerance: float) -> Polyhedron | None:
     """A cell as a polyhedron; None if it is thinner than the tolerance."""
-    corners = joined(np.concatenate(cell), tolerance / 4) if cell else np.zeros((0, 3))
+    every = np.concatenate(cell) if cell else np.zeros((0, 3))
+    corners = every[np.unique(first_near(every, tolerance / 4))]
     try:
         # Of corners that were joined: closed whatever they were rounded to.
         hull = Mesh("", corners, ConvexHull(corners).simplices.tolist())

@@ -17,7 +17,7 @@ from masonry_opt.files import MARK, refuse_replacing, write_whole
 from masonry_opt.scene.blocks import Block, Name, Positive
 from masonry_opt.scene.drawings import dxf_curves
 from masonry_opt.scene.drawings.outlines import Shape, closed_outlines, shapes
-from masonry_opt.scene.drawings.stones import FlatDrawing, block_name, drawing_path, scene_of
+from masonry_opt.scene.drawings.stones import FlatDrawing, block_name, drawing_path, naming, scene_of
 from masonry_opt.scene.drawings.supports import FIXED, listed
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
@@ -106,20 +106,9 @@ def read_dxf(
         If ezdxf, of the extra "drawings", is not installed, or the thickness is no positive number.
     """
     path = drawing_path(path, ".dxf")
-    drawing = DxfDrawing(
-        friction=friction,
-        unit_weight=unit_weight,
-        live=(0.0, 0.0) if live is None else live,
-        live_layers=dict(live_layers or {}),
-        layers=None if layers is None else list(layers),
-        fixed_layers=list(fixed_layers),
-        tolerance=tolerance,
-        outline_tolerance=outline_tolerance,
-        sagitta=sagitta,
-        thickness=thickness,
-    )
+    drawing = DxfDrawing.of(locals())
     document = dxf_curves.read_document(path)
-    try:
+    with naming(path):
         scale = dxf_curves.metres(document) if to_metres else 1.0
         shown = dxf_curves.visible(document)
         read = _on_layers(shown, drawing.layers)
@@ -133,8 +122,6 @@ def read_dxf(
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
         pushes = _pushes(found, drawing)
         blocks = _blocks(found, _names(found, shown, scale), drawing, pushes)
-    except ValueError as error:
-        raise CaseError(f"{path}: {error}") from None
     scene = scene_of(blocks, drawing, path)
     if drawing.thickness is None:
         return scene

@@ -13,7 +13,7 @@ from pydantic import ConfigDict
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.convex_parts import convex_parts
 from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, area_vector, polyhedron, used
-from masonry_opt.scene.drawings.stones import Drawing, scene_of
+from masonry_opt.scene.drawings.stones import Drawing, naming, scene_of
 from masonry_opt.scene.drawings.supports import listed
 from masonry_opt.scene.extents import NEAR_MISS
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
@@ -57,17 +57,15 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
     Raises CaseError, beginning with the file, if there is no support, a block is no solid, or they make no
     scene.
     """
-    try:
-        names = [mesh.name for mesh in meshes]
+    with naming(path):
         standing = [mesh.points for mesh in meshes if not mesh.fixed]
         if not standing:
-            raise ValueError(f"every block is a support: nothing can move (blocks: {listed(names)})")
+            names = listed([mesh.name for mesh in meshes])
+            raise ValueError(f"every block is a support: nothing can move (blocks: {names})")
         middle = np.concatenate(standing).mean(axis=0)
         solid = [_slab(mesh, middle) if mesh.flat and mesh.fixed else mesh for mesh in meshes]
         tolerance = drawing.tolerance or _tolerance(standing)
         blocks = [_told(mesh, drawing, tolerance) for mesh in solid]
-    except ValueError as error:
-        raise CaseError(f"{path}: {error}") from None
     return scene_of(blocks, drawing.replace(tolerance=tolerance), path)
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 import shapely
+from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
@@ -166,12 +167,10 @@ def shells(mesh: Mesh) -> list[Mesh]:
     links: list[list[int]] = []
     for edge, having in _by_edge(faces).items():
         links += _through_inside(at, edge, having, faces) if len(having) > 2 else [having[:1] + having[-1:]]
-    one, other = np.array(links).T
-    graph = sp.coo_array((np.ones(len(one)), (one, other)), shape=(len(faces), len(faces)))
-    count, group = connected_components(graph, directed=False)
-    if count == 1:
+    group = _linked(links, len(faces))
+    if not group.any():
         return [mesh]
-    apart: list[list[list[int]]] = [[] for _ in range(count)]
+    apart: list[list[list[int]]] = [[] for _ in range(group.max() + 1)]
     for number, face in zip(group.tolist(), mesh.faces, strict=True):
         apart[number].append(face)
     return [used(f"{mesh.name}-{number}", points, own) for number, own in enumerate(apart)]
@@ -213,26 +212,26 @@ def _edge(one: int, other: int) -> Edge:
     return (one, other) if one < other else (other, one)
 
 
+def _linked(links: ArrayLike, count: int) -> np.ndarray:
+    """The number of the group of each of so many things that links, shape (links, 2), hold together, in the
+    order of the first of each group, shape (count,)."""
+    one, other = np.asarray(links, dtype=int).reshape(-1, 2).T
+    graph = sp.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
+    return connected_components(graph, directed=False)[1]
+
+
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
     """The faces with one number for corners nearer than the tolerance, without those that have none left."""
-    corner = _first_near(points, tolerance).tolist()
+    corner = first_near(points, tolerance).tolist()
     renamed = [[corner[number] for number in face] for face in faces]
     rings = [[one for one, after in _around(ring) if one != after] for ring in renamed]
     return [ring for ring in rings if len(set(ring)) > 2]
 
 
-def joined(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """The points, of those nearer than the tolerance the first one, shape (points, 3)."""
-    return points[np.unique(_first_near(points, tolerance))]
-
-
-def _first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
+def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Of each point the first of those that are nearer than the tolerance, from one to the next."""
-    near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    links = sp.coo_array((np.ones(len(near)), tuple(near.T)), shape=(len(points), len(points)))
-    _, group = connected_components(links, directed=False)
-    _, first = np.unique(group, return_index=True)
-    return first[group]
+    group = _linked(cKDTree(points).query_pairs(tolerance, output_type="ndarray"), len(points))
+    return np.unique(group, return_index=True)[1][group]
 
 
 def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
@@ -246,24 +245,18 @@ def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
 
 def _turned(faces: list[list[int]]) -> list[list[int]]:
     """The faces so that two that share an edge run along it in opposite directions, as far as they can."""
-    having = _by_edge(faces)
-    directed = [set(_around(face)) for face in faces]
-    flipped: dict[int, bool] = {}
-    for seed in range(len(faces)):
-        if seed in flipped:
-            continue
-        flipped[seed], waiting = False, [seed]
-        while waiting:
-            one = waiting.pop()
-            for side in directed[one]:
-                mates = having[_edge(*side)]
-                if len(mates) != 2:
-                    continue
-                other = mates[0] if mates[1] == one else mates[1]
-                if other not in flipped:
-                    flipped[other] = flipped[one] ^ (side in directed[other])
-                    waiting.append(other)
-    return [face[::-1] if flipped[number] else face for number, face in enumerate(faces)]
+    directed, count = [set(_around(face)) for face in faces], len(faces)
+    # Each face twice, as it is and turned round.
+    links = []
+    for edge, mates in _by_edge(faces).items():
+        if len(mates) == 2:
+            one, other = mates
+            alike = (edge in directed[one]) == (edge in directed[other])
+            links += [(one, other + count * alike), (one + count, other + count * (not alike))]
+    group = _linked(links, 2 * count)
+    return [
+        face[::-1] if group[number + count] < group[number] else face for number, face in enumerate(faces)
+    ]
 
 
 def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[int]]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import shapely
 
@@ -26,6 +27,11 @@ class Drawing(Record):
     unit_weight: NonNegative
     tolerance: Positive | None = None
     contact_tolerance: Positive | None = None
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Self:
+        """With those of the arguments of a reader that are given, and are values of such a drawing."""
+        return cls(**{key: given[key] for key in cls.model_fields if given.get(key) is not None})
 
 
 class FlatDrawing(Drawing):
@@ -49,19 +55,26 @@ def block_name(text: str) -> str:
     return " ".join(printable(" ".join(text.split())).split())[:_LONGEST_NAME]
 
 
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Makes what is wrong in a file a CaseError that begins with its path."""
+    try:
+        yield
+    except ValueError as error:
+        named = str(error).startswith(f"{path}: ")
+        raise CaseError(error if named else f"{path}: {error}") from None
+
+
 def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
     """The scene of a drawing's blocks. Raises CaseError, beginning with the file, if they make none."""
-    try:
-        scene = Scene(
+    with naming(path):
+        return Scene(
             source=f"drawn in {block_name(path.name)}",
             joints=JointDefaults(friction=drawing.friction),
             blocks=list(blocks),
             tolerance=drawing.tolerance,
             contact_tolerance=drawing.contact_tolerance,
-        )
-    except CaseError as error:
-        raise CaseError(f"{path}: {error}") from None
-    return scene.read_from(path)
+        ).read_from(path)
 
 
 def drawing_path(path: str | Path, suffix: str) -> Path:
