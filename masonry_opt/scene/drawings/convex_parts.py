@@ -10,7 +10,6 @@ from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.scene.convex_pieces import convex_pieces
 from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, across, first_near, polyhedron
-from masonry_opt.scene.solids import box
 from masonry_opt.scene.space.surfaces import place
 
 #: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
@@ -22,6 +21,9 @@ _EXACT = 1e-3
 
 #: Share of a block's volume that thin parts, which are left out, may have: 0.03 % of a curved one in facets.
 _THIN_PARTS = 1e-3
+
+_SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+_UNIT_BOX = [np.insert(_SQUARE, axis, at, axis=1) for axis in range(3) for at in (0, 1)]
 
 
 @dataclass(frozen=True)
@@ -56,11 +58,9 @@ def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
     )
     corners = block.points[np.unique([one for side in sides for ring in side.rings for one in ring])]
     low, high = corners.min(axis=0), corners.max(axis=0)
-    wide = [(2 * a - b, 2 * b - a) for a, b in zip(low.tolist(), high.tolist(), strict=True)]
-    round_it = box("box", *wide, fixed=True).polyhedra[0]
-    waiting = [
-        (_pieces(block.points, sides, tolerance), [round_it.vertices[face] for face in round_it.faces])
-    ]
+    low, high = low - (high - low), high + (high - low)
+    cell = [low + face * (high - low) for face in _UNIT_BOX]
+    waiting = [(_pieces(block.points, sides, tolerance), cell)]
     found: list[Polyhedron] = []
     while waiting:
         pieces, cell = waiting.pop()
