@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from masonry_opt.scene.drawings.meshes import Mesh, area_vector
+from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron
 
 #: Lengths below this fraction of a solid's size are nothing: its corners may be in single precision.
 _RELATIVE_TOLERANCE = 1e-5
@@ -47,18 +47,12 @@ def directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     x, y, z = np.eye(3)
     found = [z, y, x] if all(solid.flat for solid in solids) else [y, x]
     for face in solids[0].faces[:100]:
-        normal = _normal(solids[0].points[face])
-        level = abs(normal[2]) < 1e-6
-        if level and not any(np.linalg.norm(np.cross(normal, other)) < 1e-6 for other in found):
-            found.append(normal)
+        normal = area_vector(solids[0].points[face])
+        size = float(np.linalg.norm(normal))
+        new = all(np.linalg.norm(np.cross(normal, other)) > 1e-6 * size for other in found)
+        if abs(normal[2]) < 1e-6 * size and new:
+            found.append(normal / size)
     return found
-
-
-def _normal(corners: np.ndarray) -> np.ndarray:
-    """Unit normal of a polygon in space (Newell's formula); zero if it has no area."""
-    normal = area_vector(corners)
-    length = float(np.linalg.norm(normal))
-    return normal / length if length > 0 else np.array([0.0, 0.0, 1.0])
 
 
 def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float | None) -> View:
@@ -86,37 +80,19 @@ def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float |
 def _end(solid: Mesh, plane: np.ndarray, unit: np.ndarray, tolerance: float) -> shapely.Polygon:
     """The outline of a prism's ends, which must be the same."""
     along, seen = solid.points @ unit, solid.points @ plane.T
-    low, high = along.min(), along.max()
-    if solid.flat != (high - low <= tolerance):
+    thickness = np.ptp(along)
+    if solid.flat != (thickness <= tolerance):
         raise ValueError("does not lie across it" if solid.flat else "has no thickness along it")
-    ends: tuple[list[shapely.Polygon], list[shapely.Polygon]] = [], []
-    for face in solid.faces:
-        if np.ptp(along[face]) <= tolerance:
-            off = np.abs(along[face[0]] - (high, low))
-            if off.min() > tolerance:
-                raise ValueError("has a step along it: it is no prism")
-            ends[off.argmin()].append(shapely.Polygon(seen[face]))
-        elif _spread(seen[face]) > tolerance:
+    ends = []
+    for side in polyhedron(solid, tolerance).sides:
+        if np.ptp(along[side.rings[0]]) <= tolerance:
+            ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
+        elif abs(side.normal @ unit) * thickness > tolerance:
             raise ValueError("has a face that is neither along it nor across: it is no prism")
-    if solid.flat:
-        return _united([*ends[1], *ends[0]], tolerance)
-    one, other = (_united(polygons, tolerance) for polygons in reversed(ends))
-    if shapely.area(shapely.symmetric_difference(one, other)) > tolerance * one.length:
-        raise ValueError("has two ends that differ: it is no prism")
-    return one
-
-
-def _united(polygons: list[shapely.Polygon], tolerance: float) -> shapely.Polygon:
-    if not all(polygon.is_valid for polygon in polygons):
+    if len(ends) != 2 - solid.flat:
+        raise ValueError("has a step along it, or an end of several parts, or none: it is no prism")
+    if not all(end.is_valid for end in ends):
         raise ValueError("has a face that crosses itself")
-    whole = shapely.union_all(polygons)
-    if not isinstance(whole, shapely.Polygon) or whole.area <= tolerance**2:
-        raise ValueError("has an end of several parts, or none: it is no prism")
-    return shapely.orient_polygons(whole)
-
-
-def _spread(points: np.ndarray) -> float:
-    """How far points of the plane lie from a line, at most."""
-    centred = points - points.mean(axis=0)
-    _, _, main = np.linalg.svd(centred, full_matrices=False)
-    return float(np.abs(centred @ np.array([-main[0, 1], main[0, 0]])).max())
+    if shapely.area(shapely.symmetric_difference(ends[0], ends[-1])) > tolerance * ends[0].length:
+        raise ValueError("has two ends that differ: it is no prism")
+    return shapely.orient_polygons(ends[0])
