@@ -56,8 +56,8 @@ def read_dxf(
 ) -> Scene:
     """Read a scene from the closed outlines of a DXF drawing.
 
-    Outlines are closed polylines, circles, and loops of lines, arcs and open polylines of one layer, in the
-    model space, on layers that are shown. Each is a block; an outline inside another one is a hole of it, and
+    Outlines are closed polylines, circles, ellipses and splines, and loops of lines, arcs, open polylines and
+    pieces of ellipses and splines of one layer, in the model space, on layers that are shown. Each is a block; an outline inside another one is a hole of it, and
     one inside a hole is a block again. A text inside a block names it, if it is the only one there and names
     no other block; other blocks are named by layer and handle.
 
@@ -84,8 +84,8 @@ def read_dxf(
         Gap up to which two ends of lines meet in an outline, where no third one is as near; ends that meet
         within 1e-6 of the drawing's diagonal are joined before (default: the tolerance, else those 1e-6).
     sagitta:
-        Largest distance between an arc and the chords that take its place (default: 1e-4 of the drawing's
-        diagonal). The chords' ends lie on the arc.
+        Largest distance between a curve and the chords that take its place (default: 1e-4 of the drawing's
+        diagonal). The chords' ends lie on the curve.
     to_metres:
         Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given are then in metres.
     thickness:

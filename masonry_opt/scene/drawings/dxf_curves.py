@@ -23,7 +23,7 @@ _LARGEST_DXF = 50_000_000
 _TOO_MANY = 4000
 
 #: Entities that are outlines, or parts of one.
-_READ = {"ARC", "CIRCLE", "ELLIPSE", "HELIX", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
+_READ = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
 
 #: Entities that are no blocks. Others that cannot be read are refused: none is left out in silence.
 _IGNORED = {
@@ -157,7 +157,7 @@ def _chain(entity: Any, sagitta: float) -> np.ndarray:
     except MemoryError:
         raise
     except Exception as error:  # as above
-        raise ValueError(f"{_named(entity)}: {_said(error)}: raise 'sagitta', or draw it anew") from None
+        raise ValueError(f"{_named(entity)} cannot be read: {_said(error)}; draw it anew") from None
     if len(points) == 0 or not np.isfinite(points).all():
         raise ValueError(f"{_named(entity)} has no points, or one that is no number: delete it")
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
@@ -193,11 +193,13 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
                 turned = own[-1].distance(points[-1]) < own[0].distance(points[-1])
                 points += own[-2::-1] if turned else own[1:]
             return points[:-1] if entity.is_closed else points
+        case "SPLINE" if not entity.construction_tool().is_clamped:  # ezdxf goes on beyond its ends
+            raise ValueError("is a periodic spline")
         case _:
             found = entity.flattening(sagitta)
     points = list(islice(found, _TOO_MANY + 1))
     if len(points) > _TOO_MANY:
-        raise ValueError(f"needs more than {_TOO_MANY} chords")
+        raise ValueError(f"needs more than {_TOO_MANY} chords: raise 'sagitta'")
     return points
 
 
