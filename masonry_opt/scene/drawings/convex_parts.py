@@ -169,10 +169,11 @@ def _part(cell: list[np.ndarray], tolerance: float) -> Polyhedron | None:
     corners = every[np.unique(first_near(every, tolerance / 4))]
     try:
         # Of corners that were joined: closed whatever they were rounded to.
-        hull = Mesh("", corners, ConvexHull(corners).simplices.tolist())
-        shape = polyhedron(hull, tolerance / 4)
+        hull = ConvexHull(corners)
+        mesh = Mesh("", corners, hull.simplices.tolist())
+        shape = polyhedron(mesh, tolerance / 4)
         if not shape.convex(tolerance):  # narrow sides of several triangles, whose plane leans
-            shape = polyhedron(hull, _EXACT * tolerance)
+            shape = polyhedron(mesh, _EXACT * tolerance)
     except (QhullError, ValueError):
         return None
-    return shape if shape.thickness > tolerance else None
+    return shape if 2 * hull.volume > tolerance * hull.area else None

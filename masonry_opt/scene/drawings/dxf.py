@@ -57,9 +57,10 @@ def read_dxf(
     """Read a scene from the closed outlines of a DXF drawing.
 
     Outlines are closed polylines, circles, ellipses and splines, and loops of lines, arcs, open polylines and
-    pieces of ellipses and splines of one layer, in the model space, on layers that are shown. Each is a block; an outline inside another one is a hole of it, and
-    one inside a hole is a block again. A text inside a block names it, if it is the only one there and names
-    no other block; other blocks are named by layer and handle.
+    pieces of ellipses and splines of one layer, in the model space, on layers that are shown. Each is a
+    block; an outline inside another one is a hole of it, and one inside a hole is a block again. A text
+    inside a block names it, if it is the only one there and names no other block; other blocks are named by
+    layer and handle.
 
     Parameters
     ----------

@@ -32,18 +32,8 @@ _IGNORED = {
     "VIEWPORT", "WIPEOUT", "XLINE",
 }  # fmt: skip
 
-#: What to do with entities that may be meant as blocks.
-_REFUSED = {
-    "INSERT": "a reference to a block definition: explode it",
-    "MLINE": "a multiline: explode it",
-    "REGION": "a region: explode it",
-    "SOLID": "a filled area: draw its outline",
-    "TRACE": "a filled area: draw its outline",
-    "3DFACE": "a surface: draw its outline",
-    "3DSOLID": "a solid: draw its outline",
-    "MESH": "a mesh: draw its outline",
-    "POLYLINE": "a mesh: draw its outline",
-}
+#: What hides outlines, and brings them out if it is exploded.
+_HIDING = {"INSERT": "a reference to a block definition", "MLINE": "a multiline", "REGION": "a region"}
 
 #: Metres in one unit of the drawing, by its code $INSUNITS (DXF reference, HEADER section).
 _METRES = {
@@ -150,8 +140,12 @@ def _chain(entity: Any, sagitta: float) -> np.ndarray:
     """
     kind = entity.dxftype()
     if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
-        remedy = _REFUSED.get(kind, "of a kind that is not read: draw its outline")
-        raise ValueError(f"{_named(entity)} is {remedy}, or name the layers of the blocks by 'layers'")
+        what = (
+            f"{_HIDING[kind]}: explode it"
+            if kind in _HIDING
+            else "of a kind that is not read: draw its outline"
+        )
+        raise ValueError(f"{_named(entity)} is {what}, or name the layers of the blocks by 'layers'")
     try:
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
     except MemoryError:

@@ -75,15 +75,6 @@ class Polyhedron:
     points: np.ndarray
     sides: list[Side]
 
-    def in_front(self, tolerance: float) -> np.ndarray:
-        """How far the farthest corner lies in front of the plane of each side, 0 of those too narrow to have
-        one, shape (sides,)."""
-        wide = np.array([side.width > tolerance for side in self.sides])
-        base, normal = (np.array([getattr(side, key) for side in self.sides]) for key in ("base", "normal"))
-        used = np.unique([corner for side in self.sides for ring in side.rings for corner in ring])
-        off = (self.points[used] @ normal.T - np.einsum("ij,ij->i", base, normal)).max(axis=0)
-        return np.where(wide, off, 0.0)
-
     @property
     def _areas(self) -> np.ndarray:
         """Normals of the sides as long as their areas, shape (sides, 3)."""
@@ -99,11 +90,6 @@ class Polyhedron:
     def area(self) -> float:
         return float(np.linalg.norm(self._areas, axis=1).sum())
 
-    @property
-    def thickness(self) -> float:
-        """Some width of it: volume over half its surface."""
-        return 2 * self.volume / self.area if self.area else 0.0
-
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
         """The ends of an edge that sides have more often in one direction than in the other, if there is
         any."""
@@ -114,9 +100,12 @@ class Polyhedron:
         return None
 
     def convex(self, tolerance: float) -> bool:
-        """Whether it is convex, but for the tolerance."""
-        return (
-            all(len(side.rings) == 1 for side in self.sides) and self.in_front(tolerance).max() <= tolerance
+        """Whether it is convex, but for the tolerance; sides no wider than that have no plane."""
+        used = self.points[np.unique([corner for side in self.sides for corner in side.rings[0]])]
+        return all(
+            len(side.rings) == 1
+            and (side.width <= tolerance or ((used - side.base) @ side.normal).max() <= tolerance)
+            for side in self.sides
         )
 
 
@@ -208,10 +197,6 @@ def _around(ring: Sequence[int]) -> Iterator[Edge]:
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 
-def _edge(one: int, other: int) -> Edge:
-    return (one, other) if one < other else (other, one)
-
-
 def _linked(links: ArrayLike, count: int) -> np.ndarray:
     """The number of the group of each of so many things that links, shape (links, 2), hold together, in the
     order of the first of each group, shape (count,)."""
@@ -235,11 +220,11 @@ def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
-    """The faces that have each edge."""
+    """The faces that have each edge, which begins with its lower corner."""
     having: dict[Edge, list[int]] = defaultdict(list)
     for number, face in enumerate(faces):
-        for side in _around(face):
-            having[_edge(*side)].append(number)
+        for tail, tip in _around(face):
+            having[min(tail, tip), max(tail, tip)].append(number)
     return having
 
 
@@ -287,9 +272,8 @@ def _volume(points: np.ndarray, faces: list[list[int]]) -> float:
 
 
 def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[Side]:
-    having = _by_edge(faces)
     beside: list[list[int]] = [[] for _ in faces]
-    for mates in having.values():
+    for mates in _by_edge(faces).values():
         if len(mates) == 2:
             beside[mates[0]].append(mates[1])
             beside[mates[1]].append(mates[0])
@@ -314,10 +298,10 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
                     if alike and off <= reach * tolerance:
                         own.add(other)
                         waiting.append(other)
-            side = _side(points, [faces[number] for number in own])
-            if side is not None and _off_plane(points, side) <= tolerance:
+            side = _side(points, [faces[number] for number in own], tolerance)
+            if side is not None:
                 break
-        if side is None:
+        else:
             own, side = {seed}, alone[seed]
         for number in own:
             del left[number]
@@ -325,8 +309,8 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
     return found
 
 
-def _side(points: np.ndarray, faces: list[list[int]]) -> Side | None:
-    """The faces as one, None if their outline touches itself or there is none."""
+def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side | None:
+    """The faces as one, None if they are in no plane, or have no outline or one that touches itself."""
     # Triangles of a notched polygon may lie outside of it, turned round: their edges cancel all the same.
     following: dict[int, int] = {}
     edges = {side for face in faces for side in _around(face)}
@@ -345,8 +329,12 @@ def _side(points: np.ndarray, faces: list[list[int]]) -> Side | None:
         if corner != first:
             return None
         rings.append(ring)
-    side = _ringed(points, rings) if rings else None
-    return side if side and all(shapely.linearrings(ring).is_simple for ring in side.flat(points)) else None
+    if not rings:
+        return None
+    side = _ringed(points, rings)
+    off = np.abs((points[np.concatenate(rings)] - side.base) @ side.normal).max()
+    simple = all(shapely.linearrings(ring).is_simple for ring in side.flat(points))
+    return side if simple and off <= tolerance else None
 
 
 def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
@@ -361,8 +349,3 @@ def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
     area = float(np.linalg.norm(vectors.sum(axis=0)))
     normal = vectors[outer] / sizes[outer] if sizes[outer] > 0 else np.array([0.0, 0.0, 1.0])
     return Side(rings, points[rings[0]].mean(axis=0), normal, 2 * area / around)
-
-
-def _off_plane(points: np.ndarray, side: Side) -> float:
-    corners = points[[corner for ring in side.rings for corner in ring]]
-    return float(np.abs((corners - side.base) @ side.normal).max())
