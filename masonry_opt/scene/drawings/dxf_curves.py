@@ -64,7 +64,9 @@ def read_document(path: Path) -> Any:
             f"{path}: is larger than {_LARGEST_DXF // 1_000_000} MB: keep the layers of the blocks alone"
         )
     try:
-        return library.readfile(path)
+        document = library.readfile(path)
+        document.modelspace()  # which must be there
+        return document
     except MemoryError:
         raise
     # What a broken file makes the library raise is any exception at all.

@@ -84,7 +84,7 @@ def _end(solid: Mesh, plane: np.ndarray, unit: np.ndarray, tolerance: float) -> 
     if solid.flat != (thickness <= tolerance):
         raise ValueError("does not lie across it" if solid.flat else "has no thickness along it")
     ends = []
-    for side in polyhedron(solid, tolerance).sides:
+    for side in sorted(polyhedron(solid, tolerance).sides, key=lambda side: side.base @ unit):
         if np.ptp(along[side.rings[0]]) <= tolerance:
             ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
         elif abs(side.normal @ unit) * thickness > tolerance:

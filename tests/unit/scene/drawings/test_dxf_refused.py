@@ -93,6 +93,13 @@ def test_files_that_are_no_dxf(tmp_path, content):
         read(path)
 
 
+def test_a_drawing_without_a_model_space(sheet):
+    path = sheet(polylines(STONE))
+    path.write_bytes(path.read_bytes().replace(b"\nModel\n", b"\nOther\n"))
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: not valid DXF"):
+        read(path)
+
+
 def test_paths_that_are_no_dxf(tmp_path):
     (tmp_path / "folder.dxf").mkdir()
     for path in (tmp_path / "folder.dxf", tmp_path / "missing.dxf", tmp_path / "wall.dwg", 5):
