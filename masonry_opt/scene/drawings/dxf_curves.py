@@ -32,7 +32,7 @@ _IGNORED = {
     "VIEWPORT", "WIPEOUT", "XLINE",
 }  # fmt: skip
 
-#: What hides outlines, and brings them out if it is exploded.
+#: What may hide outlines, in words.
 _HIDING = {"INSERT": "a reference to a block definition", "MLINE": "a multiline", "REGION": "a region"}
 
 #: Metres in one unit of the drawing, by its code $INSUNITS (DXF reference, HEADER section).
@@ -42,13 +42,13 @@ _METRES = {
 }  # fmt: skip
 
 
-def ezdxf(module: str = "") -> Any:
-    """The library that reads and writes DXF, or a module of it, as ".math".
+def ezdxf() -> Any:
+    """The library that reads and writes DXF.
 
     Raises OptionError if ezdxf, of the extra "drawings", is not installed.
     """
     try:
-        library = importlib.import_module(f"ezdxf{module}")
+        library = importlib.import_module("ezdxf")
     except ImportError:
         raise OptionError("DXF needs ezdxf; install it with: pip install '.[drawings]'") from None
     # What it logs goes where the user's handlers take it, not to standard error.
@@ -119,6 +119,8 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
     ValueError
         If an entity cannot be read as an outline; the message names it.
     """
+    from ezdxf.edgesmith import is_closed_entity
+
     drawn = [entity for entity in entities if entity.dxftype() not in _IGNORED]
     if not drawn:
         return [], 0.0
@@ -126,12 +128,11 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
     diagonal = scale * float(np.hypot(*np.ptp(corners, axis=0)))
     # Of counts that rounding decides the lower one, from both sides of a joint.
     reach = (1 + 1e-9) * (sagitta or 1e-4 * diagonal) / scale
-    is_closed = ezdxf(".edgesmith").is_closed_entity
     found = []
     for entity in drawn:
         points = scale * _chain(entity, reach)
         kind, handle = entity.dxftype(), str(entity.dxf.handle)
-        found.append(Curve(points, bool(is_closed(entity)), layer_of(entity), handle, kind))
+        found.append(Curve(points, bool(is_closed_entity(entity)), layer_of(entity), handle, kind))
     return found, diagonal
 
 
@@ -142,12 +143,11 @@ def _chain(entity: Any, sagitta: float) -> np.ndarray:
     """
     kind = entity.dxftype()
     if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
-        what = (
-            f"{_HIDING[kind]}: explode it"
-            if kind in _HIDING
-            else "of a kind that is not read: draw its outline"
+        what = _HIDING.get(kind, "of a kind that is not read")
+        raise ValueError(
+            f"{_named(entity)} is {what}: explode it, draw its outline, or name the layers of the blocks by "
+            "'layers'"
         )
-        raise ValueError(f"{_named(entity)} is {what}, or name the layers of the blocks by 'layers'")
     try:
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
     except MemoryError:
@@ -163,6 +163,8 @@ def _chain(entity: Any, sagitta: float) -> np.ndarray:
 
 def _points(entity: Any, sagitta: float) -> list[Any]:
     """The points, in the drawing's coordinates; of an arc those of equal chords, the same from either end."""
+    from ezdxf.math.arc import arc_segment_count
+
     dxf = entity.dxf
     match entity.dxftype():
         case "LINE":
@@ -171,7 +173,7 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
             start, end = (dxf.start_angle, dxf.end_angle) if kind == "ARC" else (0.0, 360.0)
             angle = (end - start) % 360 or 360.0
             parts = 1 if angle < 270 else 2  # a chord alone says nothing of a whole circle
-            count = ezdxf(".math.arc").arc_segment_count(dxf.radius, math.radians(angle / parts), sagitta)
+            count = arc_segment_count(abs(dxf.radius), math.radians(angle / parts), sagitta)
             found = entity.vertices(np.linspace(start, start + angle, min(count, _TOO_MANY) * parts + 1))
         case "LWPOLYLINE" | "POLYLINE":
             if entity.dxftype() == "POLYLINE":
