@@ -13,7 +13,7 @@ from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import compas_data
 from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh
-from masonry_opt.scene.drawings.prisms import View, directions, seen_along
+from masonry_opt.scene.drawings.prisms import Solid, View, directions, seen_along
 from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, naming, scene_of
 from masonry_opt.scene.drawings.supports import Supports, with_supports
 from masonry_opt.scene.scene import Scene
@@ -113,40 +113,24 @@ def read_compas(
     return scene_in_space(meshes, SolidDrawing.of(given), path)
 
 
-def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> View:
+def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> View:
     """The solids seen along the direction that is asked for, or along the only one there is."""
-    flat = all(solid.flat for solid in solids)
-    if drawing.along is not None:
-        if not any(drawing.along):
-            raise ValueError("'along' needs a direction, such as y")
-        direction = np.array(drawing.along)
+    flat = all(mesh.flat for mesh in meshes)
+    asked = drawing.along is not None
+    if asked and not any(drawing.along or ()):
+        raise ValueError("'along' needs a direction, such as y")
+    solids, views, whys = [Solid(mesh, drawing.tolerance) for mesh in meshes], {}, []
+    for direction in [np.array(drawing.along)] if asked else directions(meshes):
         name = _said(direction)
         try:
-            view = seen_along(solids, direction, drawing.tolerance)
-        except ValueError as error:
-            raise ValueError(f"'along' {name}: {error}") from None
-        begins, ends = int(view.reach[:, 0].argmax()), int(view.reach[:, 1].argmin())
-        if not flat and view.reach[begins, 0] >= view.reach[ends, 1]:
-            behind, before = solids[begins].name, solids[ends].name
-            raise ValueError(
-                f"block '{behind}' lies behind block '{before}', seen along {name}: no plane cuts both"
-            )
-        return view
-    views, whys = {}, []
-    for direction in directions(solids):
-        name = _said(direction)
-        try:
-            view = seen_along(solids, direction, drawing.tolerance)
-        except ValueError as error:
-            whys.append(f"along {name} {error}")
-            continue
-        middle, thickness = view.reach.mean(axis=1), np.ptp(view.reach, axis=1)
-        off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max(thickness.max(), 1e-300)
-        if off.any() and not flat:
-            block = solids[int(off.argmax())].name
-            whys.append(f"along {name} block '{block}' has its middle in another plane than most")
-        else:
+            view = seen_along(solids, direction)
+            if not flat:
+                _refuse_apart(meshes, view, asked)
             views[name] = view
+        except ValueError as error:
+            if asked:
+                raise ValueError(f"'along' {name}: {error}") from None
+            whys.append(f"along {name} {error}")
     if not views:
         raise ValueError(
             f"the blocks are not prisms of one wall: {'; '.join(whys[:3])}. Name the direction by 'along' if "
@@ -155,6 +139,21 @@ def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> View:
     if len(views) > 1:
         raise ValueError(f"all blocks are prisms along {' and along '.join(views)}: say by 'along' which")
     return next(iter(views.values()))
+
+
+def _refuse_apart(meshes: Sequence[Mesh], view: View, asked: bool) -> None:
+    """Raise ValueError if no plane cuts all blocks seen as was asked for, or others have no middle plane."""
+    begin, end = view.reach.T
+    last, first = int(begin.argmax()), int(end.argmin())
+    if asked and begin[last] >= end[first]:
+        behind, before = meshes[last].name, meshes[first].name
+        raise ValueError(f"block '{behind}' lies behind block '{before}': no plane cuts both")
+    middle = (begin + end) / 2
+    off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max((end - begin).max(), 1e-300)
+    if not asked and off.any():
+        raise ValueError(
+            f"block '{meshes[int(off.argmax())].name}' has its middle in another plane than most"
+        )
 
 
 def _said(direction: np.ndarray) -> str:

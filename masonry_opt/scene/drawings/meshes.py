@@ -111,15 +111,20 @@ class Polyhedron:
 
 def across(normal: np.ndarray) -> np.ndarray:
     """Two unit vectors in the plane of a unit normal, shape (2, 3), right-handed with it in this order."""
-    u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    u = _cross(normal, np.eye(3)[np.abs(normal).argmin()])
     u /= np.linalg.norm(u)
-    return np.array([u, np.cross(normal, u)])
+    return np.array([u, _cross(normal, u)])
+
+
+def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """As np.cross, which is slow of few vectors."""
+    return one[..., [1, 2, 0]] * other[..., [2, 0, 1]] - one[..., [2, 0, 1]] * other[..., [1, 2, 0]]
 
 
 def area_vector(corners: np.ndarray) -> np.ndarray:
     """Normal of a polygon in space as long as its area (Newell's formula), shape (3,)."""
-    around = corners - corners[0]
-    return np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0) / 2
+    around = corners[1:] - corners[0]
+    return _cross(around[:-1], around[1:]).sum(axis=0) / 2
 
 
 def polyhedron(mesh: Mesh, tolerance: float) -> Polyhedron:
@@ -215,7 +220,8 @@ def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> lis
 
 def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Of each point the first of those that are nearer than the tolerance, from one to the next."""
-    group = _linked(cKDTree(points).query_pairs(tolerance, output_type="ndarray"), len(points))
+    near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    group = _linked(near, len(points)) if len(near) else np.arange(len(points))
     return np.unique(group, return_index=True)[1][group]
 
 
@@ -238,6 +244,8 @@ def _turned(faces: list[list[int]]) -> list[list[int]]:
             one, other = mates
             alike = (edge in directed[one]) == (edge in directed[other])
             links += [(one, other + count * alike), (one + count, other + count * (not alike))]
+    if all(other >= count for _, other in links[1::2]):  # nothing is to be turned
+        return faces
     group = _linked(links, 2 * count)
     return [
         face[::-1] if group[number + count] < group[number] else face for number, face in enumerate(faces)
@@ -343,8 +351,7 @@ def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
     outer = int(sizes.argmax())
     rings = [rings[outer], *rings[:outer], *rings[outer + 1 :]]
     around = sum(
-        float(np.linalg.norm(np.roll(points[ring], -1, axis=0) - points[ring], axis=1).sum())
-        for ring in rings
+        float(np.linalg.norm(points[ring[1:] + ring[:1]] - points[ring], axis=1).sum()) for ring in rings
     )
     area = float(np.linalg.norm(vectors.sum(axis=0)))
     normal = vectors[outer] / sizes[outer] if sizes[outer] > 0 else np.array([0.0, 0.0, 1.0])

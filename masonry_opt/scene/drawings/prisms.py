@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
 
-from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron
+from masonry_opt.scene.drawings.meshes import Mesh, Side, area_vector, polyhedron
 
 #: Lengths below this fraction of a solid's size are nothing: its corners may be in single precision.
 _RELATIVE_TOLERANCE = 1e-5
@@ -55,7 +56,24 @@ def directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     return found
 
 
-def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float | None) -> View:
+@dataclass(frozen=True)
+class Solid:
+    """A block, and the length given that is nothing beside it."""
+
+    mesh: Mesh
+    given: float | None
+
+    @cached_property
+    def tolerance(self) -> float:
+        return self.given or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(self.mesh.points, axis=0)))
+
+    @cached_property
+    def sides(self) -> list[Side]:
+        """Its plane sides, for all directions that it is looked at along."""
+        return polyhedron(self.mesh, self.tolerance).sides
+
+
+def seen_along(solids: Sequence[Solid], direction: np.ndarray) -> View:
     """The solids as prisms along a direction.
 
     Raises ValueError, naming the block, if one is no prism along it.
@@ -63,33 +81,33 @@ def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float |
     plane = _axes(direction)
     unit = direction / np.linalg.norm(direction)
     outlines, reach = [], []
-    flat = all(solid.flat for solid in solids)
+    flat = all(solid.mesh.flat for solid in solids)
     for solid in solids:
-        if solid.flat and not flat:
-            raise ValueError(f"block '{solid.name}' is a single face among solids: give it a thickness")
-        size = float(np.linalg.norm(np.ptp(solid.points, axis=0)))
+        if solid.mesh.flat and not flat:
+            raise ValueError(f"block '{solid.mesh.name}' is a single face among solids: give it a thickness")
         try:
-            outlines.append(_end(solid, plane, unit, tolerance or _RELATIVE_TOLERANCE * size))
+            outlines.append(_end(solid, plane, unit))
         except ValueError as error:
-            raise ValueError(f"block '{solid.name}' {error}") from None
-        along = solid.points @ unit
+            raise ValueError(f"block '{solid.mesh.name}' {error}") from None
+        along = solid.mesh.points @ unit
         reach.append((along.min(), along.max()))
     return View(outlines, np.array(reach))
 
 
-def _end(solid: Mesh, plane: np.ndarray, unit: np.ndarray, tolerance: float) -> shapely.Polygon:
+def _end(solid: Solid, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
     """The outline of a prism's ends, which must be the same."""
-    along, seen = solid.points @ unit, solid.points @ plane.T
+    mesh, tolerance = solid.mesh, solid.tolerance
+    along, seen = mesh.points @ unit, mesh.points @ plane.T
     thickness = np.ptp(along)
-    if solid.flat != (thickness <= tolerance):
-        raise ValueError("does not lie across it" if solid.flat else "has no thickness along it")
+    if mesh.flat != (thickness <= tolerance):
+        raise ValueError("does not lie across it" if mesh.flat else "has no thickness along it")
     ends = []
-    for side in sorted(polyhedron(solid, tolerance).sides, key=lambda side: side.base @ unit):
+    for side in sorted(solid.sides, key=lambda side: side.base @ unit):
         if np.ptp(along[side.rings[0]]) <= tolerance:
             ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
         elif abs(side.normal @ unit) * thickness > tolerance:
             raise ValueError("has a face that is neither along it nor across: it is no prism")
-    if len(ends) != 2 - solid.flat:
+    if len(ends) != 2 - mesh.flat:
         raise ValueError("has a step along it, or an end of several parts, or none: it is no prism")
     if not all(end.is_valid for end in ends):
         raise ValueError("has a face that crosses itself")
