@@ -327,22 +327,24 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
             if tail in following:
                 return None
             following[tail] = tip
-    rings = []
-    while following:
-        first, ring = next(iter(following)), []
-        corner = first
-        while corner in following:
-            ring.append(corner)
-            corner = following.pop(corner)
-        if corner != first:
-            return None
-        rings.append(ring)
-    if not rings:
+    if sorted(following) != sorted(following.values()) or not following:
         return None
+    rings = rings_of(following)
     side = _ringed(points, rings)
     off = np.abs((points[np.concatenate(rings)] - side.base) @ side.normal).max()
     simple = all(shapely.linearrings(ring).is_simple for ring in side.flat(points))
     return side if simple and off <= tolerance else None
+
+
+def rings_of(following: dict[int, int]) -> list[list[int]]:
+    """The rings of what each follows, a permutation; each begins with its first key."""
+    rings = []
+    while following:
+        ring = [next(iter(following))]
+        while (after := following.pop(ring[-1])) != ring[0]:
+            ring.append(after)
+        rings.append(ring)
+    return rings
 
 
 def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from masonry_opt.scene.drawings.meshes import first_near
+from masonry_opt.scene.drawings.meshes import first_near, rings_of
 
 #: Of two outlines, one inside the other, these are the same if their areas differ by no more than this part.
 _SAME = 1e-9
@@ -87,17 +87,13 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
             f"{curve.where} meets {meeting[0] - 1} other ends at ({x:g}, {y:g}), which does not say what is a"
             " block: draw each block as a closed polyline, or lower 'outline_tolerance' to part them"
         )
-    loops, left = [], set(range(len(curves)))
-    while left:
-        first = min(left)
-        parts, end = [], 2 * first  # the end at which a curve is entered
-        while end // 2 in left:
-            left.remove(end // 2)
-            points = curves[end // 2][1].points
-            parts.append(points[::-1] if end % 2 else points)
-            end = partner[end ^ 1]
-        number, curve = curves[first]
-        loops.append((number, replace(curve, points=np.concatenate(parts), closed=True)))
+    # From each end at which a curve is entered to that of the next; loops begin with their first curve.
+    loops = []
+    for ring in rings_of({end: partner[end ^ 1] for end in range(len(ends))}):
+        if ring[0] % 2 == 0:  # the others are the same backwards
+            parts = [curves[end // 2][1].points[:: -1 if end % 2 else 1] for end in ring]
+            number, curve = curves[ring[0] // 2]
+            loops.append((number, replace(curve, points=np.concatenate(parts), closed=True)))
     return loops
 
 
