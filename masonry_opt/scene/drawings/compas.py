@@ -97,7 +97,7 @@ def read_compas(
         raise CaseError(f"{path}: 'along' is of scenes in the plane: leave it out, or give a 'live' of two")
     given = locals() | {"along": _AXES.get(along, along) if isinstance(along, str) else along}
     supports = Supports(fixed=list(fixed), fixed_below=fixed_below)
-    with naming(path):
+    with naming(f"{path}:"):
         meshes = with_supports(compas_data.meshes(data), supports)
         if not space:
             flat = CompasDrawing.of(given)

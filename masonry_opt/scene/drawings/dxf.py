@@ -109,7 +109,7 @@ def read_dxf(
     path = drawing_path(path, ".dxf")
     drawing = DxfDrawing.of(locals())
     document = dxf_curves.read_document(path)
-    with naming(path):
+    with naming(f"{path}:"):
         scale = dxf_curves.metres(document) if to_metres else 1.0
         shown = dxf_curves.visible(document)
         read = _on_layers(shown, drawing.layers)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from pydantic import ConfigDict
 
-from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.convex_parts import convex_parts
 from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, area_vector, polyhedron, used
 from masonry_opt.scene.drawings.stones import Drawing, naming, scene_of
@@ -57,7 +56,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
     Raises CaseError, beginning with the file, if there is no support, a block is no solid, or they make no
     scene.
     """
-    with naming(path):
+    with naming(f"{path}:"):
         standing = [mesh.points for mesh in meshes if not mesh.fixed]
         if not standing:
             names = listed([mesh.name for mesh in meshes])
@@ -72,12 +71,8 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
 def _told(mesh: Mesh, drawing: SolidDrawing, tolerance: float) -> Solid:
     if mesh.flat:
         raise ValueError(f"block '{mesh.name}' is a single face: give it a thickness, or make it a support")
-    try:
+    with naming(f"block '{mesh.name}'"):
         return drawing.solid(mesh, tolerance)
-    except CaseError:
-        raise
-    except ValueError as error:
-        raise ValueError(f"block '{mesh.name}' {error}") from None
 
 
 def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:

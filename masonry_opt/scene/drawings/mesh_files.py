@@ -108,7 +108,7 @@ def read_mesh(
     if path.suffix.lower() not in MESHES:
         raise CaseError(f"{path}: the name of a mesh ends in {', '.join(MESHES)}")
     drawing = MeshDrawing.of(locals())
-    with naming(path):
+    with naming(f"{path}:"):
         meshes = with_supports(_meshes(path, drawing), drawing, drawing.fixed_layers)
         return scene_in_space(meshes, drawing, path)
 

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.scene.drawings.meshes import Mesh, Side, area_vector, polyhedron
+from masonry_opt.scene.drawings.stones import naming
 
 #: Lengths below this fraction of a solid's size are nothing: its corners may be in single precision.
 _RELATIVE_TOLERANCE = 1e-5
@@ -85,10 +86,8 @@ def seen_along(solids: Sequence[Solid], direction: np.ndarray) -> View:
     for solid in solids:
         if solid.mesh.flat and not flat:
             raise ValueError(f"block '{solid.mesh.name}' is a single face among solids: give it a thickness")
-        try:
+        with naming(f"block '{solid.mesh.name}'"):
             outlines.append(_end(solid, plane, unit))
-        except ValueError as error:
-            raise ValueError(f"block '{solid.mesh.name}' {error}") from None
         along = solid.mesh.points @ unit
         reach.append((along.min(), along.max()))
     return View(outlines, np.array(reach))

@@ -56,18 +56,18 @@ def block_name(text: str) -> str:
 
 
 @contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """Makes what is wrong in a file a CaseError that begins with its path."""
+def naming(what: str) -> Iterator[None]:
+    """Makes what is wrong with a file or a block a CaseError that begins with it."""
     try:
         yield
     except ValueError as error:
-        named = str(error).startswith(f"{path}: ")
-        raise CaseError(error if named else f"{path}: {error}") from None
+        named = str(error).startswith(what)
+        raise CaseError(error if named else f"{what} {error}") from None
 
 
 def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
     """The scene of a drawing's blocks. Raises CaseError, beginning with the file, if they make none."""
-    with naming(path):
+    with naming(f"{path}:"):
         return Scene(
             source=f"drawn in {block_name(path.name)}",
             joints=JointDefaults(friction=drawing.friction),
