@@ -110,7 +110,7 @@ def read_compas(
                     ) from None
             else:
                 return scene_of(_blocks(meshes, seen, flat), flat, path)
-    return scene_in_space(meshes, SolidDrawing.of(given), path)
+        return scene_in_space(meshes, SolidDrawing.of(given), path)
 
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> View:

@@ -123,17 +123,16 @@ def read_dxf(
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
         pushes = _pushes(found, drawing)
         blocks = _blocks(found, _names(found, shown, scale), drawing, pushes)
-    scene = scene_of(blocks, drawing, path)
-    if drawing.thickness is None:
-        return scene
-    solids = extrude(scene.replace(thickness=drawing.thickness)).in_space()
-    loaded = [
-        block
-        if block.fixed
-        else block.replace(live_per_weight=push if len(push) == 3 else (push[0], 0.0, push[1]))
-        for block, push in zip(solids, pushes, strict=True)
-    ]
-    return scene_of(loaded, drawing, path)
+        scene = scene_of(blocks, drawing, path)
+        if drawing.thickness is None:
+            return scene
+        solids = extrude(scene.replace(thickness=drawing.thickness)).in_space()
+        in_space = [push if len(push) == 3 else (push[0], 0.0, push[1]) for push in pushes]
+        loaded = [
+            block if block.fixed else block.replace(live_per_weight=push)
+            for block, push in zip(solids, in_space, strict=True)
+        ]
+        return scene_of(loaded, drawing, path)
 
 
 def _on_layers(entities: list[Any], layers: Sequence[str] | None) -> list[Any]:

@@ -53,18 +53,16 @@ def _keys(shape: Polyhedron) -> dict[str, Any]:
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
     """The scene that closed meshes make; a support of one face is taken for the top of a slab.
 
-    Raises CaseError, beginning with the file, if there is no support, a block is no solid, or they make no
-    scene.
+    Raises ValueError if there is no support, a block is no solid, or they make no scene.
     """
-    with naming(f"{path}:"):
-        standing = [mesh.points for mesh in meshes if not mesh.fixed]
-        if not standing:
-            names = listed([mesh.name for mesh in meshes])
-            raise ValueError(f"every block is a support: nothing can move (blocks: {names})")
-        middle = np.concatenate(standing).mean(axis=0)
-        solid = [_slab(mesh, middle) if mesh.flat and mesh.fixed else mesh for mesh in meshes]
-        tolerance = drawing.tolerance or _tolerance(standing)
-        blocks = [_told(mesh, drawing, tolerance) for mesh in solid]
+    standing = [mesh.points for mesh in meshes if not mesh.fixed]
+    if not standing:
+        names = listed([mesh.name for mesh in meshes])
+        raise ValueError(f"every block is a support: nothing can move (blocks: {names})")
+    middle = np.concatenate(standing).mean(axis=0)
+    solid = [_slab(mesh, middle) if mesh.flat and mesh.fixed else mesh for mesh in meshes]
+    tolerance = drawing.tolerance or _tolerance(standing)
+    blocks = [_told(mesh, drawing, tolerance) for mesh in solid]
     return scene_of(blocks, drawing.replace(tolerance=tolerance), path)
 
 

@@ -66,15 +66,14 @@ def naming(what: str) -> Iterator[None]:
 
 
 def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
-    """The scene of a drawing's blocks. Raises CaseError, beginning with the file, if they make none."""
-    with naming(f"{path}:"):
-        return Scene(
-            source=f"drawn in {block_name(path.name)}",
-            joints=JointDefaults(friction=drawing.friction),
-            blocks=list(blocks),
-            tolerance=drawing.tolerance,
-            contact_tolerance=drawing.contact_tolerance,
-        ).read_from(path)
+    """The scene of a drawing's blocks. Raises CaseError if they make none."""
+    return Scene(
+        source=f"drawn in {block_name(path.name)}",
+        joints=JointDefaults(friction=drawing.friction),
+        blocks=list(blocks),
+        tolerance=drawing.tolerance,
+        contact_tolerance=drawing.contact_tolerance,
+    ).read_from(path)
 
 
 def drawing_path(path: str | Path, suffix: str) -> Path:
