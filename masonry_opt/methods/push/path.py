@@ -150,8 +150,8 @@ class Path:
         return drive * along, drive, drive * rate[FORCES], drive * rate[3:].ravel()
 
     def comes_into_its_cell(self) -> bool:
-        """Whether Newton's steps at the same u lead into the cell that trial forces are in, as of a point near
-        the path; each is to halve the boundaries that they are beyond."""
+        """Whether Newton's steps at the same u lead into the cell that trial forces are in, from a point near
+        the path; each is to halve the number of boundaries that these are beyond."""
         before = inf
         while beyond := self._over_boundaries():
             if beyond > before / 2:
@@ -162,7 +162,7 @@ class Path:
         return True
 
     def _over_boundaries(self) -> int:
-        """Take the cell of the trial forces, joint by joint; the number of boundaries that they were beyond."""
+        """Take the cell of the trial forces, joint by joint; how many boundaries they were beyond."""
         over = 0
         for _ in range(_AT_MOST):
             gaps = self._by_table(self.trial, self._bonds, 1.0, slice(3, None))
