@@ -91,8 +91,8 @@ def compliant(task: Task) -> Solution:
         return proven
     contacts = _Contacts(task)
     if proven is None and options.give is None and goes_on(task.problem):
-        state = contacts.state(STIFF[1])
-        proven = state and by_events_from(task, state)
+        begun = contacts.state(STIFF[1])
+        proven = by_events_from(task, begun) if begun is not None else None
     if proven is None:
         _look_for_plateau(contacts, options)
     ending = proven or contacts.ending
