@@ -24,7 +24,7 @@ from masonry_opt.methods.push.laws import FORCES, Cell, Law
 #: Rates over that of the trial forces, of forces, gaps and bonds, that are rounding.
 _FLAT = 1e-12
 
-#: Faces of a joint's two normal forces at work at once, at a corner. Where bonds that fall bring a third there
+#: Faces of a joint's two normal forces at work at once, at a corner. Where falling bonds bring a third there
 #: a path is given up.
 _MOST_FACES = 2
 
