@@ -63,8 +63,9 @@ class Code(StrEnum):
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
     NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
-    RAY = "ray"  # events and folds of the push, peak: a higher load factor on its way, or None
-    JAMS = "jams"  # events, folds, peak
+    # Events and folds of the push, peak: a higher load factor on its way, or None; begun: u, 0 at rest.
+    RAY = "ray"
+    JAMS = "jams"  # the same
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
     STILL_ELASTIC = "still elastic"  # the same
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for passes

@@ -285,7 +285,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + ("no pass ended with softer or stiffer ones" if v["change"] is None else _other_contacts(v))
     ),
     Code.RAY: lambda v: (
-        f"proven by its push from rest, in {counted(v['events'], 'event')} to where blocks move on for ever"
+        ("an exact state beyond a pass, " if v["begun"] else "proven by its push from rest, ")
+        + f"in {counted(v['events'], 'event')} to where blocks move on for ever"
         + ("" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}")
     ),
     Code.JAMS: lambda v: (

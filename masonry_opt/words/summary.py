@@ -240,16 +240,22 @@ def load_factors(result: Outcome) -> str:
         else:
             said.append(f"found {_known(found)} (lower ones are likely)")
     if expected is not None:
-        told = [reason for reason in result.expected_reasons if reason.code is Code.NO_PLATEAU]
-        peaks = (said.values["peak"] for said in result.expected_reasons if said.code is Code.RAY)
-        peak = next(peaks, None)
-        doubt = f"; {message(told)}" if told else f"; on the way up to {_known(peak)}" if peak else ""
-        said.append(f"to expect {_known(expected)} (pushed from rest, contacts alike{doubt})")
+        said.append(f"to expect {_known(expected)} (pushed from rest, contacts alike{_doubt(result)})")
     elif not {said.code for said in result.expected_reasons} <= {said.code for said in result.reasons}:
         said.append(f"to expect none ({message(result.expected_reasons)})")
     if result.associative is not None:
         said.append(f"associative {_known(result.associative)} (if joints opened as they slide)")
     return " · ".join(said)
+
+
+def _doubt(result: Outcome) -> str:
+    """What is not shown of the load to expect, or was higher on the way."""
+    for why in result.expected_reasons:
+        if why.code is Code.NO_PLATEAU:
+            return f"; {message([why])}"
+        if why.code is Code.RAY and why.values["peak"] is not None:
+            return f"; on the way up to {_known(why.values['peak'])}"
+    return ""
 
 
 def _known(load_factor: float) -> str:

@@ -36,7 +36,7 @@ def by_push(task: Task) -> Solution | None:
     effort.uses(task.solver.name, "complementarity problem")
     with effort.measure("solve"):
         found = push(problem, EVENTS_A_JOINT * problem.joints)
-    return ending_of(task, found)
+    return _ending(task, found)
 
 
 def goes_on(problem: Problem) -> bool:
@@ -45,14 +45,15 @@ def goes_on(problem: Problem) -> bool:
 
 
 def by_events_from(task: Task, state: GivingState) -> Solution | None:
-    """The same from a state of contacts that give on."""
+    """The exact state at the ray that the path from a state of contacts that give ends in, if it does. It may
+    not be where the path from rest leads."""
     task.effort.begins("pushed on")
     with task.effort.measure("solve"):
         found = push_on(task.problem, state, EVENTS_ON)
-    return ending_of(task, found)
+    return None if found.ended is Ended.JAM else _ending(task, found)
 
 
-def ending_of(task: Task, found: Pushed) -> Solution | None:
+def _ending(task: Task, found: Pushed) -> Solution | None:
     """The solution that a push ends in, if it is one."""
     problem, effort = task.problem, task.effort
     events = tuple(
@@ -80,8 +81,9 @@ def ending_of(task: Task, found: Pushed) -> Solution | None:
 
 
 def _told(found: Pushed) -> dict[str, Any]:
-    """The number of events and folds, and the highest load factor on the path, where that is higher."""
+    """The number of events and folds, the highest load factor on the path, where that is higher, and the
+    displacement from which it was followed, 0 at rest."""
     peak, end = found.peak or 0.0, found.load_factor
     higher = end is not None and peak > end * (1 + PLATEAU) + ZERO
     events = len(found.settling) + len(found.events)
-    return {"events": events, "folds": found.folds, "peak": peak if higher else None}
+    return {"events": events, "folds": found.folds, "peak": peak if higher else None, "begun": found.begun}

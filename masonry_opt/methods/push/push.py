@@ -57,6 +57,7 @@ class Pushed:
     settled: forces under the dead load, shape (3c + t,).
     beyond: largest force beyond a limit, in these and in q.
     settling, events: what was met, the first at tensions of bonds, the second at displacements.
+    begun: u that the path was followed from, 0 at rest.
     seconds: taken.
     """
 
@@ -69,12 +70,13 @@ class Pushed:
     beyond: float = 0.0
     settling: tuple[Event, ...] = ()
     events: tuple[Event, ...] = ()
+    begun: float = 0.0
     seconds: float = 0.0
 
     @property
     def folds(self) -> int:
         """How often the displacement turned."""
-        moves = np.diff([0.0, *(event.at for event in self.events)])
+        moves = np.diff([self.begun, *(event.at for event in self.events)])
         way = np.sign(moves[moves != 0])
         return int((way[1:] != way[:-1]).sum())
 
@@ -122,7 +124,7 @@ def push_on(problem: Problem, state: GivingState, most: int) -> Pushed:
     path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, None, d, load, 1 / state.give)
     if not path.comes_into_its_cell():
         return Pushed(Ended.LOST)
-    found = _to_the_end(problem, law, path, most, inf, {"settled": settled})
+    found = _to_the_end(problem, law, path, most, inf, {"settled": settled, "begun": path.drive})
     return found if found.beyond <= EXACT * unit else replace(found, ended=Ended.LOST)
 
 

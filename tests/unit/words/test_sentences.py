@@ -22,6 +22,7 @@ VALUES = {
     "bound": 0.25,
     "by": 1e-6,
     "candidates": 12,
+    "begun": 0.0,
     "count": 7,
     "dilatancy": -2.0,
     "distance": 120.0,
