@@ -1,4 +1,4 @@
-"""The command `masonry-opt reproduce`: runs the paper's examples, the scripts of the guide's gallery."""
+"""``reproduce``: runs the paper's examples, the scripts of the guide's gallery."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ import sys
 import time
 import traceback
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import pandas as pd
-import typer
 from matplotlib.figure import Figure
 
 from masonry_opt.drawing.figure import style
@@ -27,8 +26,6 @@ _BEYOND = "bracket"
 
 _PACKAGE = Path(__file__).parents[1]
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-
 
 def scripts() -> dict[str, Path]:
     """The paper's examples by name: those of the package, or of the clone that it lies in."""
@@ -38,25 +35,27 @@ def scripts() -> dict[str, Path]:
     return {path.stem: path for path in sorted(found.glob("*.py"), key=lambda path: (len(path.stem), path))}
 
 
-@app.command()
-def reproduce(
-    example: Annotated[
-        str, typer.Argument(help="One of those that are listed if none is named; or all of the paper's.")
-    ] = "",
-    out: Annotated[Path, typer.Option(help="Folder for tables (CSV) and pictures (PNG, SVG).")] = Path(
-        "results"
-    ),
-) -> None:
-    """Rebuild results of the paper from the case files (cases/ here, or else the package's own).
+def reproduce(example: str = "", out: Path = Path("results")) -> bool:
+    """Rebuild results of the paper from the case files; whether each is as near to the published value as its
+    example says.
 
-    Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
-    example or folder, or an extra is missing.
+    Parameters
+    ----------
+    example: one of those that are listed if none is named; or all of the paper's.
+    out: folder for tables (CSV) and pictures (PNG, SVG).
+
+    Raises
+    ------
+    OptionError
+        If there is no such example, or an extra is missing.
+    OutputError
+        If the folder cannot be written.
     """
     known = scripts()
     listed = "\n".join(f"{name:10} {_title(path)}" for name, path in known.items())
     if not example:
         print_text(listed)
-        return
+        return True
     names = [name for name in known if name != _BEYOND] if example == "all" else [example]
     if unknown := set(names) - set(known):
         raise OptionError(
@@ -76,8 +75,7 @@ def reproduce(
         start = time.perf_counter()
         missed = _run(name, known[name], out) or missed
         print(f"{name}: {time.perf_counter() - start:.1f} s, written to {out}", file=sys.stderr, flush=True)
-    if missed:
-        raise typer.Exit(1)
+    return not missed
 
 
 def _title(path: Path) -> str:

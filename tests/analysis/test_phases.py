@@ -10,7 +10,6 @@ import pytest
 from scenes import CASES, WALLS, block_on_floor, overhanging, run_command, small_wall
 
 import masonry_opt as mo
-from masonry_opt import cli
 from masonry_opt.errors import OptionError
 from masonry_opt.words.terminal import left_by
 
@@ -128,7 +127,7 @@ def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(monkeypatch, c
     asked = ("solve", TWO_BLOCKS, "--method", "nonassociative", *how)
     before = run_command(monkeypatch, capsys, *asked)[1]
     monkeypatch.setattr(sys, "stderr", screen)
-    monkeypatch.setattr(cli, "solve_scene", watched(screen, seen))
+    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", watched(screen, seen))
     code, out, _ = run_command(monkeypatch, capsys, *asked)
     assert code == 0
     assert all(shown for _, shown in seen)

@@ -11,8 +11,8 @@ from scenes import CASES, solved, two_blocks
 from typer.testing import CliRunner
 
 import masonry_opt as mo
-from masonry_opt.cli import app
-from masonry_opt.studies.compare import compare_command, comparison
+from masonry_opt.cli.app import app
+from masonry_opt.studies.compare import comparison
 from masonry_opt.studies.compare.answer import RunLimits
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import compare, run_plan
@@ -122,7 +122,7 @@ def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, monkeypatc
     monkeypatch.setattr(comparison, "run_alone", crash)
     arguments = [str(TWO_BLOCKS), "--methods", "static", "--solvers", "clarabel,highs"]
     arguments += ["--tolerances", "1e-9", "--repeats", "1", "--out", str(tmp_path)]
-    result = CliRunner().invoke(compare_command.app, arguments)
+    result = CliRunner().invoke(app, ["compare", *arguments])
     assert isinstance(result.exception, mo.MasonryError)
     assert result.exception.exit_code == 1
     assert "crashed: of highs" in str(result.exception)  # two runs of three

@@ -22,7 +22,7 @@ RUNS = 40
 COMMAND = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from masonry_opt.command import main
+from masonry_opt.cli import main
 main()
 """
 

@@ -76,7 +76,7 @@ def test_pictures_pages_and_meshes_are_written(monkeypatch, capsys, case, argume
 @pytest.mark.parametrize("arguments", [("solve", "--plot"), ("draw",)])
 def test_views_are_refused_before_anything_is_solved(monkeypatch, capsys, case, arguments, view):
     command, *options = arguments
-    monkeypatch.setattr("masonry_opt.cli.solve_scene", None)
+    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", None)
     name = case.with_suffix(".png")
     code, _, said = run_command(monkeypatch, capsys, command, case, *options, name, f"--view={view}")
     assert code == OptionError.exit_code

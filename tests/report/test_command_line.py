@@ -12,7 +12,6 @@ import pytest
 from scenes import CASES, WALLS, block_on_floor, overhanging, pressed_down, run_command, two_blocks
 
 import masonry_opt as mo
-from masonry_opt import cli
 from masonry_opt.errors import OptionError
 from masonry_opt.words.terminal import print_result
 
@@ -181,7 +180,7 @@ def test_steps_are_named_while_it_runs(monkeypatch, capsys):
 
         return mo.solve(*arguments, progress=follow, **options)
 
-    monkeypatch.setattr(cli, "solve_scene", interrupted)
+    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", interrupted)
     code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1)
     assert (code, out) == (130, "")
     assert f"the last was newton step 3: λ = {seen[-1].load_factor:.6f}, not the answer" in err

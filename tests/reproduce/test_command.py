@@ -11,8 +11,8 @@ from scenes import CASES
 from typer.testing import CliRunner
 
 import masonry_opt as mo
+from masonry_opt.cli.app import app
 from masonry_opt.studies.cases import case_folder
-from masonry_opt.studies.reproduce import app
 
 #: Those that the guide runs as it is built; one of them is run here too.
 IN_THE_GUIDE = {"fig7", "fig8", "fig10", "fig12"}
@@ -29,7 +29,7 @@ def elsewhere(tmp_path, monkeypatch):
 
 
 def run(*arguments):
-    return CliRunner().invoke(app, [*map(str, arguments)])
+    return CliRunner().invoke(app, ["reproduce", *map(str, arguments)])
 
 
 @pytest.mark.parametrize("name", ["fig8", *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])

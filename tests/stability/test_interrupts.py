@@ -48,7 +48,7 @@ def interrupted_after(steps, swallow):
 @pytest.mark.parametrize("swallow", [False, True])
 @pytest.mark.parametrize(("steps", "words"), [(0, "before the first λ"), (2, "namespace 2: λ = 0.400000")])
 def test_ctrl_c_ends_with_what_is_known(monkeypatch, capsys, steps, words, swallow):
-    monkeypatch.setattr("masonry_opt.cli.solve_scene", interrupted_after(steps, swallow))
+    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", interrupted_after(steps, swallow))
     code, out, told = run_command(monkeypatch, capsys, "solve", WALL_1)
     assert (code, out) == (130, "")
     assert told.startswith("error: interrupted")
@@ -58,7 +58,7 @@ def test_ctrl_c_ends_with_what_is_known(monkeypatch, capsys, steps, words, swall
 
 
 def test_ctrl_c_in_other_commands(monkeypatch, capsys):
-    monkeypatch.setattr("masonry_opt.duality.check", lambda _: press_ctrl_c())
+    monkeypatch.setattr("masonry_opt.check", lambda _: press_ctrl_c())
     ended = run_command(monkeypatch, capsys, "check", WALL_1)
     assert ended == (130, "", "error: interrupted: files already written are whole\n")
 
@@ -72,7 +72,7 @@ def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(monkeypatch, capsys):
 
         return mo.solve(*arguments, progress=follow, **options)
 
-    monkeypatch.setattr("masonry_opt.cli.solve_scene", interrupted)
+    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", interrupted)
     wall_5 = CASES / "ferris_tinloi" / "wall_5.toml"
     asked = ("--method", "refined", "-o", "search=60", "--json")
     code, out, _ = run_command(monkeypatch, capsys, "solve", wall_5, *asked)
@@ -128,7 +128,7 @@ class Interrupted:
         if name == "{library}":
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupted())
-from masonry_opt.command import main
+from masonry_opt.cli import main
 main()
 """
     command = [sys.executable, "-c", program, "solve", str(WALL_1)]

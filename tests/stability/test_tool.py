@@ -91,7 +91,7 @@ def test_a_process_ends_without_a_word_when_nobody_reads_its_output(tmp_path, ar
     """As programs do that the signal for it ends; with all it says as it ends."""
     read, write = os.pipe()
     os.close(read)
-    command = [sys.executable, "-c", "from masonry_opt.command import main; main()", *map(str, arguments)]
+    command = [sys.executable, "-c", "from masonry_opt.cli import main; main()", *map(str, arguments)]
     of_this_tree = os.environ | {"PYTHONPATH": str(CASES.parent)}
     with os.fdopen(write, "w") as pipe:
         ended = subprocess.run(
@@ -133,7 +133,9 @@ def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
 
 def test_unwritable_folder_is_told_before_long_work(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr("os.access", lambda path, mode: mode != os.W_OK)
-    monkeypatch.setattr("masonry_opt.cli.solve_scene", lambda *_, **__: pytest.fail("solved all the same"))
+    monkeypatch.setattr(
+        "masonry_opt.cli.solve.solve_scene", lambda *_, **__: pytest.fail("solved all the same")
+    )
     code, _, told = run_command(monkeypatch, capsys, "solve", WALL_1, "--plot", tmp_path / "wall.png")
     assert code == 2
     assert "does not let files be written" in told

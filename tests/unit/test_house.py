@@ -22,12 +22,13 @@ BUDGETS = {
     "answer": 1980,
     "words": 1116,
     "drawing": 2584,
-    "finite_motion": 1582,
+    "finite_motion": 1471,
     "exports": 708,  # limits of rates by points
-    "studies": 8099,
-    "rest": 1769,
+    "studies": 7441,
+    "cli": 1172,  # commands of functions' signatures, which 1,490 lines restated in studies and in the rest
+    "rest": 1049,
     "models": 1317,  # the energy of chords, said whole
-    "tests": 33434,
+    "tests": 33552,  # commands held to the signatures that they are made of
 }
 
 

@@ -24,6 +24,9 @@ from masonry_opt.methods.push.laws import FORCES, Cell, Law
 #: Rates over that of the trial forces, of forces, gaps and bonds, that are rounding.
 _FLAT = 1e-12
 
+#: Boundaries of a joint that its trial forces may be beyond, one after another.
+_AT_MOST = 8
+
 #: With sliders added: share by which a second solve may change a direction, and least rate at a boundary.
 _TRUSTED = 1e-6
 
@@ -56,7 +59,7 @@ class Path:
     law, blocks: of the contacts.
     rest: forces q0 that contacts give from, shape (3, m).
     dead, live: loads, shape (3b,); without a live load contacts settle, as bonds fall.
-    cell: of the point.
+    cell: of the point; that of its trial forces unless given.
     d, load_factor: displacements, shape (3b,), and λ.
     drive: u, or the tension t that bonds bear.
     events: that were met.
@@ -69,7 +72,7 @@ class Path:
     rest: np.ndarray
     dead: np.ndarray
     live: np.ndarray | None
-    cell: Cell
+    cell: Cell | None
     d: np.ndarray
     load_factor: float = 0.0
     drive: float = 0.0
@@ -79,7 +82,10 @@ class Path:
 
     def __post_init__(self) -> None:
         self._entered: int | None = None
-        self._table = self.law.table(self.cell)
+        near, self._cell = self.cell is None, self.cell or self.law.inside
+        self._table = self.law.table(self._cell)
+        if near:
+            self._over_boundaries()
         self._factorise()
         self._correct()
 
@@ -143,6 +149,32 @@ class Path:
         drive = way / max(np.abs(trial).max(), settles)
         return drive * along, drive, drive * rate[FORCES], drive * rate[3:].ravel()
 
+    def comes_into_its_cell(self) -> bool:
+        """Whether Newton's steps at the same u lead into the cell that trial forces are in, as of a point near
+        the path; each is to halve the boundaries that they are beyond."""
+        before = inf
+        while beyond := self._over_boundaries():
+            if beyond > before / 2:
+                return False
+            before = beyond
+            self._factorise()
+            self._correct()
+        return True
+
+    def _over_boundaries(self) -> int:
+        """Take the cell of the trial forces, joint by joint; the number of boundaries that they were beyond."""
+        over = 0
+        for _ in range(_AT_MOST):
+            gaps = self._by_table(self.trial, self._bonds, 1.0, slice(3, None))
+            sliders = np.flatnonzero(gaps.min(axis=0) < 0.0)
+            if not len(sliders):
+                break
+            for slider, row in zip(sliders, gaps[:, sliders].argmin(axis=0), strict=True):
+                self._cell, *_ = self.law.across(self._cell, int(row * gaps.shape[1] + slider))
+                self._table[..., slider] = self.law.column(self._cell, int(slider))
+            over += len(sliders)
+        return over
+
     def follow(self, way: int, most: int, until: float = inf) -> End:
         """Follow the path, or go on following it, to its end, or until there are so many events.
 
@@ -171,14 +203,14 @@ class Path:
                 self.ahead = along[:-1], drive
                 return End.RAY if np.abs(forces).max() < _FLAT else End.JAM
             self._move(along, self.drive + step * drive, step)
-            self.cell, self._entered, slider, what = self.law.across(self.cell, int(nears[nearest]))
-            self._table[..., slider] = self.law.column(self.cell, slider)
+            self._cell, self._entered, slider, what = self.law.across(self._cell, int(nears[nearest]))
+            self._table[..., slider] = self.law.column(self._cell, slider)
             if not self._factors.add(slider, self._table[FORCES, :3] * self.law.stiffness):
                 self._factorise()
             self._correct()
             self.events.append(Event(self.drive, self.load_factor, slider, what))
             if self.highest is None or self.load_factor > self.highest[0]:
-                self.highest = self.load_factor, self.cell, self.drive
+                self.highest = self.load_factor, self._cell, self.drive
         return End.BUDGET
 
     def _move(self, along: np.ndarray, drive: float, step: float) -> None:
@@ -190,4 +222,4 @@ class Path:
         """The point at u or t by the equations of a cell, by default that of the end, of another law. On a
         ray its forces and λ are the same at all u."""
         still = np.zeros_like(self.d)
-        return replace(self, law=law, cell=cell or self.cell, d=still, load_factor=0.0, drive=drive)
+        return replace(self, law=law, cell=cell or self._cell, d=still, load_factor=0.0, drive=drive)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from masonry_opt.answer.solution import GivingState
 from masonry_opt.methods.push.blocks import Blocks
 from masonry_opt.methods.push.laws import Law, compliance
 from masonry_opt.methods.push.path import End, Event, Path
@@ -82,11 +83,10 @@ class Pushed:
 def push(problem: Problem, events: int = EVENTS, seconds: float = inf, seed: int = 0) -> Pushed:
     """Settle and push a problem that the laws take, for so many events or seconds at most."""
     began, law = perf_counter(), Law.of(problem, compliance(problem))
-    unit = float(problem.force_sizes(problem.dead).max() or np.abs(problem.live).max())
-    noise = unit * np.random.default_rng(seed).uniform(0.5, 1, law.stiffness.shape)
+    noise = _noise(problem, law, seed)
     for share in NOISE:
         found = _pushed(problem, law, share * noise, events, began + seconds)
-        if found.beyond <= EXACT * unit:
+        if found.beyond <= EXACT * _unit(problem):
             return replace(found, seconds=perf_counter() - began)
     return replace(found, ended=Ended.LOST, seconds=perf_counter() - began)
 
@@ -107,6 +107,29 @@ def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: flo
     rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
     still = np.zeros(problem.dead.size)
     path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, law.inside, still)
+    return _to_the_end(problem, law, path, most, until, told)
+
+
+def push_on(problem: Problem, state: GivingState, most: int) -> Pushed:
+    """Go on from a state of contacts that give, at u = 1 / give, for so many events at most."""
+    answer, giving, live = state.answer, state.problem, problem.live / problem.live_norm
+    assert giving.compliance is not None
+    law = Law.of(problem, giving.compliance / state.give)
+    unit = _unit(problem)
+    loose = law.loosened(NOISE[0] * _noise(problem, law))
+    settled = np.zeros_like(answer.q) if giving.settled is None else giving.settled
+    rest, d = law.of_sliders(settled), answer.d / state.give
+    load = answer.load_factor * problem.live_norm
+    path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, None, d, load, 1 / state.give)
+    if not path.comes_into_its_cell():
+        return Pushed(Ended.LOST)
+    found = _to_the_end(problem, law, path, most, inf, {"settled": settled})
+    return found if found.beyond <= EXACT * unit else replace(found, ended=Ended.LOST)
+
+
+def _to_the_end(
+    problem: Problem, law: Law, path: Path, most: int, until: float, told: dict[str, Any]
+) -> Pushed:
     end = path.follow(1, most, until)
     told |= {"events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
     if path.highest is not None:
@@ -120,6 +143,17 @@ def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: flo
     told |= {"load_factor": ray.load_factor / problem.live_norm, "q": law.of_problem(ray.forces)}
     told |= {"d": along / drive, "beyond": max(told["beyond"], _beyond(problem, told["q"]))}
     return Pushed(Ended.RAY if drive > 0 else Ended.BACK, **told)
+
+
+def _unit(problem: Problem) -> float:
+    """Largest load of a block."""
+    return float(problem.force_sizes(problem.dead).max() or np.abs(problem.live).max())
+
+
+def _noise(problem: Problem, law: Law, seed: int = 0) -> np.ndarray:
+    """Random forces of half that size to all of it, shape (3, m)."""
+    random: np.ndarray = np.random.default_rng(seed).uniform(0.5, 1, law.stiffness.shape)
+    return _unit(problem) * random
 
 
 def _beyond(problem: Problem, q: np.ndarray) -> float:

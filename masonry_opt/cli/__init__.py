@@ -6,9 +6,9 @@ import sys
 
 
 def main() -> None:
-    """Import the command line, which takes seconds, and run it."""
+    """Import the command line, which takes time, and run it."""
     try:
-        from masonry_opt.cli import main as run
+        from masonry_opt.cli.app import main as run
     except KeyboardInterrupt:
         print("error: interrupted", file=sys.stderr)
         sys.exit(130)

@@ -1,0 +1,126 @@
+"""The command line: results on standard output, everything else on standard error."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from importlib import import_module
+from importlib.metadata import version as package_version
+from io import TextIOWrapper
+from typing import Annotated, Any, NoReturn
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from masonry_opt.errors import InterruptedByUserError, MasonryError, OutputError, ReaderGoneError
+from masonry_opt.words.terminal import print_text, results_alone
+
+#: Modules of commands, which are loaded when these are called: others have that of their name.
+_MODULES = {"check": "solve"} | dict.fromkeys(("crossing", "directions", "least", "settle"), "studies")
+
+#: What each command does.
+COMMANDS = {
+    "solve": "Find the load factor at which CASE collapses, of all its load cases unless one is named.",
+    "check": "Hold static against kinematic and CVXPY against Pyomo on CASE.",
+    "draw": "Draw CASE to FILE before solving it: blocks, supports, joints found, small gaps, loads.",
+    "export": "Write the program that a method declares for CASE to FILE, for other solvers; or solids, for "
+    "others.",
+    "capacity": "Follow the mechanism of CASE after the onset of collapse, down to λ = 0.",
+    "convert": "Make a case file of a drawing: blocks, supports, friction, weights, live loads.",
+    "compare": "Time methods and solvers on scenes, judge their answers, write tables, charts and a report.",
+    "directions": "Find the seismic coefficient at which CASE collapses, for earthquakes from all sides.",
+    "crossing": "Move the axles of CASE over its road: the load factor by position, and the worst.",
+    "least": "Find the least value of a number of CASE at which it stands, or carries a load.",
+    "reproduce": "Rebuild results of the paper from the case files (cases/ here, or else the package's own).",
+    "settle": "Find the least and the greatest reaction of a support of CASE, in one direction, with which "
+    "it stands.",
+    "sweep": "Solve CASE for every combination of values of its numbers, or for values drawn from "
+    "distributions.",
+}
+
+
+class _Commands(TyperGroup):
+    """Commands that are listed without being loaded."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        return TyperCommand(cmd_name, help=COMMANDS[cmd_name]) if cmd_name in COMMANDS else None
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name, _, others = super().resolve_command(ctx, args)
+        return name, load(str(name)), others
+
+
+def load(name: str) -> Any:
+    """A command, with all its options."""
+    try:
+        module = import_module(f"masonry_opt.cli.{_MODULES.get(name, name)}")
+    except KeyboardInterrupt:
+        raise InterruptedByUserError("interrupted") from None
+    command: Any = typer.main.get_command(getattr(module, name))
+    command.help = f"{COMMANDS[name]}\n\n{command.help}"
+    command.invoke = results_alone()(command.invoke)  # what a command prints by other ways is no result
+    return command
+
+
+app = typer.Typer(cls=_Commands, add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
+
+
+@app.callback(invoke_without_command=True)
+def about(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    """At what load does this masonry collapse? Limit analysis of rigid blocks with Coulomb joints."""
+    if version:
+        print_text(package_version("masonry_opt"))
+        raise typer.Exit
+
+
+def main() -> None:
+    """Run the command line; every foreseeable mistake ends as one message and an exit code."""
+    if sys.stdout is None:  # closed by the caller
+        _end("standard output is closed: give it a file or a pipe", OutputError.exit_code)
+    if (own := sys.__stdout__) is not None and own is sys.stdout:
+        # What libraries write to the descriptor goes to standard error: results have another.
+        results = os.fdopen(os.dup(1), "w", encoding=own.encoding)
+        os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
+        sys.stdout = results
+    for stream in (sys.stdout, sys.stderr):
+        # What a stream cannot encode (a file's name in foreign bytes) is written as an escape.
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        try:
+            app()
+        except SystemExit:
+            sys.stdout.flush()
+            raise
+    except (ReaderGoneError, BrokenPipeError):
+        _end(None, ReaderGoneError.exit_code)
+    except MasonryError as error:
+        _end(str(error), error.exit_code)
+    except OSError as error:
+        _end(f"the output cannot be written: {error.strerror}", OutputError.exit_code)
+    except MemoryError:
+        _end("the scene does not fit in memory: split it", MasonryError.exit_code)
+    except KeyboardInterrupt:
+        _end("interrupted", InterruptedByUserError.exit_code)
+    except SystemExit as end:
+        if end.code == InterruptedByUserError.exit_code:  # typer's word for Ctrl-C in a command
+            _end("interrupted: files already written are whole", InterruptedByUserError.exit_code)
+        raise
+
+
+def _end(message: str | None, code: int) -> NoReturn:
+    """One line on standard error, if there is anything to say, and out."""
+    with contextlib.suppress(OSError):
+        if message is not None and sys.stderr is not None:
+            print(f"error: {message}", file=sys.stderr, flush=True)
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        # Python flushes once more as it ends: let what cannot be written go nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(code)

@@ -1,0 +1,130 @@
+"""Commands from functions: their parameters, with types, defaults and help, as options."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy
+from inspect import Parameter
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from typer.models import OptionInfo
+
+from masonry_opt.analysis import solve
+from masonry_opt.cli.shared import SHARED, method_options
+
+Function = Callable[..., Any]
+
+#: Parameters that a command asks for in its own way: what a function is of.
+_SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
+
+_TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
+
+
+class Given(dict[str, Any]):
+    """Arguments that were typed, by parameter; where none was, the functions' own defaults hold."""
+
+    def __init__(self, function: Function, options: Sequence[str]) -> None:
+        super().__init__()
+        self.function, self.options = function, options
+
+    def take(self, function: Function) -> dict[str, Any]:
+        """Those of a function, which are then no longer here."""
+        return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
+
+    def rest(self, function: Function | None = None) -> dict[str, Any]:
+        """What is left, and the method's options, for a function (or the command's first) that passes these
+        on. Raises OptionError as :func:`method_options`."""
+        return self | method_options(self.options, function or self.function)
+
+
+def command(
+    *functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any
+) -> Callable[[Function], typer.Typer]:
+    """Make a typer app of a function that is called with what was typed of other functions' parameters
+    (:class:`Given`), and with options of its own, which take the place of those of the same name.
+
+    Parameters
+    ----------
+    functions: whose parameters become options.
+    labels: by function, what help begins with of an option that not all take; then none is required.
+    leave: names of parameters that do not become options.
+    **asked: typer options by parameter, for what signatures do not say; a ``parser`` reads one text.
+    """
+
+    def made(own: Function) -> typer.Typer:
+        options = dict(inspect.signature(own, eval_str=True).parameters)
+        del options["given"]
+        parsers: dict[str, Function | None] = {}
+        for one in (one for function in functions for one in _parameters(function)):
+            if one.name not in options and one.name not in leave.split():
+                info: OptionInfo = copy(asked.get(one.name) or SHARED.get(one.name) or typer.Option())
+                parsers[one.name], info.parser = info.parser, None
+                info.help = info.help or escape(_help(one, functions, labels))
+                options[one.name] = _option(one, info, bool(parsers[one.name]), not labels)
+
+        def run(ctx: typer.Context, **typed: Any) -> None:
+            given = Given(functions[0], typed.pop("options", None) or ())
+            for name in [name for name in parsers if name in typed]:
+                value, parse = typed.pop(name), parsers[name] or (lambda text: text)
+                if ctx.get_parameter_source(name).name != "DEFAULT":  # type: ignore[union-attr]
+                    given[name] = [*map(parse, value)] if isinstance(value, list) else parse(value)
+            own(given, **typed)
+
+        context = Parameter("ctx", Parameter.KEYWORD_ONLY, annotation=typer.Context)
+        keywords = [one.replace(kind=Parameter.KEYWORD_ONLY) for one in options.values()]
+        run.__signature__ = inspect.Signature([context, *keywords])  # type: ignore[attr-defined]
+        app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        app.command(own.__name__, help=inspect.getdoc(own))(run)
+        return app
+
+    return made
+
+
+def _parameters(function: Function) -> Iterator[Parameter]:
+    """Those that can be options: what is called as a function runs cannot."""
+    for one in inspect.signature(function).parameters.values():
+        if one.name not in _SUBJECTS and (one.default is one.empty or not callable(one.default)):
+            yield one
+
+
+def _option(one: Parameter, info: OptionInfo, read: bool, required: bool) -> Parameter:
+    """A parameter as typer has it. What takes several is repeated, in the singular, or read of one text."""
+    said, default = str(one.annotation), one.default
+    mapping = one.kind is one.VAR_KEYWORD or "Mapping" in said
+    repeated = mapping or (not read and bool(re.search("Sequence|Iterable", said)))
+    kind: Any = Path if "Path" in said else _TYPES.get(said.removesuffix(" | None"), str)
+    if info.default is ... and (repeated or default is False):
+        name = "--" + one.name.replace("_", "-")
+        info.default = name.removesuffix("s") if repeated else name  # said, or typer adds --no-...
+    if one.kind is one.VAR_KEYWORD or (not required if default is one.empty else repeated):
+        default = None
+    elif isinstance(default, tuple):
+        default = ",".join(map(str, default))
+    kind = list[kind] if repeated else kind
+    annotation = Annotated[kind | None if default is None else kind, info]  # type: ignore[valid-type]
+    return one.replace(annotation=annotation, default=default, kind=one.KEYWORD_ONLY)
+
+
+def _help(one: Parameter, functions: Sequence[Function], labels: Sequence[str]) -> str:
+    """What begins and ends an option's help, and between the first sentence that a docstring says of it."""
+    taking = [one.name in inspect.signature(function).parameters for function in functions]
+    of = [label for label, takes in zip(labels, taking, strict=False) if takes and label]
+    said = next(filter(None, (_said(one.name, function) for function in (*functions, solve))), "")
+    if of and not all(taking):
+        return f"{', '.join(of)}: {said}"
+    return said[:1].upper() + said[1:] + (" Needed." if labels and one.default is one.empty else "")
+
+
+def _said(name: str, function: Function) -> str:
+    """First sentence that a function's docstring says of a parameter; of what is as elsewhere nothing."""
+    told = (inspect.getdoc(function) or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
+    for names, said in re.findall(r"^(\S[^:\n]*):\s+(.*(?:\n .*)*)", told, re.MULTILINE):
+        if name in re.split(r"[,\s*]+", names) and not re.match("as (of|in) |of :func:", said, re.IGNORECASE):
+            plain = re.sub(r":\w+:`[~.]*(?:\w+\.)*(\w+)`", r"\1", " ".join(said.split())).replace("``", "")
+            return re.split(r"(?<=\.) ", plain)[0]
+    return ""

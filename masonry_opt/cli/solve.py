@@ -1,0 +1,118 @@
+"""The commands `masonry-opt solve` and `check`."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+import masonry_opt as mo
+from masonry_opt.analysis import solve as solve_scene
+from masonry_opt.cli.shared import Case, Json, LoadCaseName, PlotOrPage, interrupts, writing
+from masonry_opt.cli.signatures import Given, command
+from masonry_opt.errors import InterruptedByUserError, OptionError, printable
+from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.scene.case_file import as_scene
+from masonry_opt.words.sentences import numeral
+from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text
+
+#: Load factors whose mechanism can be drawn.
+_DRAWN = "least", "expected"
+
+_KIND = typer.Option(
+    "--plot-kind", metavar="KIND", help="What a picture shows: mechanism, thrust, utilisation, curve."
+)
+_WHOSE = typer.Option(metavar="WHICH", help=f"Whose mechanism --plot draws: {' (default), '.join(_DRAWN)}.")
+_VERBOSE = typer.Option("--verbose", "-v", help="Also print how it was found: residuals, solvers, seconds.")
+_QUIET = typer.Option("--quiet", "-q", help="Print the load factor alone; without one, an error.")
+
+
+@command(solve_scene, mo.Result.save, kind=_KIND)
+def solve(
+    given: Given,
+    case: Case,
+    load_case: LoadCaseName = None,
+    json: Json = False,
+    verbose: Annotated[bool, _VERBOSE] = False,
+    quiet: Annotated[bool, _QUIET] = False,
+    plot: PlotOrPage = None,
+    mechanism: Annotated[str | None, _WHOSE] = None,
+) -> None:
+    """Exit code 0: there is one (of every load case); 1: there is none, the status says why; 2: wrong case
+    file or option.
+    """
+    if json + verbose + quiet > 1:
+        raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
+    drawing = given.take(mo.Result.save)
+    if plot is None and (drawing or mechanism is not None):
+        raise OptionError(
+            "--plot-kind, --mechanism, --names, --view and --force say how to draw: give --plot FILE too"
+        )
+    if mechanism not in (None, *_DRAWN):
+        raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_DRAWN)}")
+    method = METHODS.get(given.get("method", DEFAULT))
+    if mechanism == _DRAWN[1] and (not given.get("expected", True) or (method and method.associative)):
+        raise OptionError(f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-expected")
+    scene, drawing = as_scene(case, load_case), {"kind": "mechanism"} | drawing
+    if plot is not None:  # refused now, not after the solve
+        from masonry_opt.drawing.saved import refuse_saving
+
+        refuse_saving(scene, plot, **drawing)
+    options = given.rest()
+    if drawing["kind"] == "curve" and not options.get("curve"):
+        raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")
+    errors = Console(stderr=True, quiet=quiet)
+    steps: list[str] = []
+    told: list[str] = []
+    name = printable(case.name)
+    with changing_line(errors, name) as show, interrupts() as check_interrupt:
+
+        def begun(phase: str) -> None:
+            show(f"{name}: {phase}{f' (last {told[-1]})' if told else ''}")
+
+        def progress(step: Any) -> None:
+            check_interrupt()
+            if math.isfinite(step.load_factor):
+                what = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(step).__name__).lower()
+                steps.append(f"{what} {len(steps) + 1}: λ = {numeral(step.load_factor, '.6f')}")
+                told.append(steps[-1] + left_by(step))
+                show(f"{name}: {told[-1]}")
+
+        try:
+            if scene.load_cases and load_case is None:
+                answer: Any = mo.solve_cases(scene, progress=progress, phases=begun, **options)
+            else:
+                answer = solve_scene(scene, progress=progress, phases=begun, **options)
+            # Of load cases the governing one is drawn.
+            result = answer if isinstance(answer, mo.Result) else answer.to_draw
+            if not result.solution.interrupted:  # else it is the lowest state of a search
+                check_interrupt()
+        except KeyboardInterrupt:
+            last = f"the last was {steps[-1]}, not the answer" if steps else "before the first λ"
+            raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None
+    if json:
+        print_text(answer.to_json())
+    elif not quiet:
+        print_result(answer.details if verbose else answer.summary)
+    elif result.status.usable:
+        print_text(numeral(result.required(), ".10g"))
+    if plot is not None:
+        drawn = result.at_expected if mechanism == _DRAWN[1] else result
+        with writing(plot):
+            (drawn or result).save(plot, **drawing)
+    if quiet:
+        result.required()
+    if not answer.usable:
+        raise typer.Exit(1)
+
+
+@command(mo.check)
+def check(given: Given, case: Case, load_case: LoadCaseName = None) -> None:
+    """Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file."""
+    report = mo.check(as_scene(case, load_case), **given)
+    print_result(str(report))
+    if not report.passed:
+        raise typer.Exit(1)

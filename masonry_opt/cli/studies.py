@@ -1,0 +1,143 @@
+"""The commands `masonry-opt crossing`, `directions`, `least` and `settle`."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+import masonry_opt as mo
+from masonry_opt.cli.shared import Case, Json, LoadCaseName, Plot, PlotOrPage, Table, numbers, tell, waiting
+from masonry_opt.cli.signatures import Given, command
+from masonry_opt.drawing.figure import refuse_file, refuse_picture
+from masonry_opt.drawing.view import refuse_view
+from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
+from masonry_opt.scene.case_file import as_scene
+from masonry_opt.studies.load_cases.cases import Cases
+from masonry_opt.studies.many.parameters import Parameters
+from masonry_opt.studies.many.threshold import Trial
+from masonry_opt.words.sentences import numeral
+from masonry_opt.words.terminal import changing_line, frame_text, print_result, print_text
+
+#: Columns of the table of positions that are printed.
+_TOLD = ["axles", "direction", "position", "load_factor", "mechanism", "status"]
+
+_AXLES = typer.Option(metavar="NAME", help="One group of the case. Default: all.", parser=str)
+_VERTICAL = typer.Option(
+    metavar="RATIO[,RATIO]",
+    help="Vertical part over the horizontal one, positive with gravity, as in --vertical=0.3,-0.3. Default: "
+    "that of the case's own earthquake, else 0.",
+    parser=numbers("--vertical {}: write one number or several, as in --vertical=0.3,-0.3"),
+)
+_VARY = typer.Option(help="The number, and between what it is sought: arch.thickness=0.05:0.3.")
+_MOST = typer.Option("--most", help="The greatest value instead, of what makes a scene weaker.")
+_DIRECTION = typer.Option(
+    metavar="X,Y[,Z]", parser=numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
+)
+_GREATEST = typer.Option("--greatest", help="With --plot: at the greatest reaction, not the least.")
+
+
+@command(mo.crossing, mo.Crossing.save, leave="position", axles=_AXLES)
+def crossing(
+    given: Given, case: Case, plot: PlotOrPage = None, table: Table = False, json: Json = False
+) -> None:
+    """Exit code 0: there is a load factor; 1: there is none, the status says why; 2: wrong case file or
+    option; 130: interrupted, with what was found by then.
+    """
+    drawing = given.take(mo.Crossing.save)
+    if plot is not None:  # refused now, not after the solves
+        refuse_file(plot, **drawing)
+    with waiting("crossing") as show:
+
+        def progress(position: float, load_factor: float) -> None:
+            said = numeral(load_factor, ".6f") if math.isfinite(load_factor) else "none"
+            show(f"first axle at {position:.4g}: λ = {said}")
+
+        found = mo.crossing(case, progress=progress, **given.rest())
+    text = found.to_json() if json else str(found)
+    if table and not json and found.passages:
+        text += "\n" + frame_text(found.table[_TOLD], "positions")
+    usable = found.interrupted or found.load_factor is not None
+    tell(text, found, usable, plot if found.passages else None, drawing)
+    if found.interrupted:
+        raise InterruptedByUserError(f"interrupted: {counted(len(found.table), 'position')} solved")
+
+
+@command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL)
+def directions(given: Given, case: Case, plot: Plot = None, json: Json = False) -> None:
+    """Exit code 0: there is one for each direction; 1: for some there is none; 2: wrong case file or
+    option.
+    """
+    drawing = given.take(Cases.save)
+    if plot is not None:
+        refuse_picture(plot, **drawing)
+    name = printable(case.name)
+    with changing_line(Console(stderr=True), name) as show:
+        found = mo.directions(case, phases=lambda phase: show(f"{name}: {phase}"), **given.rest())
+    text, say = (found.to_json(), print_text) if json else (found.summary, print_result)
+    tell(text, found, found.usable, plot, drawing, say)
+
+
+@command(mo.least, leave="lower upper")
+def least(
+    given: Given,
+    case: Case,
+    vary: Annotated[str, _VARY],
+    greatest: Annotated[bool, _MOST] = False,
+    load_case: LoadCaseName = None,
+    json: Json = False,
+) -> None:
+    """Exit code 0: found, with both ends solved; 1: whether the scene holds could not be decided; 2: it holds
+    or fails at both ends, or the case file or an option is wrong.
+    """
+    name, lower, upper = _range(vary)
+    parameters = Parameters(as_scene(case, load_case))
+    parameters.check_names({name: lower})
+    search = mo.most if greatest else mo.least
+    with waiting(f"{name}: {lower:g} to {upper:g}") as show:
+
+        def progress(trial: Trial) -> None:
+            does = "holds" if trial.holds else "fails"
+            show(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
+
+        found = search(
+            lambda value: parameters.at({name: value}), lower, upper, progress=progress, **given.rest()
+        )
+    print_text(found.to_json() if json else f"{'number':<16} {name}\n{found}")
+
+
+@command(mo.settle, mo.Settlement.save, leave="end kind", direction=_DIRECTION)
+def settle(
+    given: Given,
+    case: Case,
+    json: Json = False,
+    plot: PlotOrPage = None,
+    greatest: Annotated[bool, _GREATEST] = False,
+) -> None:
+    """Exit code 0: both were found, or that there is no end; 1: no reaction holds CASE, or an end was not
+    found; 2: wrong case file or option.
+    """
+    drawing = given.take(mo.Settlement.save)
+    if plot is not None:
+        refuse_file(plot, drawing.get("force", False))
+        refuse_view(mo.load(case), drawing.get("view"))
+    elif greatest or drawing:
+        raise OptionError("--greatest, --view and --force say how to draw: give --plot FILE too")
+    with waiting("settle") as show:
+        found = mo.settle(case, phases=lambda words: show(f"settle: {words}"), **given.rest())
+    drawing |= {"end": "greatest" if greatest else "least"}
+    tell(found.to_json() if json else str(found), found, found.usable, plot, drawing)
+
+
+def _range(text: str) -> tuple[str, float, float]:
+    """Name and ends of a text such as ``arch.thickness=0.05:0.3``."""
+    name, _, ends = text.partition("=")
+    try:
+        lower, upper = map(float, ends.split(":"))
+    except ValueError:
+        raise OptionError(
+            f"--vary {text}: write it as NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3"
+        ) from None
+    return name.strip(), lower, upper

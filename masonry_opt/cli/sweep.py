@@ -1,0 +1,117 @@
+"""The command `masonry-opt sweep`."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+import masonry_opt as mo
+from masonry_opt.cli.shared import Case, LoadCaseName
+from masonry_opt.cli.signatures import Given, command
+from masonry_opt.errors import InterruptedByUserError, OptionError, counted
+from masonry_opt.scene.case_file import as_scene
+from masonry_opt.studies.many.distributions import parse
+from masonry_opt.studies.many.draws import BY
+from masonry_opt.studies.many.sweep import said
+from masonry_opt.studies.process import ended_by_kill
+from masonry_opt.studies.writing import NEEDED
+from masonry_opt.words.terminal import print_text
+
+#: Most values of one number.
+_MOST_VALUES = 100_000
+
+_VARY = (
+    "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,... of a number of the case, such as joints.friction=0.3:0.8:11 "
+    "or arch.thickness=0.3,0.4; may be repeated."
+)
+_SAMPLE = (
+    "In place of --vary, NAME=lognormal:MEAN:DEVIATION (of the number itself; or 15% of the mean), "
+    "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated."
+)
+
+
+def _values(text: str) -> tuple[str, list[float]]:
+    """A number's name and its values."""
+    name, equals, given = text.partition("=")
+    try:
+        if ":" in given:
+            first, last, count = given.split(":")
+            if not 1 <= int(count) <= _MOST_VALUES:
+                raise ValueError
+            # Rounded to what is written in a table: 0.35, not 0.35000000000000003.
+            values = [float(f"{value:.12g}") for value in np.linspace(float(first), float(last), int(count))]
+        else:
+            values = [float(value) if set(value) & set(".eE") else int(value) for value in given.split(",")]
+        if not equals or not name:
+            raise ValueError
+    except ValueError:
+        raise OptionError(
+            f"--vary '{text}': write it as NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..., such as "
+            "joints.friction=0.3:0.8:11"
+        ) from None
+    return name, values
+
+
+@command(
+    mo.sweep,
+    mo.sample,
+    labels=("", "With --sample"),
+    vary=typer.Option("--vary", help=_VARY, parser=_values),
+    distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
+    n=typer.Option("-n", "--runs", min=1),
+    seed=typer.Option(min=0),
+    by=typer.Option(help=f"With --sample: of properties of joints, {', '.join(BY)}."),
+    workers=typer.Option(min=1),
+    force=typer.Option("--force", help="Replace a table that has other runs."),
+)
+def sweep(
+    given: Given,
+    case: Case,
+    out: Annotated[Path, typer.Option(help="Folder of the table and charts.", show_default=False)],
+    load_case: LoadCaseName = None,
+) -> None:
+    """Writes a table (runs.csv) and charts; of drawn values also what they say of the load factor.
+
+    An interrupted sweep goes on where it stopped. Exit code 0: done, whatever the runs found; 130:
+    interrupted; 2: wrong case file, name or option.
+    """
+    vary, drawn = given.pop("vary", None), given.pop("distributions", None)
+    if bool(vary) == bool(drawn):
+        raise OptionError("give --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
+    if vary and (others := given.keys() - inspect.signature(mo.sweep).parameters.keys()):
+        named = ", ".join("--runs" if name == "n" else f"--{name}" for name in given if name in others)
+        raise OptionError(f"{named}: goes with --sample, not with --vary, whose values are given")
+    values = dict(vary or drawn)
+    if len(values) < len(vary or drawn):
+        raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
+    options = given.rest(mo.sweep if vary else mo.sample)
+    scene = as_scene(case, load_case)
+    errors, done = Console(stderr=True), 0
+    columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        shown = bar.add_task("sweep", total=None)
+
+        def progress(count: int, of: int) -> None:
+            nonlocal done
+            done = count
+            bar.update(shown, completed=count, total=of)
+
+        try:
+            with ended_by_kill():
+                if drawn:
+                    told = str(mo.sample(scene, values, out=out, progress=progress, **options))
+                else:
+                    told = said(mo.sweep(scene, values, out=out, progress=progress, **options), list(values))
+        except KeyboardInterrupt:
+            raise InterruptedByUserError(
+                f"interrupted: {counted(done, 'run')} kept, and the same command goes on from there"
+            ) from None
+    print_text(told)
+    beside = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
+    errors.print(f"written: {out / 'runs.csv'}{beside}", markup=False, soft_wrap=True)

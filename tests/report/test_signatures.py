@@ -1,0 +1,107 @@
+"""Commands ask for what functions take, as signatures and docstrings say it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from masonry_opt.cli.app import COMMANDS, load
+from masonry_opt.cli.shared import Case, numbers
+from masonry_opt.cli.signatures import Given, command
+from masonry_opt.errors import OptionError
+
+
+def study(
+    scene: str,
+    ratio: float = 1.5,
+    *,
+    count: int | None = None,
+    deep: bool = False,
+    expected: bool = True,
+    layers: Sequence[str] = (),
+    live_layers: Mapping[str, float] | None = None,
+    place: Sequence[float] = (1.0, 2.0),
+    out: str | Path = Path("here"),
+    progress: object = lambda _: None,
+    **options: object,
+) -> None:
+    """Study a scene.
+
+    Parameters
+    ----------
+    ratio: of ``width`` to height, see :func:`~masonry_opt.analysis.solve`. Whatever else it is.
+    count, deep:
+        How many there
+        are. Not which.
+    expected: as of :func:`~masonry_opt.analysis.solve`.
+    """
+
+
+def run(*texts):
+    """What is told by a command of that function, and what the function would be called with."""
+    called = {}
+
+    @command(
+        study,
+        live_layers=typer.Option(parser=lambda text: tuple(text.split("="))),
+        place=typer.Option(parser=numbers("{}: write two numbers", 2)),
+    )
+    def asked(given: Given, case: Case) -> None:
+        """Exit code 0."""
+        called.update(given.rest(), case=case)
+
+    return CliRunner().invoke(asked, [*texts], env={"COLUMNS": "200"}), called
+
+
+def test_what_was_typed_is_passed_on_and_nothing_else():
+    given = {"case": Path("a.toml")}
+    assert run("a.toml")[1] == given
+    typed = "--ratio 1.5 --count 3 --deep --no-expected --layer a --layer b --live-layer a=1 --out there"
+    assert run("a.toml", *typed.split(), "--place", "3,4", "-o", "beta=.5")[1] == given | {
+        "ratio": 1.5,
+        "count": 3,
+        "deep": True,
+        "expected": False,
+        "layers": ["a", "b"],
+        "live_layers": [("a", "1")],
+        "out": Path("there"),
+        "place": (3.0, 4.0),
+        "beta": 0.5,
+    }
+
+
+@pytest.mark.parametrize("wrong", [("--place", "3"), ("--place", "3,x"), ("-o", "beta"), ("-o", "ratio=1")])
+def test_texts_that_cannot_be_read_are_named(wrong):
+    told, _ = run("a.toml", *wrong)
+    assert isinstance(told.exception, OptionError)
+    assert wrong[1].partition("=")[0] in str(told.exception)
+
+
+@pytest.mark.parametrize("wrong", [(), ("--count", "x"), ("--no-deep",), ("--progress", "x")])
+def test_what_the_signature_does_not_take_is_refused(wrong):
+    assert run(*(("a.toml", *wrong) if wrong else ()))[0].exit_code == 2
+
+
+def test_help_is_the_first_sentence_of_the_docstring_and_the_default_the_functions():
+    told = run("--help")[0].stdout
+    for words in (
+        "Of width to height, see solve.",
+        "1.5",
+        "How many there are.",
+        "here",
+        "1.0,2.0",
+        "Coulomb",
+    ):
+        assert words in told
+    assert not any(words in told for words in ("Whatever", "Not which", "progress", "scene"))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_option_of_every_command_says_what_it_is(name):
+    found = load(name)
+    assert found.help.startswith(COMMANDS[name])
+    assert all(option.help for option in found.params)
