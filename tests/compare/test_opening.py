@@ -15,7 +15,7 @@ from scenes_in_space import pushed_box
 import masonry_opt as mo
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.answer import Comparison
-from masonry_opt.studies.compare.page import Cell, opening, page, thumbnail
+from masonry_opt.studies.compare.page import TableCell, opening, page, thumbnail
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def comparison() -> Comparison:
     return made_up()
 
 
-def cells(comparison: Comparison) -> dict[tuple[str, str], Cell]:
+def cells(comparison: Comparison) -> dict[tuple[str, str], TableCell]:
     """By scene and column."""
     columns, rows = opening(comparison)
     return {
@@ -39,7 +39,7 @@ def test_load_factors_are_those_of_the_frames(comparison):
     for (scene, method), load_factor in lowest.items():
         question = "associative" if method == "static" else "Coulomb"
         assert float(shown[scene, f"{question} λ, {method}"].value) == pytest.approx(load_factor, rel=5e-5)
-    assert shown[BLOCKS, "lowest Coulomb λ known"] == Cell("0.15000", ("by hand",))
+    assert shown[BLOCKS, "lowest Coulomb λ known"] == TableCell("0.15000", ("by hand",))
     assert shown[BLOCKS, "b × c"].value == "50 × 100"
     assert [shown[scene, "λ to expect"].value for scene in (BLOCKS, WALL)] == ["–", "0.64154"]
 
@@ -50,7 +50,7 @@ def test_gap_time_and_spread_stand_below(comparison):
     assert shown[BLOCKS, "Coulomb λ, nonassociative"].notes == ("gap +2 %", "2.5 s")
     assert shown[BLOCKS, "Coulomb λ, mcp"].notes == ("gap 0 %", "0.5 s")
     column = "spread of Coulomb λ, if over 1 %"
-    assert shown[BLOCKS, column] == Cell("4.0 %", ("0.15000 to 0.15606",))
+    assert shown[BLOCKS, column] == TableCell("4.0 %", ("0.15000 to 0.15606",))
     assert shown[WALL, column].value == "–"
 
 

@@ -29,6 +29,8 @@ def drawings(tmp_path_factory):
     space.add_line((0, 2), (1, 2))
     space.add_arc((0.5, 2), 0.5, 0, 180)
     space.add_circle((1.5, 2.5), 0.2)
+    space.add_ellipse((3, 0.5), (0.5, 0), 0.5)
+    space.add_open_spline([(2.2, 2), (3, 2), (3, 3), (2.2, 2)])
     space.add_text("A", height=0.1).set_placement((1, 0.5))
     space.add_mtext("B").set_location((1, 1.5))
     written = []

@@ -23,7 +23,7 @@ from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.mcp.edge_form import Iterate
 from masonry_opt.methods.mcp.passes import follow, prepared
 from masonry_opt.methods.mcp.schedule import BRAKES
-from masonry_opt.methods.push.method import by_push
+from masonry_opt.methods.push.method import by_events_from, by_push, goes_on
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
@@ -90,10 +90,14 @@ def compliant(task: Task) -> Solution:
     if proven is not None and not options.curve:
         return proven
     contacts = _Contacts(task)
+    if proven is None and options.give is None and goes_on(task.problem):
+        begun = contacts.state(STIFF[1])
+        proven = by_events_from(task, begun) if begun is not None else None
     if proven is None:
         _look_for_plateau(contacts, options)
-        proven = replace(contacts.ending, history=tuple(contacts.history))
-    return _with_curve(contacts, proven) if options.curve else proven
+    ending = proven or contacts.ending
+    ending = _with_curve(contacts, ending) if options.curve else ending
+    return replace(ending, history=(*contacts.history, *ending.history))
 
 
 def pushed(task: Task, history: list[Any]) -> Answer | State | None:

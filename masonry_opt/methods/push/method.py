@@ -8,17 +8,22 @@ from typing import Any
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import certified
 from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.push.laws import takes
-from masonry_opt.methods.push.push import Ended, Pushed, push
+from masonry_opt.methods.push.push import Ended, Pushed, push, push_on
 from masonry_opt.methods.task import Task
+from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
 #: Joints up to which a path is followed from event to event: beyond, passes come near its end sooner. Of a
 #: joint so many events at most: on rubble of 60 and 120 stones there are 3 to 11, on walls 2 to 4.
 PATH_UP_TO, EVENTS_A_JOINT = 500, 25
+
+#: The same from the state of a pass on: of rubble of 200 stones there are no events, of a façade of 1 × 3
+#: openings 59. On façades of 2 × 6 its cell is not found.
+ON_UP_TO, EVENTS_ON = 3000, 200
 
 
 def by_push(task: Task) -> Solution | None:
@@ -31,6 +36,25 @@ def by_push(task: Task) -> Solution | None:
     effort.uses(task.solver.name, "complementarity problem")
     with effort.measure("solve"):
         found = push(problem, EVENTS_A_JOINT * problem.joints)
+    return ending_of(task, found)
+
+
+def goes_on(problem: Problem) -> bool:
+    """Whether a path is followed from the state of a pass on, where the way from rest is long."""
+    return problem.joints <= ON_UP_TO and takes(problem)
+
+
+def by_events_from(task: Task, state: GivingState) -> Solution | None:
+    """The same from a state of contacts that give on."""
+    task.effort.begins("pushed on")
+    with task.effort.measure("solve"):
+        found = push_on(task.problem, state, EVENTS_ON)
+    return ending_of(task, found)
+
+
+def ending_of(task: Task, found: Pushed) -> Solution | None:
+    """The solution that a push ends in, if it is one."""
+    problem, effort = task.problem, task.effort
     events = tuple(
         replace(event, load_factor=event.load_factor / problem.live_norm)
         for event in (*found.settling, *found.events)

@@ -24,6 +24,13 @@ from masonry_opt.methods.push.laws import FORCES, Cell, Law
 #: Rates over that of the trial forces, of forces, gaps and bonds, that are rounding.
 _FLAT = 1e-12
 
+#: Faces of a joint's two normal forces at work at once, at a corner. Where falling bonds bring a third there
+#: a path is given up.
+_MOST_FACES = 2
+
+#: More boundaries than any cell has.
+_LOST = 2**62
+
 #: Boundaries of a joint that its trial forces may be beyond, one after another.
 _AT_MOST = 8
 
@@ -150,9 +157,9 @@ class Path:
         return drive * along, drive, drive * rate[FORCES], drive * rate[3:].ravel()
 
     def comes_into_its_cell(self) -> bool:
-        """Whether Newton's steps at the same u lead into the cell that trial forces are in, as of a point near
-        the path; each is to halve the boundaries that they are beyond."""
-        before = inf
+        """Whether Newton's steps at the same u lead into the cell that trial forces are in, from a point near
+        the path; each is to halve the number of boundaries that these are beyond."""
+        before = _LOST
         while beyond := self._over_boundaries():
             if beyond > before / 2:
                 return False
@@ -162,7 +169,7 @@ class Path:
         return True
 
     def _over_boundaries(self) -> int:
-        """Take the cell of the trial forces, joint by joint; the number of boundaries that they were beyond."""
+        """Take the cell of the trial forces, joint by joint; how many boundaries they were beyond."""
         over = 0
         for _ in range(_AT_MOST):
             gaps = self._by_table(self.trial, self._bonds, 1.0, slice(3, None))
@@ -171,6 +178,8 @@ class Path:
                 break
             for slider, row in zip(sliders, gaps[:, sliders].argmin(axis=0), strict=True):
                 self._cell, *_ = self.law.across(self._cell, int(row * gaps.shape[1] + slider))
+                if self._cell.faces[:, slider].sum() > _MOST_FACES:
+                    return _LOST
                 self._table[..., slider] = self.law.column(self._cell, int(slider))
             over += len(sliders)
         return over
@@ -204,6 +213,8 @@ class Path:
                 return End.RAY if np.abs(forces).max() < _FLAT else End.JAM
             self._move(along, self.drive + step * drive, step)
             self._cell, self._entered, slider, what = self.law.across(self._cell, int(nears[nearest]))
+            if self._cell.faces[:, slider].sum() > _MOST_FACES:
+                break
             self._table[..., slider] = self.law.column(self._cell, slider)
             if not self._factors.add(slider, self._table[FORCES, :3] * self.law.stiffness):
                 self._factorise()

@@ -13,8 +13,8 @@ from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import compas_data
 from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh
-from masonry_opt.scene.drawings.prisms import SideView, prism_directions, seen_along
-from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, scene_of
+from masonry_opt.scene.drawings.prisms import SideView, Solid, prism_directions, seen_along
+from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, naming, scene_of
 from masonry_opt.scene.drawings.supports import Supports, with_supports
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
@@ -95,19 +95,12 @@ def read_compas(
         space = np.size(live) == 3
     if space and along is not None:
         raise CaseError(f"{path}: 'along' is of scenes in the plane: leave it out, or give a 'live' of two")
+    given = locals() | {"along": _AXES.get(along, along) if isinstance(along, str) else along}
     supports = Supports(fixed=list(fixed), fixed_below=fixed_below)
-    flat, seen = None, None
-    try:
-        meshes = with_supports(compas_data.meshes(data), supports.fixed, supports.fixed_below)
+    with naming(f"{path}:"):
+        meshes = with_supports(compas_data.meshes(data), supports)
         if not space:
-            flat = CompasDrawing(
-                friction=friction,
-                unit_weight=unit_weight,
-                live=(0.0, 0.0) if live is None else live,
-                contact_tolerance=contact_tolerance,
-                along=_AXES.get(along, along) if isinstance(along, str) else along,
-                tolerance=tolerance,
-            )
+            flat = CompasDrawing.of(given)
             try:
                 seen = _seen(meshes, flat)
             except ValueError as error:
@@ -115,56 +108,29 @@ def read_compas(
                     raise ValueError(
                         f"{error}. Or read the blocks whole: a 'live' of three numbers"
                     ) from None
-        if flat and seen:
-            return scene_of(_blocks(meshes, seen, flat), flat, path)
-    except CaseError:
-        raise
-    except ValueError as error:
-        raise CaseError(f"{path}: {error}") from None
-    solid = SolidDrawing(
-        friction=friction,
-        unit_weight=unit_weight,
-        live=(0.0, 0.0, 0.0) if live is None else live,
-        tolerance=tolerance,
-        contact_tolerance=contact_tolerance,
-    )
-    return scene_in_space(meshes, solid, path)
+            else:
+                return scene_of(_blocks(meshes, seen, flat), flat, path)
+        return scene_in_space(meshes, SolidDrawing.of(given), path)
 
 
-def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> SideView:
+def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> SideView:
     """The solids seen along the direction that is asked for, or along the only one there is."""
-    flat = all(solid.flat for solid in solids)
-    if drawing.along is not None:
-        if not any(drawing.along):
-            raise ValueError("'along' needs a direction, such as y")
-        direction = np.array(drawing.along)
+    flat = all(mesh.flat for mesh in meshes)
+    asked = drawing.along is not None
+    if asked and not any(drawing.along or ()):
+        raise ValueError("'along' needs a direction, such as y")
+    solids, views, whys = [Solid(mesh, drawing.tolerance) for mesh in meshes], {}, []
+    for direction in [np.array(drawing.along)] if asked else prism_directions(meshes):
         name = _said(direction)
         try:
-            view = seen_along(solids, direction, drawing.tolerance)
-        except ValueError as error:
-            raise ValueError(f"'along' {name}: {error}") from None
-        begins, ends = int(view.reach[:, 0].argmax()), int(view.reach[:, 1].argmin())
-        if not flat and view.reach[begins, 0] >= view.reach[ends, 1]:
-            behind, before = solids[begins].name, solids[ends].name
-            raise ValueError(
-                f"block '{behind}' lies behind block '{before}', seen along {name}: no plane cuts both"
-            )
-        return view
-    views, whys = {}, []
-    for direction in prism_directions(solids):
-        name = _said(direction)
-        try:
-            view = seen_along(solids, direction, drawing.tolerance)
-        except ValueError as error:
-            whys.append(f"along {name} {error}")
-            continue
-        middle, thickness = view.reach.mean(axis=1), np.ptp(view.reach, axis=1)
-        off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max(thickness.max(), 1e-300)
-        if off.any() and not flat:
-            block = solids[int(off.argmax())].name
-            whys.append(f"along {name} block '{block}' has its middle in another plane than most")
-        else:
+            view = seen_along(solids, direction)
+            if not flat:
+                _refuse_apart(meshes, view, asked)
             views[name] = view
+        except ValueError as error:
+            if asked:
+                raise ValueError(f"'along' {name}: {error}") from None
+            whys.append(f"along {name} {error}")
     if not views:
         raise ValueError(
             f"the blocks are not prisms of one wall: {'; '.join(whys[:3])}. Name the direction by 'along' if "
@@ -173,6 +139,21 @@ def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> SideView:
     if len(views) > 1:
         raise ValueError(f"all blocks are prisms along {' and along '.join(views)}: say by 'along' which")
     return next(iter(views.values()))
+
+
+def _refuse_apart(meshes: Sequence[Mesh], view: SideView, asked: bool) -> None:
+    """Raise ValueError if no plane cuts all blocks seen as was asked for, or others have no middle plane."""
+    begin, end = view.reach.T
+    last, first = int(begin.argmax()), int(end.argmin())
+    if asked and begin[last] >= end[first]:
+        behind, before = meshes[last].name, meshes[first].name
+        raise ValueError(f"block '{behind}' lies behind block '{before}': no plane cuts both")
+    middle = (begin + end) / 2
+    off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max((end - begin).max(), 1e-300)
+    if not asked and off.any():
+        raise ValueError(
+            f"block '{meshes[int(off.argmax())].name}' has its middle in another plane than most"
+        )
 
 
 def _said(direction: np.ndarray) -> str:

@@ -9,7 +9,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.scene.convex_pieces import convex_pieces
-from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, joined, polyhedron
+from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, first_near, polyhedron
 from masonry_opt.scene.space.surfaces import place
 
 #: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
@@ -21,6 +21,9 @@ _EXACT = 1e-3
 
 #: Share of a block's volume that thin parts, which are left out, may have: 0.03 % of a curved one in facets.
 _THIN_PARTS = 1e-3
+
+_SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+_UNIT_BOX = [np.insert(_SQUARE, axis, at, axis=1) for axis in range(3) for at in (0, 1)]
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,10 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
         np.array([getattr(side, key) for side in sides]).reshape(-1, 3) for key in ("base", "normal")
     )
     corners = block.points[np.unique([one for side in sides for ring in side.rings for one in ring])]
-    waiting = [(_pieces(block.points, sides, tolerance), _box_round(corners))]
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = low - (high - low), high + (high - low)
+    cell = [low + face * (high - low) for face in _UNIT_BOX]
+    waiting = [(_pieces(block.points, sides, tolerance), cell)]
     found: list[MeshSolid] = []
     while waiting:
         pieces, cell = waiting.pop()
@@ -104,21 +110,6 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
         rings += map(side.up, convex)
         numbers += [number] * len(convex)
     return _Pieces(rings, np.array(numbers, dtype=int))
-
-
-def _box_round(corners: np.ndarray) -> list[np.ndarray]:
-    """Faces of a box somewhat larger than what it holds."""
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    low, high = low - (high - low), high + (high - low)
-    return [low + face * (high - low) for face in _UNIT_BOX]
-
-
-def _square(axis: int, at: int) -> np.ndarray:
-    ring = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    return np.insert(ring, axis, at, axis=1).astype(float)
-
-
-_UNIT_BOX = [_square(axis, at) for axis in range(3) for at in (0, 1)]
 
 
 def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
@@ -174,13 +165,15 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 
 def _part(cell: list[np.ndarray], tolerance: float) -> MeshSolid | None:
     """A cell as a polyhedron; None if it is thinner than the tolerance."""
-    corners = joined(np.concatenate(cell), tolerance / 4) if cell else np.zeros((0, 3))
+    every = np.concatenate(cell) if cell else np.zeros((0, 3))
+    corners = every[np.unique(first_near(every, tolerance / 4))]
     try:
         # Of corners that were joined: closed whatever they were rounded to.
-        hull = Mesh("", corners, ConvexHull(corners).simplices.tolist())
-        shape = polyhedron(hull, tolerance / 4)
+        hull = ConvexHull(corners)
+        mesh = Mesh("", corners, hull.simplices.tolist())
+        shape = polyhedron(mesh, tolerance / 4)
         if not shape.convex(tolerance):  # narrow sides of several triangles, whose plane leans
-            shape = polyhedron(hull, _EXACT * tolerance)
+            shape = polyhedron(mesh, _EXACT * tolerance)
     except (QhullError, ValueError):
         return None
-    return shape if shape.thickness > tolerance else None
+    return shape if 2 * hull.volume > tolerance * hull.area else None

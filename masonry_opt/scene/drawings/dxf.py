@@ -17,7 +17,7 @@ from masonry_opt.files import MARK, refuse_replacing, write_whole
 from masonry_opt.scene.blocks import Block, Name, Positive
 from masonry_opt.scene.drawings import dxf_curves
 from masonry_opt.scene.drawings.outlines import Outline, closed_outlines, outlines_with_holes
-from masonry_opt.scene.drawings.stones import FlatDrawing, block_name, drawing_path, scene_of
+from masonry_opt.scene.drawings.stones import FlatDrawing, block_name, drawing_path, naming, scene_of
 from masonry_opt.scene.drawings.supports import FIXED, listed
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
@@ -56,10 +56,11 @@ def read_dxf(
 ) -> Scene:
     """Read a scene from the closed outlines of a DXF drawing.
 
-    Outlines are closed polylines, circles, and loops of lines, arcs and open polylines of one layer, in the
-    model space, on layers that are shown. Each is a block; an outline inside another one is a hole of it, and
-    one inside a hole is a block again. A text inside a block names it, if it is the only one there and names
-    no other block; other blocks are named by layer and handle.
+    Outlines are closed polylines, circles, ellipses and splines, and loops of lines, arcs, open polylines and
+    pieces of ellipses and splines of one layer, in the model space, on layers that are shown. Each is a
+    block; an outline inside another one is a hole of it, and one inside a hole is a block again. A text
+    inside a block names it, if it is the only one there and names no other block; other blocks are named by
+    layer and handle.
 
     Parameters
     ----------
@@ -84,8 +85,8 @@ def read_dxf(
         Gap up to which two ends of lines meet in an outline, where no third one is as near; ends that meet
         within 1e-6 of the drawing's diagonal are joined before (default: the tolerance, else those 1e-6).
     sagitta:
-        Largest distance between an arc and the chords that take its place (default: 1e-4 of the drawing's
-        diagonal). The chords' ends lie on the arc.
+        Largest distance between a curve and the chords that take its place (default: 1e-4 of the drawing's
+        diagonal). The chords' ends lie on the curve.
     to_metres:
         Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given are then in metres.
     thickness:
@@ -106,20 +107,9 @@ def read_dxf(
         If ezdxf, of the extra "drawings", is not installed, or the thickness is no positive number.
     """
     path = drawing_path(path, ".dxf")
-    drawing = DxfDrawing(
-        friction=friction,
-        unit_weight=unit_weight,
-        live=(0.0, 0.0) if live is None else live,
-        live_layers=dict(live_layers or {}),
-        layers=None if layers is None else list(layers),
-        fixed_layers=list(fixed_layers),
-        tolerance=tolerance,
-        outline_tolerance=outline_tolerance,
-        sagitta=sagitta,
-        thickness=thickness,
-    )
+    drawing = DxfDrawing.of(locals())
     document = dxf_curves.read_document(path)
-    try:
+    with naming(f"{path}:"):
         scale = dxf_curves.metres(document) if to_metres else 1.0
         shown = dxf_curves.visible(document)
         read = _on_layers(shown, drawing.layers)
@@ -133,19 +123,16 @@ def read_dxf(
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
         pushes = _pushes(found, drawing)
         blocks = _blocks(found, _names(found, shown, scale), drawing, pushes)
-    except ValueError as error:
-        raise CaseError(f"{path}: {error}") from None
-    scene = scene_of(blocks, drawing, path)
-    if drawing.thickness is None:
-        return scene
-    solids = extrude(scene.replace(thickness=drawing.thickness)).in_space()
-    loaded = [
-        block
-        if block.fixed
-        else block.replace(live_per_weight=push if len(push) == 3 else (push[0], 0.0, push[1]))
-        for block, push in zip(solids, pushes, strict=True)
-    ]
-    return scene_of(loaded, drawing, path)
+        scene = scene_of(blocks, drawing, path)
+        if drawing.thickness is None:
+            return scene
+        solids = extrude(scene.replace(thickness=drawing.thickness)).in_space()
+        in_space = [push if len(push) == 3 else (push[0], 0.0, push[1]) for push in pushes]
+        loaded = [
+            block if block.fixed else block.replace(live_per_weight=push)
+            for block, push in zip(solids, in_space, strict=True)
+        ]
+        return scene_of(loaded, drawing, path)
 
 
 def _on_layers(entities: list[Any], layers: Sequence[str] | None) -> list[Any]:
@@ -203,7 +190,7 @@ def _blocks(
         fixed = any(word in layer for word in words)
         if not fixed:
             loaded.add(layer)
-        # Blocks to be extruded get their live load after that, in space.
+        # What is extruded gets its live load in space.
         own = {} if drawing.thickness else {"live_per_weight": push}
         blocks.append(drawing.block(name, shape.polygon, fixed, **own))
     layers = f"layers of blocks: {listed(sorted({shape.curve.layer for shape in found}))}"

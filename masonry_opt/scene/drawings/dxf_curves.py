@@ -6,17 +6,24 @@ import importlib
 import logging
 import math
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.drawings.outlines import Curve, flattened
+from masonry_opt.scene.drawings.outlines import Curve
 from masonry_opt.scene.tables import read_bytes
 
 #: Bytes; a DXF file has some 500 for each block.
 _LARGEST_DXF = 50_000_000
+
+#: Points of one curve: no drawing of masonry needs more.
+_TOO_MANY = 4000
+
+#: Entities that are outlines, or parts of one.
+_READ = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
 
 #: Entities that are no blocks. Others that cannot be read are refused: none is left out in silence.
 _IGNORED = {
@@ -25,19 +32,8 @@ _IGNORED = {
     "VIEWPORT", "WIPEOUT", "XLINE",
 }  # fmt: skip
 
-#: What to do with entities that may be meant as blocks.
-_REFUSED = {
-    "ELLIPSE": "an ellipse: draw it with arcs or straight lines",
-    "SPLINE": "a spline: draw it with arcs or straight lines",
-    "INSERT": "a reference to a block definition: explode it",
-    "MLINE": "a multiline: explode it",
-    "REGION": "a region: explode it",
-    "SOLID": "a filled area: draw its outline",
-    "TRACE": "a filled area: draw its outline",
-    "3DFACE": "a surface: draw its outline",
-    "3DSOLID": "a solid: draw its outline",
-    "MESH": "a mesh: draw its outline",
-}
+#: What may hide outlines, in words.
+_HIDING = {"INSERT": "a reference to a block definition", "MLINE": "a multiline", "REGION": "a region"}
 
 #: Metres in one unit of the drawing, by its code $INSUNITS (DXF reference, HEADER section).
 _METRES = {
@@ -68,13 +64,18 @@ def read_document(path: Path) -> Any:
             f"{path}: is larger than {_LARGEST_DXF // 1_000_000} MB: keep the layers of the blocks alone"
         )
     try:
-        return library.readfile(path)
+        document = library.readfile(path)
+        document.modelspace()  # which must be there
+        return document
     except MemoryError:
         raise
     # What a broken file makes the library raise is any exception at all.
     except Exception as error:
-        reason = " ".join(str(error).split())[:200] or type(error).__name__
-        raise CaseError(f"{path}: not valid DXF: {reason}; save the drawing as DXF again") from None
+        raise CaseError(f"{path}: not valid DXF: {_said(error)}; save the drawing as DXF again") from None
+
+
+def _said(error: Exception) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__
 
 
 def metres(document: Any) -> float:
@@ -111,85 +112,93 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
     ----------
     entities: of one drawing.
     scale: by which all lengths are multiplied.
-    sagitta: largest distance between an arc and its chords; None for 10⁻⁴ of the drawing's diagonal.
+    sagitta: largest distance between a curve and its chords; None for 10⁻⁴ of the drawing's diagonal.
 
     Raises
     ------
     ValueError
         If an entity cannot be read as an outline; the message names it.
     """
-    raw = []
-    for entity in entities:
-        if entity.dxftype() not in _IGNORED:
-            corners, closed = _corners(entity)
-            points, bulges = _in_plane(entity, np.array(corners, dtype=float).reshape(-1, 4))
-            if len(points) == 0 or not (np.isfinite(points).all() and np.isfinite(bulges).all()):
-                raise ValueError(f"{_named(entity)} has no points, or one that is no number: delete it")
-            raw.append((entity, points * scale, bulges, closed))
-    if not raw:
+    from ezdxf.edgesmith import is_closed_entity
+
+    drawn = [entity for entity in entities if entity.dxftype() not in _IGNORED]
+    if not drawn:
         return [], 0.0
-    diagonal = float(np.hypot(*np.ptp(np.concatenate([points for _, points, _, _ in raw]), axis=0)))
+    corners = np.concatenate([_chain(entity, math.inf) for entity in drawn])
+    diagonal = scale * float(np.hypot(*np.ptp(corners, axis=0)))
+    # Of counts that rounding decides the lower one, from both sides of a joint.
+    reach = (1 + 1e-9) * (sagitta or 1e-4 * diagonal) / scale
     found = []
-    for entity, points, bulges, closed in raw:
-        try:
-            lines = flattened(points, bulges, closed, sagitta or 1e-4 * diagonal)
-        except ValueError as error:
-            raise ValueError(f"{_named(entity)}: {error}: raise 'sagitta'") from None
-        found.append(Curve(lines, closed, layer_of(entity), str(entity.dxf.handle), entity.dxftype()))
+    for entity in drawn:
+        points = scale * _chain(entity, reach)
+        kind, handle = entity.dxftype(), str(entity.dxf.handle)
+        found.append(Curve(points, bool(is_closed_entity(entity)), layer_of(entity), handle, kind))
     return found, diagonal
 
 
-def _corners(entity: Any) -> tuple[list[tuple[float, ...]], bool]:
-    """Corners of an outline, each x, y, z in the entity's own coordinates and the bulge to the next; and
-    whether it is closed."""
-    dxf, kind = entity.dxf, entity.dxftype()
-    match kind:
+def _chain(entity: Any, sagitta: float) -> np.ndarray:
+    """Points along an entity, shape (points, 2), whose chords are no farther from it than the sagitta.
+
+    Raises ValueError, naming the entity, if there are none or too many, or it does not lie in the plane.
+    """
+    kind = entity.dxftype()
+    if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
+        what = _HIDING.get(kind, "of a kind that is not read")
+        raise ValueError(
+            f"{_named(entity)} is {what}: explode it, draw its outline, or name the layers of the blocks by "
+            "'layers'"
+        )
+    try:
+        points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
+    except MemoryError:
+        raise
+    except Exception as error:  # as above
+        raise ValueError(f"{_named(entity)} cannot be read: {_said(error)}; draw it anew") from None
+    if len(points) == 0 or not np.isfinite(points).all():
+        raise ValueError(f"{_named(entity)} has no points, or one that is no number: delete it")
+    if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
+        raise ValueError(f"{_named(entity)} does not lie in the drawing's xy plane: turn or flatten it")
+    return points[:, :2]
+
+
+def _points(entity: Any, sagitta: float) -> list[Any]:
+    """The points, in the drawing's coordinates; of an arc those of equal chords, the same from either end."""
+    from ezdxf.math.arc import arc_segment_count
+
+    dxf = entity.dxf
+    match entity.dxftype():
         case "LINE":
-            return [(*dxf.start, 0.0), (*dxf.end, 0.0)], False
-        case "CIRCLE":
-            return [_on_circle(entity, 0.0, 1.0), _on_circle(entity, 180.0, 1.0)], True
-        case "ARC":
-            angle = (dxf.end_angle - dxf.start_angle) % 360 or 360.0
-            # A bulge says nothing of a whole circle, and little of nearly one.
-            parts = 1 if angle < 270 else 2
-            bulge = math.tan(math.radians(angle / parts) / 4)
-            ends = [dxf.start_angle + angle * part / parts for part in range(parts + 1)]
-            return [_on_circle(entity, end, bulge) for end in ends], False
-        case "LWPOLYLINE":
-            height = float(dxf.get("elevation", 0.0))
-            return [(x, y, height, bulge) for x, y, bulge in entity.get_points("xyb")], bool(entity.closed)
-        case "POLYLINE" if entity.is_2d_polyline or entity.is_3d_polyline:
-            # Corners of the frame that a smoothed polyline was drawn from are no points of it.
-            corners = [vertex.dxf for vertex in entity.vertices if not vertex.dxf.flags & 16]
-            curved = entity.is_2d_polyline
-            closed = bool(entity.is_closed)
-            return [(*at.location, at.get("bulge", 0.0) if curved else 0.0) for at in corners], closed
-        case "POLYLINE":
-            raise ValueError(f"{_named(entity)} is a mesh: draw its outline")
-    remedy = _REFUSED.get(kind, "of a kind that is not read: draw its outline")
-    raise ValueError(f"{_named(entity)} is {remedy}, or name the layers of the blocks by 'layers'")
-
-
-def _on_circle(entity: Any, degrees: float, bulge: float) -> tuple[float, ...]:
-    x, y, z = entity.dxf.center
-    radius, angle = entity.dxf.radius, math.radians(degrees)
-    return x + radius * math.cos(angle), y + radius * math.sin(angle), z, bulge
-
-
-def _in_plane(entity: Any, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points and bulges in the drawing's plane, seen from above; the mirror image of an arc turns the other
-    way."""
-    points, bulges = corners[:, :3], corners[:, 3]
-    normal = entity.dxf.get("extrusion", (0.0, 0.0, 1.0))
-    # Lines and 3D polylines are given in the drawing's coordinates.
-    if entity.dxftype() != "LINE" and not (entity.dxftype() == "POLYLINE" and entity.is_3d_polyline):
-        if abs(normal[0]) > 1e-9 or abs(normal[1]) > 1e-9:
-            raise ValueError(f"{_named(entity)} does not lie in the drawing's xy plane: turn it")
-        if normal[2] < 0:  # its x axis points to the left
-            return points[:, :2] * [-1, 1], -bulges
-    elif len(points) and np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
-        raise ValueError(f"{_named(entity)} does not lie in the drawing's xy plane: flatten it")
-    return points[:, :2], bulges
+            return [dxf.start, dxf.end]
+        case "CIRCLE" | "ARC" as kind:
+            start, end = (dxf.start_angle, dxf.end_angle) if kind == "ARC" else (0.0, 360.0)
+            angle = (end - start) % 360 or 360.0
+            parts = 1 if angle < 270 else 2  # a chord alone says nothing of a whole circle
+            count = arc_segment_count(abs(dxf.radius), math.radians(angle / parts), sagitta)
+            found = entity.vertices(np.linspace(start, start + angle, min(count, _TOO_MANY) * parts + 1))
+        case "LWPOLYLINE" | "POLYLINE":
+            if entity.dxftype() == "POLYLINE":
+                # Corners of the frame that a smoothed polyline was drawn from are no points of it.
+                entity.vertices[:] = [vertex for vertex in entity.vertices if not vertex.dxf.flags & 16]
+                corners = list(entity.points_in_wcs())
+            else:
+                corners = list(entity.vertices_in_wcs())
+            if not entity.has_arc:
+                return corners
+            points = corners[:1]
+            for part in entity.virtual_entities():
+                own = _points(part, sagitta)
+                # Arcs run counter-clockwise, whatever way the polyline takes.
+                turned = own[-1].distance(points[-1]) < own[0].distance(points[-1])
+                points += own[-2::-1] if turned else own[1:]
+            return points[:-1] if entity.is_closed else points
+        case "SPLINE" if not entity.construction_tool().is_clamped:  # ezdxf goes on beyond its ends
+            raise ValueError("is a periodic spline")
+        case _:
+            found = entity.flattening(sagitta)
+    points = list(islice(found, _TOO_MANY + 1))
+    if len(points) > _TOO_MANY:
+        raise ValueError(f"needs more than {_TOO_MANY} chords: raise 'sagitta'")
+    return points
 
 
 def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from pydantic import ConfigDict
 
-from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.convex_parts import convex_parts
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, polyhedron, used
-from masonry_opt.scene.drawings.stones import Drawing, scene_of
+from masonry_opt.scene.drawings.stones import Drawing, naming, scene_of
 from masonry_opt.scene.drawings.supports import listed
 from masonry_opt.scene.extents import NEAR_MISS
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
@@ -54,32 +53,24 @@ def _keys(shape: MeshSolid) -> dict[str, Any]:
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
     """The scene that closed meshes make; a support of one face is taken for the top of a slab.
 
-    Raises CaseError, beginning with the file, if there is no support, a block is no solid, or they make no
-    scene.
+    Raises ValueError if there is no support, a block is no solid, or they make no scene.
     """
-    try:
-        names = [mesh.name for mesh in meshes]
-        standing = [mesh.points for mesh in meshes if not mesh.fixed]
-        if not standing:
-            raise ValueError(f"every block is a support: nothing can move (blocks: {listed(names)})")
-        middle = np.concatenate(standing).mean(axis=0)
-        solid = [_slab(mesh, middle) if mesh.flat and mesh.fixed else mesh for mesh in meshes]
-        tolerance = drawing.tolerance or _tolerance(standing)
-        blocks = [_told(mesh, drawing, tolerance) for mesh in solid]
-    except ValueError as error:
-        raise CaseError(f"{path}: {error}") from None
+    standing = [mesh.points for mesh in meshes if not mesh.fixed]
+    if not standing:
+        names = listed([mesh.name for mesh in meshes])
+        raise ValueError(f"every block is a support: nothing can move (blocks: {names})")
+    middle = np.concatenate(standing).mean(axis=0)
+    solid = [_slab(mesh, middle) if mesh.flat and mesh.fixed else mesh for mesh in meshes]
+    tolerance = drawing.tolerance or _tolerance(standing)
+    blocks = [_told(mesh, drawing, tolerance) for mesh in solid]
     return scene_of(blocks, drawing.replace(tolerance=tolerance), path)
 
 
 def _told(mesh: Mesh, drawing: SolidDrawing, tolerance: float) -> Solid:
     if mesh.flat:
         raise ValueError(f"block '{mesh.name}' is a single face: give it a thickness, or make it a support")
-    try:
+    with naming(f"block '{mesh.name}'"):
         return drawing.solid(mesh, tolerance)
-    except CaseError:
-        raise
-    except ValueError as error:
-        raise ValueError(f"block '{mesh.name}' {error}") from None
 
 
 def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
@@ -91,8 +82,9 @@ def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
         raise ValueError(f"block '{mesh.name}' is a face without area: take it away")
     towards = np.sign((standing - top.mean(axis=0)) @ area) or 1.0
     bottom = top - towards * _SLAB * area / np.sqrt(size)
-    faces = prism(top.tolist(), bottom.tolist())["faces"]
-    return replace(mesh, points=np.concatenate([top, bottom]), faces=faces)
+    return replace(
+        mesh, points=np.concatenate([top, bottom]), faces=prism(top.tolist(), bottom.tolist())["faces"]
+    )
 
 
 def _tolerance(standing: Sequence[np.ndarray]) -> float:

@@ -17,7 +17,7 @@ from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Positive
 from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh, shells, used
-from masonry_opt.scene.drawings.stones import block_name
+from masonry_opt.scene.drawings.stones import block_name, naming
 from masonry_opt.scene.drawings.supports import FIXED, Supports, with_supports
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, read_bytes
@@ -107,26 +107,10 @@ def read_mesh(
     path = as_path(path, "a mesh")
     if path.suffix.lower() not in MESHES:
         raise CaseError(f"{path}: the name of a mesh ends in {', '.join(MESHES)}")
-    drawing = MeshDrawing(
-        friction=friction,
-        unit_weight=unit_weight,
-        live=live,
-        fixed=list(fixed),
-        fixed_layers=list(fixed_layers),
-        fixed_below=fixed_below,
-        up=up,
-        scale=scale,
-        tolerance=tolerance,
-        contact_tolerance=contact_tolerance,
-    )
-    try:
-        found = _meshes(path, drawing)
-        meshes = with_supports(found, drawing.fixed, drawing.fixed_below, drawing.fixed_layers)
-    except CaseError:
-        raise
-    except ValueError as error:
-        raise CaseError(f"{path}: {error}") from None
-    return scene_in_space(meshes, drawing, path)
+    drawing = MeshDrawing.of(locals())
+    with naming(f"{path}:"):
+        meshes = with_supports(_meshes(path, drawing), drawing, drawing.fixed_layers)
+        return scene_in_space(meshes, drawing, path)
 
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:

@@ -74,15 +74,6 @@ class MeshSolid:
     points: np.ndarray
     sides: list[Side]
 
-    def in_front(self, tolerance: float) -> np.ndarray:
-        """How far the farthest corner lies in front of the plane of each side, 0 of those too narrow to have
-        one, shape (sides,)."""
-        wide = np.array([side.width > tolerance for side in self.sides])
-        base, normal = (np.array([getattr(side, key) for side in self.sides]) for key in ("base", "normal"))
-        used = np.unique([corner for side in self.sides for ring in side.rings for corner in ring])
-        off = (self.points[used] @ normal.T - np.einsum("ij,ij->i", base, normal)).max(axis=0)
-        return np.where(wide, off, 0.0)
-
     @property
     def _areas(self) -> np.ndarray:
         """Normals of the sides as long as their areas, shape (sides, 3)."""
@@ -98,11 +89,6 @@ class MeshSolid:
     def area(self) -> float:
         return float(np.linalg.norm(self._areas, axis=1).sum())
 
-    @property
-    def thickness(self) -> float:
-        """Some width of it: volume over half its surface."""
-        return 2 * self.volume / self.area if self.area else 0.0
-
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
         """The ends of an edge that sides have more often in one direction than in the other, if there is
         any."""
@@ -113,23 +99,31 @@ class MeshSolid:
         return None
 
     def convex(self, tolerance: float) -> bool:
-        """Whether it is convex, but for the tolerance."""
-        return (
-            all(len(side.rings) == 1 for side in self.sides) and self.in_front(tolerance).max() <= tolerance
+        """Whether it is convex, but for the tolerance; sides no wider than that have no plane."""
+        used = self.points[np.unique([corner for side in self.sides for corner in side.rings[0]])]
+        return all(
+            len(side.rings) == 1
+            and (side.width <= tolerance or ((used - side.base) @ side.normal).max() <= tolerance)
+            for side in self.sides
         )
 
 
 def across(normal: np.ndarray) -> np.ndarray:
     """Two unit vectors in the plane of a unit normal, shape (2, 3), right-handed with it in this order."""
-    u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    u = _cross(normal, np.eye(3)[np.abs(normal).argmin()])
     u /= np.linalg.norm(u)
-    return np.array([u, np.cross(normal, u)])
+    return np.array([u, _cross(normal, u)])
+
+
+def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """As np.cross, which is slow of few vectors."""
+    return one[..., [1, 2, 0]] * other[..., [2, 0, 1]] - one[..., [2, 0, 1]] * other[..., [1, 2, 0]]
 
 
 def area_vector(corners: np.ndarray) -> np.ndarray:
     """Normal of a polygon in space as long as its area (Newell's formula), shape (3,)."""
-    around = corners - corners[0]
-    return np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0) / 2
+    around = corners[1:] - corners[0]
+    return _cross(around[:-1], around[1:]).sum(axis=0) / 2
 
 
 def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
@@ -207,60 +201,46 @@ def _around(ring: Sequence[int]) -> Iterator[Edge]:
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 
-def _edge(one: int, other: int) -> Edge:
-    return (one, other) if one < other else (other, one)
-
-
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
     """The faces with one number for corners nearer than the tolerance, without those that have none left."""
-    corner = _first_near(points, tolerance).tolist()
+    corner = first_near(points, tolerance).tolist()
     renamed = [[corner[number] for number in face] for face in faces]
     rings = [[one for one, after in _around(ring) if one != after] for ring in renamed]
     return [ring for ring in rings if len(set(ring)) > 2]
 
 
-def joined(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """The points, of those nearer than the tolerance the first one, shape (points, 3)."""
-    return points[np.unique(_first_near(points, tolerance))]
-
-
-def _first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
+def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Of each point the first of those that are nearer than the tolerance, from one to the next."""
     near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     group = linked(len(points), *near.T)
-    _, first = np.unique(group, return_index=True)
-    return first[group]
+    return np.unique(group, return_index=True)[1][group]
 
 
 def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
-    """The faces that have each edge."""
+    """The faces that have each edge, which begins with its lower corner."""
     having: dict[Edge, list[int]] = defaultdict(list)
     for number, face in enumerate(faces):
-        for side in _around(face):
-            having[_edge(*side)].append(number)
+        for tail, tip in _around(face):
+            having[min(tail, tip), max(tail, tip)].append(number)
     return having
 
 
 def _turned(faces: list[list[int]]) -> list[list[int]]:
     """The faces so that two that share an edge run along it in opposite directions, as far as they can."""
-    having = _by_edge(faces)
-    directed = [set(_around(face)) for face in faces]
-    flipped: dict[int, bool] = {}
-    for seed in range(len(faces)):
-        if seed in flipped:
-            continue
-        flipped[seed], waiting = False, [seed]
-        while waiting:
-            one = waiting.pop()
-            for side in directed[one]:
-                mates = having[_edge(*side)]
-                if len(mates) != 2:
-                    continue
-                other = mates[0] if mates[1] == one else mates[1]
-                if other not in flipped:
-                    flipped[other] = flipped[one] ^ (side in directed[other])
-                    waiting.append(other)
-    return [face[::-1] if flipped[number] else face for number, face in enumerate(faces)]
+    directed, count = [set(_around(face)) for face in faces], len(faces)
+    # Each face twice, as it is and turned round.
+    links = []
+    for edge, mates in _by_edge(faces).items():
+        if len(mates) == 2:
+            one, other = mates
+            alike = (edge in directed[one]) == (edge in directed[other])
+            links += [(one, other + count * alike), (one + count, other + count * (not alike))]
+    if all(other >= count for _, other in links[1::2]):  # nothing is to be turned
+        return faces
+    group = linked(2 * count, *np.array(links, dtype=int).reshape(-1, 2).T)
+    return [
+        face[::-1] if group[number + count] < group[number] else face for number, face in enumerate(faces)
+    ]
 
 
 def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[int]]:
@@ -291,9 +271,8 @@ def _volume(points: np.ndarray, faces: list[list[int]]) -> float:
 
 
 def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[Side]:
-    having = _by_edge(faces)
     beside: list[list[int]] = [[] for _ in faces]
-    for mates in having.values():
+    for mates in _by_edge(faces).values():
         if len(mates) == 2:
             beside[mates[0]].append(mates[1])
             beside[mates[1]].append(mates[0])
@@ -318,10 +297,10 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
                     if alike and off <= reach * tolerance:
                         own.add(other)
                         waiting.append(other)
-            side = _side(points, [faces[number] for number in own])
-            if side is not None and _off_plane(points, side) <= tolerance:
+            side = _side(points, [faces[number] for number in own], tolerance)
+            if side is not None:
                 break
-        if side is None:
+        else:
             own, side = {seed}, alone[seed]
         for number in own:
             del left[number]
@@ -329,8 +308,8 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
     return found
 
 
-def _side(points: np.ndarray, faces: list[list[int]]) -> Side | None:
-    """The faces as one, None if their outline touches itself or there is none."""
+def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side | None:
+    """The faces as one, None if they are in no plane, or have no outline or one that touches itself."""
     # Triangles of a notched polygon may lie outside of it, turned round: their edges cancel all the same.
     following: dict[int, int] = {}
     edges = {side for face in faces for side in _around(face)}
@@ -339,18 +318,24 @@ def _side(points: np.ndarray, faces: list[list[int]]) -> Side | None:
             if tail in following:
                 return None
             following[tail] = tip
+    if sorted(following) != sorted(following.values()) or not following:
+        return None
+    rings = rings_of(following)
+    side = _ringed(points, rings)
+    off = np.abs((points[np.concatenate(rings)] - side.base) @ side.normal).max()
+    simple = all(shapely.linearrings(ring).is_simple for ring in side.flat(points))
+    return side if simple and off <= tolerance else None
+
+
+def rings_of(following: dict[int, int]) -> list[list[int]]:
+    """The rings of what each follows, a permutation; each begins with its first key."""
     rings = []
     while following:
-        first, ring = next(iter(following)), []
-        corner = first
-        while corner in following:
-            ring.append(corner)
-            corner = following.pop(corner)
-        if corner != first:
-            return None
+        ring = [next(iter(following))]
+        while (after := following.pop(ring[-1])) != ring[0]:
+            ring.append(after)
         rings.append(ring)
-    side = _ringed(points, rings) if rings else None
-    return side if side and all(shapely.linearrings(ring).is_simple for ring in side.flat(points)) else None
+    return rings
 
 
 def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
@@ -359,14 +344,8 @@ def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
     outer = int(sizes.argmax())
     rings = [rings[outer], *rings[:outer], *rings[outer + 1 :]]
     around = sum(
-        float(np.linalg.norm(np.roll(points[ring], -1, axis=0) - points[ring], axis=1).sum())
-        for ring in rings
+        float(np.linalg.norm(points[ring[1:] + ring[:1]] - points[ring], axis=1).sum()) for ring in rings
     )
     area = float(np.linalg.norm(vectors.sum(axis=0)))
     normal = vectors[outer] / sizes[outer] if sizes[outer] > 0 else np.array([0.0, 0.0, 1.0])
     return Side(rings, points[rings[0]].mean(axis=0), normal, 2 * area / around)
-
-
-def _off_plane(points: np.ndarray, side: Side) -> float:
-    corners = points[[corner for ring in side.rings for corner in ring]]
-    return float(np.abs((corners - side.base) @ side.normal).max())

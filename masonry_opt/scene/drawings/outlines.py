@@ -9,12 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
-from masonry_opt.scene.rows import linked
-
-#: Chords of one arc: no drawing of masonry needs more.
-_MOST_CHORDS = 2000
+from masonry_opt.scene.drawings.meshes import first_near, rings_of
 
 #: Of two outlines, one inside the other, these are the same if their areas differ by no more than this part.
 _SAME = 1e-9
@@ -45,41 +41,6 @@ class Outline:
     curve: Curve
 
 
-def flattened(points: np.ndarray, bulges: np.ndarray, closed: bool, sagitta: float) -> np.ndarray:
-    """Points of a polyline with its arcs divided into equal chords, whose ends lie on the arcs: from either
-    end of an arc the same. Raises ValueError if an arc needs too many chords.
-
-    Parameters
-    ----------
-    points: shape (points, 2).
-    bulges: tan(θ/4) of the segment that begins at each point and turns by θ to the left, shape (points,).
-    closed: whether a segment leads from the last point to the first.
-    sagitta: largest distance between an arc and its chords.
-    """
-    parts = []
-    for index, (start, bulge) in enumerate(zip(points, bulges, strict=True)):
-        parts.append(start[np.newaxis])
-        if bulge == 0 or (index == len(points) - 1 and not closed):
-            continue
-        chord = points[(index + 1) % len(points)] - start
-        length = math.hypot(*chord)
-        if length == 0:
-            continue
-        angle = 4 * math.atan(bulge)
-        radius = length / (2 * abs(math.sin(angle / 2)))
-        of_one = 2 * math.acos(max(1 - sagitta / radius, -1.0))
-        if abs(angle) > _MOST_CHORDS * of_one:
-            raise ValueError(f"an arc of radius {radius:g} needs more than {_MOST_CHORDS} chords")
-        chords = math.ceil(abs(angle) / of_one - 1e-9)
-        # A positive bulge has its centre to the left of the chord, as long as it is less than half a circle.
-        to_left = np.array([-chord[1], chord[0]])
-        centre = start + chord / 2 + to_left * (1 - bulge**2) / (4 * bulge)
-        turn = np.arange(1, chords)[:, np.newaxis] * (angle / chords)
-        arm = start - centre
-        parts.append(centre + arm * np.cos(turn) + np.array([-arm[1], arm[0]]) * np.sin(turn))
-    return np.concatenate(parts)
-
-
 def closed_outlines(curves: Sequence[Curve], tolerance: float, rounding: float) -> list[Curve]:
     """The closed curves, and the loops that the open ones of a layer make, in the order of the drawing.
 
@@ -105,8 +66,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
     partner: dict[int, int] = {}
     free = np.arange(len(ends))
     for tolerance in tolerances:
-        tree = cKDTree(ends[free])
-        node = linked(len(free), *tree.query_pairs(tolerance, output_type="ndarray").T)
+        node = first_near(ends[free], tolerance)
         meeting = np.bincount(node)[node]
         by_node = np.argsort(node, kind="stable")
         for a, b in free[by_node[meeting[by_node] == 2]].reshape(-1, 2).tolist():
@@ -117,7 +77,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
     else:  # ends are left
         curve, (x, y) = curves[free[0] // 2][1], ends[free[0]] + 0.0
         if meeting[0] == 1:
-            gap = np.sort(tree.query(ends[free[0]], k=2)[0])[1]
+            gap = np.sort(np.hypot(*(ends[free] - ends[free[0]]).T))[1]
             raise ValueError(
                 f"{curve.where} is open: no other end of this layer meets its end at ({x:g}, {y:g})"
                 f" (the nearest is {gap:.3g} away): close it, raise 'outline_tolerance', or name the layers"
@@ -127,17 +87,13 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
             f"{curve.where} meets {meeting[0] - 1} other ends at ({x:g}, {y:g}), which does not say what is a"
             " block: draw each block as a closed polyline, or lower 'outline_tolerance' to part them"
         )
-    loops, left = [], set(range(len(curves)))
-    while left:
-        first = min(left)
-        parts, end = [], 2 * first  # the end at which a curve is entered
-        while end // 2 in left:
-            left.remove(end // 2)
-            points = curves[end // 2][1].points
-            parts.append(points[::-1] if end % 2 else points)
-            end = partner[end ^ 1]
-        number, curve = curves[first]
-        loops.append((number, replace(curve, points=np.concatenate(parts), closed=True)))
+    # From each end at which a curve is entered to that of the next; loops begin with their first curve.
+    loops = []
+    for ring in rings_of({end: partner[end ^ 1] for end in range(len(ends))}):
+        if ring[0] % 2 == 0:  # the others are the same backwards
+            parts = [curves[end // 2][1].points[:: -1 if end % 2 else 1] for end in ring]
+            number, curve = curves[ring[0] // 2]
+            loops.append((number, replace(curve, points=np.concatenate(parts), closed=True)))
     return loops
 
 

@@ -1,14 +1,16 @@
-"""Solids that are prisms along one direction, and their outlines seen along it."""
+"""Prisms along one direction, seen along it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
 
-from masonry_opt.scene.drawings.meshes import Mesh, area_vector
+from masonry_opt.scene.drawings.meshes import Mesh, Side, area_vector, polyhedron
+from masonry_opt.scene.drawings.stones import naming
 
 #: Lengths below this fraction of a solid's size are nothing: its corners may be in single precision.
 _RELATIVE_TOLERANCE = 1e-5
@@ -47,21 +49,32 @@ def prism_directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     x, y, z = np.eye(3)
     found = [z, y, x] if all(solid.flat for solid in solids) else [y, x]
     for face in solids[0].faces[:100]:
-        normal = _normal(solids[0].points[face])
-        level = abs(normal[2]) < 1e-6
-        if level and not any(np.linalg.norm(np.cross(normal, other)) < 1e-6 for other in found):
-            found.append(normal)
+        normal = area_vector(solids[0].points[face])
+        size = float(np.linalg.norm(normal))
+        new = all(np.linalg.norm(np.cross(normal, other)) > 1e-6 * size for other in found)
+        if abs(normal[2]) < 1e-6 * size and new:
+            found.append(normal / size)
     return found
 
 
-def _normal(corners: np.ndarray) -> np.ndarray:
-    """Unit normal of a polygon in space (Newell's formula); zero if it has no area."""
-    normal = area_vector(corners)
-    length = float(np.linalg.norm(normal))
-    return normal / length if length > 0 else np.array([0.0, 0.0, 1.0])
+@dataclass(frozen=True)
+class Solid:
+    """A block, and the length given that is nothing beside it."""
+
+    mesh: Mesh
+    given: float | None
+
+    @cached_property
+    def tolerance(self) -> float:
+        return self.given or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(self.mesh.points, axis=0)))
+
+    @cached_property
+    def sides(self) -> list[Side]:
+        """Its plane sides, for all directions that it is looked at along."""
+        return polyhedron(self.mesh, self.tolerance).sides
 
 
-def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float | None) -> SideView:
+def seen_along(solids: Sequence[Solid], direction: np.ndarray) -> SideView:
     """The solids as prisms along a direction.
 
     Raises ValueError, naming the block, if one is no prism along it.
@@ -69,54 +82,34 @@ def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float |
     plane = _axes(direction)
     unit = direction / np.linalg.norm(direction)
     outlines, reach = [], []
-    flat = all(solid.flat for solid in solids)
+    flat = all(solid.mesh.flat for solid in solids)
     for solid in solids:
-        if solid.flat and not flat:
-            raise ValueError(f"block '{solid.name}' is a single face among solids: give it a thickness")
-        size = float(np.linalg.norm(np.ptp(solid.points, axis=0)))
-        try:
-            outlines.append(_end(solid, plane, unit, tolerance or _RELATIVE_TOLERANCE * size))
-        except ValueError as error:
-            raise ValueError(f"block '{solid.name}' {error}") from None
-        along = solid.points @ unit
+        if solid.mesh.flat and not flat:
+            raise ValueError(f"block '{solid.mesh.name}' is a single face among solids: give it a thickness")
+        with naming(f"block '{solid.mesh.name}'"):
+            outlines.append(_end(solid, plane, unit))
+        along = solid.mesh.points @ unit
         reach.append((along.min(), along.max()))
     return SideView(outlines, np.array(reach))
 
 
-def _end(solid: Mesh, plane: np.ndarray, unit: np.ndarray, tolerance: float) -> shapely.Polygon:
+def _end(solid: Solid, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
     """The outline of a prism's ends, which must be the same."""
-    along, seen = solid.points @ unit, solid.points @ plane.T
-    low, high = along.min(), along.max()
-    if solid.flat != (high - low <= tolerance):
-        raise ValueError("does not lie across it" if solid.flat else "has no thickness along it")
-    ends: tuple[list[shapely.Polygon], list[shapely.Polygon]] = [], []
-    for face in solid.faces:
-        if np.ptp(along[face]) <= tolerance:
-            off = np.abs(along[face[0]] - (high, low))
-            if off.min() > tolerance:
-                raise ValueError("has a step along it: it is no prism")
-            ends[off.argmin()].append(shapely.Polygon(seen[face]))
-        elif _spread(seen[face]) > tolerance:
+    mesh, tolerance = solid.mesh, solid.tolerance
+    along, seen = mesh.points @ unit, mesh.points @ plane.T
+    thickness = np.ptp(along)
+    if mesh.flat != (thickness <= tolerance):
+        raise ValueError("does not lie across it" if mesh.flat else "has no thickness along it")
+    ends = []
+    for side in sorted(solid.sides, key=lambda side: side.base @ unit):
+        if np.ptp(along[side.rings[0]]) <= tolerance:
+            ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
+        elif abs(side.normal @ unit) * thickness > tolerance:
             raise ValueError("has a face that is neither along it nor across: it is no prism")
-    if solid.flat:
-        return _united([*ends[1], *ends[0]], tolerance)
-    one, other = (_united(polygons, tolerance) for polygons in reversed(ends))
-    if shapely.area(shapely.symmetric_difference(one, other)) > tolerance * one.length:
-        raise ValueError("has two ends that differ: it is no prism")
-    return one
-
-
-def _united(polygons: list[shapely.Polygon], tolerance: float) -> shapely.Polygon:
-    if not all(polygon.is_valid for polygon in polygons):
+    if len(ends) != 2 - mesh.flat:
+        raise ValueError("has a step along it, or an end of several parts, or none: it is no prism")
+    if not all(end.is_valid for end in ends):
         raise ValueError("has a face that crosses itself")
-    whole = shapely.union_all(polygons)
-    if not isinstance(whole, shapely.Polygon) or whole.area <= tolerance**2:
-        raise ValueError("has an end of several parts, or none: it is no prism")
-    return shapely.orient_polygons(whole)
-
-
-def _spread(points: np.ndarray) -> float:
-    """How far points of the plane lie from a line, at most."""
-    centred = points - points.mean(axis=0)
-    _, _, main = np.linalg.svd(centred, full_matrices=False)
-    return float(np.abs(centred @ np.array([-main[0, 1], main[0, 0]])).max())
+    if shapely.area(shapely.symmetric_difference(ends[0], ends[-1])) > tolerance * ends[0].length:
+        raise ValueError("has two ends that differ: it is no prism")
+    return shapely.orient_polygons(ends[0])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import shapely
 
@@ -26,6 +27,11 @@ class Drawing(Record):
     unit_weight: NonNegative
     tolerance: Positive | None = None
     contact_tolerance: Positive | None = None
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Self:
+        """With those of the arguments of a reader that are given, and are values of such a drawing."""
+        return cls(**{key: given[key] for key in cls.model_fields if given.get(key) is not None})
 
 
 class FlatDrawing(Drawing):
@@ -49,19 +55,25 @@ def block_name(text: str) -> str:
     return " ".join(printable(" ".join(text.split())).split())[:_LONGEST_NAME]
 
 
-def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
-    """The scene of a drawing's blocks. Raises CaseError, beginning with the file, if they make none."""
+@contextmanager
+def naming(what: str) -> Iterator[None]:
+    """Makes what is wrong with a file or a block a CaseError that begins with it."""
     try:
-        scene = Scene(
-            source=f"drawn in {block_name(path.name)}",
-            joints=JointDefaults(friction=drawing.friction),
-            blocks=list(blocks),
-            tolerance=drawing.tolerance,
-            contact_tolerance=drawing.contact_tolerance,
-        )
-    except CaseError as error:
-        raise CaseError(f"{path}: {error}") from None
-    return scene.read_from(path)
+        yield
+    except ValueError as error:
+        named = str(error).startswith(what)
+        raise CaseError(error if named else f"{what} {error}") from None
+
+
+def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
+    """The scene of a drawing's blocks. Raises CaseError if they make none."""
+    return Scene(
+        source=f"drawn in {block_name(path.name)}",
+        joints=JointDefaults(friction=drawing.friction),
+        blocks=list(blocks),
+        tolerance=drawing.tolerance,
+        contact_tolerance=drawing.contact_tolerance,
+    ).read_from(path)
 
 
 def drawing_path(path: str | Path, suffix: str) -> Path:

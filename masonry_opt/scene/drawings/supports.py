@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from masonry_opt.scene.blocks import Name, Number, Record
 from masonry_opt.scene.drawings.meshes import Mesh
 
@@ -24,24 +26,23 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
 
 
-def with_supports(
-    meshes: Sequence[Mesh], named: Sequence[str], below: float | None = None, words: Sequence[str] = ()
-) -> list[Mesh]:
+def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] = ()) -> list[Mesh]:
     """The blocks, those a support that are one already, are named, reach down to a height, or have one of the
     words in their name or that of their layers.
 
     Raises ValueError if a name is none of theirs, or nothing is a support.
     """
     names = [mesh.name for mesh in meshes]
-    if unknown := [name for name in named if name not in names]:
+    if unknown := [name for name in which.fixed if name not in names]:
         raise ValueError(f"'fixed': no block '{unknown[0]}' (blocks: {listed(names)})")
+    below = -np.inf if which.fixed_below is None else which.fixed_below
     lowest = [float(mesh.points[:, 2].min()) for mesh in meshes]
     found = [
         replace(
             mesh,
             fixed=mesh.fixed
-            or mesh.name in named
-            or (below is not None and low <= below)
+            or mesh.name in which.fixed
+            or low <= below
             or any(word.casefold() in f"{mesh.name} {mesh.layers}".casefold() for word in words),
         )
         for mesh, low in zip(meshes, lowest, strict=True)

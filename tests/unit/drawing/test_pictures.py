@@ -136,7 +136,7 @@ def curved():
     return mo.solve(block_on_floor(), "compliant", curve=True)
 
 
-def test_a_curve_is_drawn_with_its_plateau_and_the_first_joints_that_move(curved):
+def test_a_curve_is_drawn_with_its_load_factor_and_the_first_joints_that_move(curved):
     figure, curve = curved.plot("curve"), curved.curve
     axes = figure.axes[0]
     drawn = {line.get_label(): line.get_xydata() for line in axes.lines}
@@ -147,7 +147,7 @@ def test_a_curve_is_drawn_with_its_plateau_and_the_first_joints_that_move(curved
     assert any(np.array_equal(points, states[first : first + 1]) for points in drawn.values())
     assert {text.get_text() for text in axes.texts} == {"1", "start to open"}
     told = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert told == ["plateau λ = 0.5", "associative λ = 0.5", "the first joints open"]
+    assert told == ["load factor λ = 0.5", "associative λ = 0.5", "the first joints open"]
     assert axes.get_xscale() == "log"
 
 

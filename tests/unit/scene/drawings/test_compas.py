@@ -185,6 +185,18 @@ def test_single_precision_and_triangles(file):
     assert len(find_joints(scene, geometry(scene)).extent) == 2
 
 
+def test_ends_in_fans_of_triangles(file):
+    """As exporters write notched ends: of a fan about the first corner some triangles lie outside, turned
+    round."""
+    mesh = prism(PORTAL)
+    for end in ("0", "1"):
+        first, *rest = mesh["face"].pop(end)
+        mesh["face"] |= {f"{end}{i}": [first, *rest[i : i + 2]] for i in range(6)}
+    scene = read(file(assembly([prism(BASE), mesh], {0})))
+    assert_outline(scene.blocks[1], PORTAL)
+    assert scene.blocks[1].weight == pytest.approx(10 * 8 * 0.5)
+
+
 def test_holes_through_a_block(file):
     """A frame of four ends at either side: [-2, 4] × [-1, 4] around the stones."""
     outer, inner = [(-2, -1), (4, -1), (4, 4), (-2, 4)], [(-1, 0), (3, 0), (3, 3), (-1, 3)]

@@ -125,6 +125,65 @@ def test_mirrored_entities_are_seen_from_above(sheet):
     assert max(y for _, y in movable(scene)[1].vertices) == pytest.approx(1.0)
 
 
+def arch(space, curve):
+    """Voussoirs between two ellipses, which ``curve`` draws from one parameter to another, and the lines
+    between them."""
+    ends = np.linspace(0, math.pi, 6)
+    for number, (start, end) in enumerate(itertools.pairwise(ends)):
+        layer = {"layer": f"stone {number}"}
+        for size in (2.0, 3.0):
+            curve(space, size, start, end, layer)
+        for at in (start, end):
+            line = [(size * math.cos(at), size / 2 * math.sin(at)) for size in (2.0, 3.0)]
+            space.add_line(*line, dxfattribs=layer)
+
+
+def by_ellipse(space, size, start, end, layer):
+    space.add_ellipse((0, 0), (size, 0), 0.5, start, end, dxfattribs=layer)
+
+
+def by_spline(space, size, start, end, layer):
+    """Rational of degree 2: the same piece of the ellipse exactly."""
+    middle, half = (start + end) / 2, (end - start) / 2
+    corners = [(start, 1.0), (middle, 1 / math.cos(half)), (end, 1.0)]
+    points = [(size * far * math.cos(at), size / 2 * far * math.sin(at)) for at, far in corners]
+    space.add_rational_spline(points, [1, math.cos(half), 1], degree=2, dxfattribs=layer)
+
+
+@pytest.mark.parametrize("curve", [by_ellipse, by_spline])
+def test_an_arch_of_ellipses_and_splines(sheet, curve):
+    """Of an ellipse with half axes a and a/2, the sector between two parameters has a²/4 (t1 - t0)."""
+    sagitta = 1e-4
+    scene = read(sheet(lambda space: arch(space, curve)), sagitta=sagitta)
+    found = [area_of(scene, number) for number in range(5)]
+    exact = (9 - 4) / 4 * math.pi / 5
+    # Curves no longer than 3 π/5 of either side lose, or gain, up to the sagitta times their length.
+    assert found == pytest.approx([exact] * 5, abs=sagitta * 3 * math.pi / 5)
+    assert found != pytest.approx([exact] * 5, abs=1e-3 * sagitta)
+    # The joints between voussoirs are as long as those lines; the springers stand on the floor.
+    extent = joints_of(scene).extent
+    lines = [math.hypot(math.cos(at), math.sin(at) / 2) for at in np.linspace(0, math.pi, 6)]
+    assert sorted(extent) == pytest.approx(sorted(lines))
+
+
+def test_closed_ellipses_and_splines_are_outlines(sheet):
+    """As large as they are drawn: π a b; and the mirror image of a piece of one, closed by a line."""
+
+    def make(space):
+        space.add_ellipse((0, 2), (2, 0), 0.5)
+        drop = [(10, 0), (12, 0), (12, 2), (10, 0)]
+        space.add_open_spline(drop, degree=2, dxfattribs={"layer": "spline"})
+        mirrored = {"layer": "half", "extrusion": (0, 0, -1)}
+        space.add_ellipse((20, 0), (2, 0), 0.5, 0, math.pi, dxfattribs=mirrored)
+        space.add_line((18, 0), (22, 0), dxfattribs={"layer": "half"})
+
+    scene = read(sheet(make), sagitta=1e-5)
+    # The drop is two parabolas that meet at (12, 1), each with 2/3 of its triangle of control points (1).
+    expected = [2 * math.pi, 4 / 3, math.pi]
+    assert [area_of(scene, number) for number in range(3)] == pytest.approx(expected, abs=1e-5 * 10)
+    assert min(y for _, y in movable(scene)[2].vertices) == pytest.approx(-1)
+
+
 def test_a_curved_joint_is_the_same_from_both_sides(sheet):
     """Stones drawn one clockwise, the other not, share the chords of the arc between them."""
 

@@ -22,7 +22,14 @@ WRONG = {
         for a, b in [((0, 0), (1, 0)), ((1, 0), (1, 1)), ((1, 1), (0, 0)), ((1, 0), (2, 0)), ((2, 0), (1, 1))]
     ],
     "a reference": lambda space: space.add_blockref("stones", (0, 0), dxfattribs={"layer": "stone"}),
-    "an ellipse": lambda space: space.add_ellipse((0, 2), (1, 0), 0.5, dxfattribs={"layer": "stone"}),
+    "an ellipse out of the plane": lambda space: space.add_ellipse(
+        (0, 2), (1, 0, 0), 0.5, dxfattribs={"layer": "stone", "extrusion": (0, 1, 0)}
+    ),
+    "a spline without points": lambda space: space.add_spline(dxfattribs={"layer": "stone"}),
+    "a periodic spline": lambda space: space.add_spline(dxfattribs={"layer": "stone"}).set_closed(
+        [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    ),
+    "a filled area": lambda space: space.add_solid(STONE, dxfattribs={"layer": "stone"}),
     "upright": lambda space: space.add_lwpolyline(
         STONE, close=True, dxfattribs={"layer": "stone", "extrusion": (0, 1, 0)}
     ),
@@ -62,9 +69,18 @@ def test_wrong_values_are_named(sheet, wrong):
         read(sheet(polylines(STONE)), **wrong)
 
 
-def test_a_sagitta_too_small_is_refused(sheet):
-    with pytest.raises(mo.CaseError, match=r"CIRCLE \w+ on layer '0'.*sagitta"):
-        read(sheet(lambda space: space.add_circle((0, 1), 1)), sagitta=1e-12)
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda space: space.add_circle((0, 1), 1),
+        lambda space: space.add_lwpolyline([(0, 0, 1), (1, 0, 0)], format="xyb", close=True),
+        lambda space: space.add_ellipse((0, 1), (1, 0), 0.5),
+        lambda space: space.add_spline([(0, 0), (1, 1), (2, 0), (0, 0)]),
+    ],
+)
+def test_a_sagitta_too_small_is_refused(sheet, make):
+    with pytest.raises(mo.CaseError, match=r"[A-Z]+ \w+ on layer '0'.* 4000 chords.*sagitta"):
+        read(sheet(make), sagitta=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -74,6 +90,13 @@ def test_files_that_are_no_dxf(tmp_path, content):
     path = tmp_path / "broken.dxf"
     path.write_bytes(content)
     with pytest.raises(mo.CaseError, match=r"broken\.dxf: "):
+        read(path)
+
+
+def test_a_drawing_without_a_model_space(sheet):
+    path = sheet(polylines(STONE))
+    path.write_bytes(path.read_bytes().replace(b"\nModel\n", b"\nOther\n"))
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: not valid DXF"):
         read(path)
 
 
