@@ -207,7 +207,7 @@ def measured(scene: mo.Scene, name: str) -> Measured:
     began = time.process_time()
     result = mo.solve(scene, **{"method": name, "expected": False} | MEASURED[name])
     value = result.bound if name == "global" else result.load_factor
-    exact = result.exact or any(reason.code is Code.PLATEAU for reason in result.reasons)
+    exact = result.exact or any(reason.code in (Code.RAY, Code.PLATEAU) for reason in result.reasons)
     return Measured(value, exact, result.expected is not None, result.iterations, time.process_time() - began)
 
 

@@ -75,8 +75,9 @@ class Pushed:
 
     @property
     def folds(self) -> int:
-        """How often the displacement turned."""
-        moves = np.diff([self.begun, *(event.at for event in self.events)])
+        """How often the displacement turned: at the last event too, from where on it grows on a ray."""
+        ahead = [np.inf] if self.ended in (Ended.RAY, Ended.JAM) else []
+        moves = np.diff([self.begun, *(event.at for event in self.events), *ahead])
         way = np.sign(moves[moves != 0])
         return int((way[1:] != way[:-1]).sum())
 
