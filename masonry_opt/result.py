@@ -15,6 +15,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.solvers.registry import Solver
 from masonry_opt.words.sentences import message, sentences
 from masonry_opt.words.summary import details, left_out, summary
 
@@ -156,13 +157,13 @@ class Result(Outcome):
 
 
 def make_result(
-    assembly: Assembly, solution: Solution, effort: Effort, *, method: str, model: str, solver: str
+    assembly: Assembly, solution: Solution, effort: Effort, method: str, solver: Solver
 ) -> Result:
     """A solution with the names and units of its scene, and what it took."""
     return Result(
         method=method,
-        model=model,
-        solver=solver,
+        model=solver.language,
+        solver=solver.name,
         iterations=effort.iterations,
         lp_solves=effort.lp_solves,
         nlp_solves=effort.nlp_solves,

@@ -81,9 +81,7 @@ class Session:
         method, solver = self.method.name, solution.solver
         if solver is None or solver.language == self.how.engine.language:
             solver = self.how.engine
-        return make_result(
-            assembly, solution, effort, method=method, model=solver.language, solver=solver.name
-        )
+        return make_result(assembly, solution, effort, method, solver)
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
         """The same, as matrices and numbers without names and units."""

@@ -237,7 +237,7 @@ def _weights(assembly: Assembly) -> list[Reason]:
     usual = np.quantile(density[heavy], 0.5, method="lower")
     ratio = np.where(heavy, density / usual, 1.0)
     per = {} if scene.dimension == 2 else {"per": "volume"}
-    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, _OTHER_UNITS, _OTHER_UNITS, **per)
+    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, (_OTHER_UNITS, _OTHER_UNITS), **per)
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
@@ -248,16 +248,16 @@ def _weights(assembly: Assembly) -> list[Reason]:
         size = np.hypot.reduce(force, axis=1)
         acts = size > _ROUNDING * weight
         ratio = np.divide(size, np.clip(size, weight, weight_near), out=np.ones_like(size), where=acts)
-        found += _differing(assembly, Code.FORCES_DIFFER, ratio, _OTHER_UNITS, least, load=name)
+        found += _differing(assembly, Code.FORCES_DIFFER, ratio, (_OTHER_UNITS, least), load=name)
     return found
 
 
 def _differing(
-    assembly: Assembly, code: Code, ratio: np.ndarray, above: float, below: float, **values: str
+    assembly: Assembly, code: Code, ratio: np.ndarray, most: tuple[float, float], **values: str
 ) -> list[Reason]:
-    """A reason that names the blocks whose ratio, shape (b,), exceeds ``above`` or is less than 1 /
-    ``below``, the one that is most off first."""
-    off = np.abs(np.log(ratio))
+    """A reason that names the blocks whose ratio, shape (b,), exceeds the first of the most, or is less than
+    one over the second, the one that is most off first."""
+    (above, below), off = most, np.abs(np.log(ratio))
     order = np.argsort(-off, kind="stable")
     differ = order[((ratio > above) | (ratio < 1 / below))[order]]
     if len(differ) == 0:

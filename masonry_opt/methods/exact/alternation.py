@@ -52,14 +52,13 @@ def alternated(
     effort.begins("exact state")
     problem = problem.by_cone
     tried = _WEIGHTS_IN_SPACE if problem.by_friction.conic else _WEIGHTS
-    found = (_in_turn(problem, load_factor, q, effort, weights, follow) for weights in tried)
+    found = (_in_turn(problem, (load_factor, q), effort, weights, follow) for weights in tried)
     return next((one for one in found if one is not None), None)
 
 
 def _in_turn(
     problem: Problem,
-    load_factor: float,
-    q: np.ndarray,
+    start: tuple[float, np.ndarray],
     effort: Effort,
     weights: Iterable[float],
     follow: Follow,
@@ -81,7 +80,7 @@ def _in_turn(
                 return one
         return None
 
-    forces: tuple[float, np.ndarray] | None = load_factor / scaled.load_factor, q / scaled.force
+    forces: tuple[float, np.ndarray] | None = start[0] / scaled.load_factor, start[1] / scaled.force
     found: Answer | None = None
     for weight in (*weights, None):
         if forces is None:

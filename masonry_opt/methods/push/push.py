@@ -109,7 +109,7 @@ def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: flo
     rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
     still = np.zeros(problem.dead.size)
     path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, law.inside, still)
-    return _to_the_end(problem, law, path, most, until, told)
+    return _ended(problem, law, path, path.follow(1, most, until), told)
 
 
 def push_on(problem: Problem, state: GivingState, most: int) -> Pushed:
@@ -125,14 +125,13 @@ def push_on(problem: Problem, state: GivingState, most: int) -> Pushed:
     path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, None, d, load, 1 / state.give)
     if not path.comes_into_its_cell():
         return Pushed(Ended.LOST)
-    found = _to_the_end(problem, law, path, most, inf, {"settled": settled, "begun": path.drive})
+    told = {"settled": settled, "begun": path.drive}
+    found = _ended(problem, law, path, path.follow(1, most), told)
     return found if found.beyond <= EXACT * unit else replace(found, ended=Ended.LOST)
 
 
-def _to_the_end(
-    problem: Problem, law: Law, path: Path, most: int, until: float, told: dict[str, Any]
-) -> Pushed:
-    end = path.follow(1, most, until)
+def _ended(problem: Problem, law: Law, path: Path, end: End, told: dict[str, Any]) -> Pushed:
+    """What a path that has ended tells, beside what is told of how it began."""
     told |= {"events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
     if path.highest is not None:
         told["peak"] = path.by(law, *path.highest[1:]).load_factor / problem.live_norm

@@ -92,7 +92,7 @@ def standing(scene: Scene) -> DeadLoadMargin:
         problem=replace(problem, live=np.zeros_like(problem.live)),
         scene=scene.replace(tilt=None, reference={}),
     )
-    result = make_result(dead, solution, effort, method="static", model=solver.language, solver=solver.name)
+    result = make_result(dead, solution, effort, "static", solver)
     told = numeral(margin, ".6g") + " median block weights" if certificate else "none"
     given = {own.name: getattr(result, own.name) for own in fields(Result)}
     return DeadLoadMargin(margin, certificate, _UnderDeadLoad(**given, margin=told))

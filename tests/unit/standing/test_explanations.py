@@ -16,6 +16,7 @@ from masonry_opt.drawing.elements import KINDS
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.result import make_result
+from masonry_opt.solvers.registry import find_solver
 
 
 def slot(blocks: int) -> mo.Scene:
@@ -112,7 +113,7 @@ def test_every_status_can_be_drawn(status, moves):
     found = Found(q=q, d=d) if moves else Found()
     found = certified(problem, 0.5, q, d) if status.usable else found
     solution = Solution(status, Kind.ASSOCIATIVE, found=found)
-    result = make_result(assembly, solution, Effort(), method="static", model="cvxpy", solver="clarabel")
+    result = make_result(assembly, solution, Effort(), "static", find_solver("cvxpy", None))
     for kind in KINDS:
         title = result.plot(kind).axes[0].get_title()
         assert (f"no load factor ({status})" in title) != status.usable
