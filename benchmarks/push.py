@@ -35,7 +35,7 @@ def draw(axes: Axes, scene: mo.Scene, title: str) -> None:
     found = push(problem)
     assert found.load_factor is not None
     at = [0.0, *(event.at for event in found.events)]
-    load_factors = [0.0, *(event.load_factor / problem.live_norm for event in found.events)]
+    load_factors = [0.0, *(event.load_factor for event in found.events)]
     far = 3 * max(at)
     axes.plot([*at, far], [*load_factors, load_factors[-1]], color=BLACK, linewidth=0.6)
     does = [event.what for event in found.events]

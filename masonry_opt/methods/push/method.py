@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from masonry_opt.answer.acceptance import Kind
@@ -56,10 +55,7 @@ def by_events_from(task: Task, state: GivingState) -> Solution | None:
 def _ending(task: Task, found: Pushed) -> Solution | None:
     """The solution that a push ends in, if it is one."""
     problem, effort = task.problem, task.effort
-    events = tuple(
-        replace(event, load_factor=event.load_factor / problem.live_norm)
-        for event in (*found.settling, *found.events)
-    )
+    events = (*found.settling, *found.events)
     ending = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, history=events, solver=task.solver)
     if found.ended is Ended.JAM:
         effort.iterations += len(events)

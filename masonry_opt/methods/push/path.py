@@ -49,7 +49,8 @@ class End(StrEnum):
 
 @dataclass(frozen=True)
 class Event:
-    """A boundary met at u, or t, and λ; the joint, or limited force (c and on), and what it does."""
+    """A boundary met at u, or t, and λ, of the path's own live load until the push tells it; the joint,
+    or limited force (c and on), and what it does."""
 
     at: float
     load_factor: float

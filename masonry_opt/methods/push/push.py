@@ -132,16 +132,18 @@ def push_on(problem: Problem, state: GivingState, most: int) -> Pushed:
 
 def _ended(problem: Problem, law: Law, path: Path, end: End, told: dict[str, Any]) -> Pushed:
     """What a path that has ended tells, beside what is told of how it began."""
-    told |= {"events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
+    unit = problem.live_norm
+    events = tuple(replace(event, load_factor=event.load_factor / unit) for event in path.events)
+    told |= {"events": events, "beyond": _beyond(problem, told["settled"])}
     if path.highest is not None:
-        told["peak"] = path.by(law, *path.highest[1:]).load_factor / problem.live_norm
+        told["peak"] = path.by(law, *path.highest[1:]).load_factor / unit
     if path.ahead is None:
         return Pushed(Ended.BUDGET, **told)
     along, drive = path.ahead
     if end is End.JAM:
         return Pushed(Ended.JAM if drive > 0 else Ended.BACK, **told)
     ray = path.by(law)
-    told |= {"load_factor": ray.load_factor / problem.live_norm, "q": law.of_problem(ray.forces)}
+    told |= {"load_factor": ray.load_factor / unit, "q": law.of_problem(ray.forces)}
     told |= {"d": along / drive, "beyond": max(told["beyond"], _beyond(problem, told["q"]))}
     return Pushed(Ended.RAY if drive > 0 else Ended.BACK, **told)
 
