@@ -53,6 +53,18 @@ def test_walls_end_in_rays_at_the_plateau_of_another_program(number):
 def by_passes(monkeypatch):
     """Scenes whose path is not followed."""
     monkeypatch.setattr(compliant, "by_push", lambda _: None)
+    monkeypatch.setattr(compliant, "goes_on", lambda _: False)
+
+
+@pytest.mark.parametrize("number", ALIKE)
+def test_the_path_from_a_pass_on_ends_in_the_same_ray(number, monkeypatch):
+    """Not to the last digit: on some walls self-stress that the pass leaves stays."""
+    monkeypatch.setattr(compliant, "by_push", lambda _: None)
+    result = mo.solve(WALLS[number - 1], "compliant")
+    assert values_of(result, Code.RAY)["begun"] == pytest.approx(1e4)
+    assert result.exact
+    ray = push(result.assembly.problem).load_factor
+    assert result.load_factor == pytest.approx(ray, rel=1e-6)
 
 
 @pytest.mark.parametrize("number", ALIKE)
