@@ -342,10 +342,15 @@ def test_a_scene_that_falls_needs_no_step():
 
 
 @pytest.mark.slow
-def test_friction_jams_where_the_load_grows_with_the_stiffness_of_contacts():
-    """Proven by no theorem: nearly all work is elastic, and a thousand times the load is carried."""
+def test_friction_jams_where_the_push_does(monkeypatch):
+    """A ray on which λ grows proves it; passes, that nearly all work is elastic at a thousand times the load,
+    do not."""
     result = solved(random_scene("wall", 70003), expected=True)
     assert (result.status, result.load_factor, result.expected) == (mo.Status.JAMMED, None, None)
+    assert codes(result)[:2] == [Code.JAMS, Code.CARRIES_ANY]
+    monkeypatch.setattr(compliant, "by_push", lambda _: None)
+    monkeypatch.setattr(compliant, "goes_on", lambda _: False)
+    result = mo.solve(random_scene("wall", 70003))
     assert codes(result)[:2] == [Code.GROWS_WITH_STIFFNESS, Code.CARRIES_ANY]
     told = values(result, Code.GROWS_WITH_STIFFNESS)
     assert told["elastic"] > 0.99
