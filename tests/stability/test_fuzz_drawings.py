@@ -20,7 +20,7 @@ THINGS = [None, True, -1, 0, 1e308, float("nan"), "", "x", [], {}, [[]], [1, 2],
 
 @pytest.fixture(autouse=True)
 def without_log(monkeypatch):
-    """What ezdxf logs of broken texts is none that a report of tests can carry from one process to another."""
+    """What ezdxf logs of broken texts no report of tests can carry from one process to another."""
     monkeypatch.setattr(logging.getLogger("ezdxf"), "disabled", True)
 
 
