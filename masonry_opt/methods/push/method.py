@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import certified
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
@@ -66,14 +67,7 @@ def _ending(task: Task, found: Pushed) -> Solution | None:
     if not answer.exact or weightless(problem, answer.load_factor, answer.d):
         return None
     effort.iterations += len(events)
-    return Solution(
-        Status.CONVERGED,
-        Kind.COMPLIANT,
-        (reason(Code.RAY, **_told(found)),),
-        answer,
-        history=events,
-        solver=task.solver,
-    )
+    return replace(ending, found=answer).ended(Status.CONVERGED, Code.RAY, **_told(found))
 
 
 def _told(found: Pushed) -> dict[str, Any]:

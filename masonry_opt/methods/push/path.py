@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import inf
-from time import perf_counter
 
 import numpy as np
 
@@ -178,25 +177,32 @@ class Path:
             if not len(sliders):
                 break
             for slider, row in zip(sliders, gaps[:, sliders].argmin(axis=0), strict=True):
-                self._cell, *_ = self.law.across(self._cell, int(row * gaps.shape[1] + slider))
-                if self._cell.faces[:, slider].sum() > _MOST_FACES:
+                if self._crossed(int(row * gaps.shape[1] + slider)) is None:
                     return _LOST
-                self._table[..., slider] = self.law.column(self._cell, int(slider))
             over += len(sliders)
         return over
 
-    def follow(self, way: int, most: int, until: float = inf) -> End:
+    def _crossed(self, boundary: int) -> tuple[int, int, str] | None:
+        """Go over a boundary into the next cell: its index there, the slider that it is of, and what that
+        does; None where a third face would come to a corner."""
+        cell, entered, slider, what = self.law.across(self._cell, boundary)
+        if cell.faces[:, slider].sum() > _MOST_FACES:
+            return None
+        self._cell = cell
+        self._table[..., slider] = self.law.column(cell, slider)
+        return entered, slider, what
+
+    def follow(self, way: int, most: int) -> End:
         """Follow the path, or go on following it, to its end, or until there are so many events.
 
         Parameters
         ----------
         way: whether the drive grows at first, 1, or falls, -1.
-        until: time, by ``perf_counter``, to end at.
         """
         settles = self.live is None
         if settles and self.drive == 0:
             return End.FREE
-        while len(self.events) < most and perf_counter() < until:
+        while len(self.events) < most:
             along, drive, forces, rates = self._direction(way)
             nears = np.flatnonzero(rates < -_FLAT)
             gaps = self._by_table(self.trial, self._bonds, 1.0, slice(3, None)).ravel()[nears]
@@ -213,10 +219,10 @@ class Path:
                 self.ahead = along[:-1], drive
                 return End.RAY if np.abs(forces).max() < _FLAT else End.JAM
             self._move(along, self.drive + step * drive, step)
-            self._cell, self._entered, slider, what = self.law.across(self._cell, int(nears[nearest]))
-            if self._cell.faces[:, slider].sum() > _MOST_FACES:
+            crossed = self._crossed(int(nears[nearest]))
+            if crossed is None:
                 break
-            self._table[..., slider] = self.law.column(self._cell, slider)
+            self._entered, slider, what = crossed
             if not self._factors.add(slider, self._table[FORCES, :3] * self.law.stiffness):
                 self._factorise()
             self._correct()

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -58,7 +56,6 @@ class Pushed:
     beyond: largest force beyond a limit, in these and in q.
     settling, events: what was met, the first at tensions of bonds, the second at displacements.
     begun: u that the path was followed from, 0 at rest.
-    seconds: taken.
     """
 
     ended: Ended
@@ -71,7 +68,6 @@ class Pushed:
     settling: tuple[Event, ...] = ()
     events: tuple[Event, ...] = ()
     begun: float = 0.0
-    seconds: float = 0.0
 
     @property
     def folds(self) -> int:
@@ -82,25 +78,25 @@ class Pushed:
         return int((way[1:] != way[:-1]).sum())
 
 
-def push(problem: Problem, events: int = EVENTS, seconds: float = inf, seed: int = 0) -> Pushed:
-    """Settle and push a problem that the laws take, for so many events or seconds at most."""
-    began, law = perf_counter(), Law.of(problem, compliance(problem))
+def push(problem: Problem, events: int = EVENTS, seed: int = 0) -> Pushed:
+    """Settle and push a problem that the laws take, for so many events at most."""
+    law = Law.of(problem, compliance(problem))
     noise = _noise(problem, law, seed)
     for share in NOISE:
-        found = _pushed(problem, law, share * noise, events, began + seconds)
+        found = _pushed(problem, law, share * noise, events)
         if found.beyond <= EXACT * _unit(problem):
-            return replace(found, seconds=perf_counter() - began)
-    return replace(found, ended=Ended.LOST, seconds=perf_counter() - began)
+            return found
+    return replace(found, ended=Ended.LOST)
 
 
-def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: float) -> Pushed:
+def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int) -> Pushed:
     loose = law.loosened(noise)
     told: dict[str, Any] = {"settled": np.zeros(problem.B.shape[1])}
     if problem.settled is not None:
         told["settled"] = problem.settled
     elif problem.dead.any():
         path = settling(problem, loose)
-        end = path.follow(-1, most, until)
+        end = path.follow(-1, most)
         told["settling"] = tuple(path.events)
         if end is not End.FREE:
             ended = Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED
@@ -109,7 +105,7 @@ def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: flo
     rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
     still = np.zeros(problem.dead.size)
     path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, law.inside, still)
-    return _ended(problem, law, path, path.follow(1, most, until), told)
+    return _ended(problem, law, path, path.follow(1, most), told)
 
 
 def push_on(problem: Problem, state: GivingState, most: int) -> Pushed:
