@@ -20,10 +20,9 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.made_scenes import write_atlas, write_large, write_random  # noqa: E402
 
-from masonry_opt.studies.compare.answer import Comparison, RunLimits  # noqa: E402
-from masonry_opt.studies.compare.comparison import run_plan  # noqa: E402
+from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan  # noqa: E402
 from masonry_opt.studies.compare.plan import find_scenes, plan  # noqa: E402
-from masonry_opt.studies.compare.report import summary_text, write_report  # noqa: E402
+from masonry_opt.studies.compare.report import write_report  # noqa: E402
 
 
 def verdicts(asked: argparse.Namespace) -> Comparison:
@@ -59,5 +58,5 @@ def arguments(given: list[str] | None = None) -> argparse.Namespace:
 
 if __name__ == "__main__":
     comparison = verdicts(arguments())
-    print(summary_text(comparison))
+    print(comparison)
     sys.exit(int((comparison.summary["verdict"] == "wrong").any()))

@@ -45,7 +45,7 @@ _HOMES = {
     "scene.solids": ("Part", "Solid", "box"),
     "scene.ties": ("Prop", "Tie"),
     "scene.walls": ("Column", "Facade", "Wall"),
-    "studies.compare.comparison": ("compare",),
+    "studies.compare.report": ("compare",),
     "studies.crossing.crossing": ("Crossing", "crossing"),
     "studies.load_cases.cases": ("solve_cases",),
     "studies.load_cases.directions": ("directions",),

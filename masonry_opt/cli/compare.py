@@ -12,7 +12,7 @@ import masonry_opt as mo
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.studies.cases import CASES_HELP
-from masonry_opt.studies.compare.comparison import OUT
+from masonry_opt.studies.compare.report import OUT
 from masonry_opt.studies.process import ended_by_kill
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text

@@ -22,7 +22,6 @@ from masonry_opt.studies.compare.judge import (
     FAILED,
     GAP_FLOOR,
     NAMED,
-    TARGET,
     VIOLATION_FLOOR,
     WRONG,
     VerdictReason,
@@ -93,17 +92,8 @@ def charts(summary: pd.DataFrame) -> list[NamedChart]:
     """Every chart of a summary (see :func:`~.frames.summary`); none of an empty one."""
     if summary.empty:
         return []
-    drawn = _success(summary)
-    for question in (ASSOCIATIVE, COULOMB):
-        if not (summary["question"] == question).any():
-            continue
-        drawn.append(_time_error(summary, question, "error"))
-        if question == COULOMB:
-            drawn.append(_time_error(summary, question, "violation"))
-        times = frames.reached(summary, question)
-        if np.isfinite(times["time"]).any():
-            drawn += [_profile(summary, question, times), _size(summary, question, times)]
-    return drawn
+    asked = {*summary["question"]}
+    return _success(summary) + [_time_error(summary, *of) for of in _ERRORS if of[0] in asked]
 
 
 def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
@@ -126,7 +116,7 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
     marks = marks.assign(
         time=rows["time"],
         height=rows[error].clip(low).where(certified, in_band),
-        colour=rows["pair"].map(looks.set_index("pair")["colour"]),
+        colour=rows["pair"].map(looks.set_index("pair")["stroke"]),
         rung=rows["tolerance"],
         front=rows.index.isin(np.concatenate(front)),
         below=certified & rows["below"] & (error == "error"),
@@ -148,68 +138,39 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
         alt.Chart().transform_filter(which)
         for which in ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")
     )
-    once = alt.Chart().transform_aggregate(rows="count()")
+    once, told = alt.Chart().transform_aggregate(rows="count()"), _tooltip(_TOLD.values())
+
+    def by(channel: Any, look: str) -> Any:
+        """Pairs told apart by their looks."""
+        return channel("pair:N", scale=alt.Scale(domain=[*looks["pair"]], range=[*looks[look]]))
+
+    stroke = by(alt.Stroke, "stroke")
     layers = [
         once.mark_rect(color="#EDEDED").encode(y=alt.datum(band), y2=alt.datum(top)),
         once.mark_text(align="left", color=GREY).encode(
             x=alt.value(5), y=alt.value(9), text=alt.value("not certified")
         ),
         steps.mark_line(interpolate="step-after", color=GREY).encode(**places),
-        _line(known, looks).encode(**places, order="rung:Q"),
+        known.mark_line(strokeWidth=1.2).encode(
+            **places, stroke=stroke, strokeDash=by(alt.StrokeDash, "dash"), opacity=_FADED, order="rung:Q"
+        ),
         below.mark_point(shape=SHAPES[-1], fill=GREY, stroke=GREY).encode(**places),
-        _points(known, looks, _TOLD.values()).encode(**places),
-        letters.mark_text(fontWeight="bold", fontSize=13)
-        .encode(**places, text="letter:N", color=alt.Color("colour:N", scale=None), opacity=_FADED)
-        .encode(tooltip=_tooltip(_TOLD.values())),
+        known.mark_point(size=80, opacity=1).encode(
+            **places,
+            stroke=stroke,
+            fill=by(alt.Fill, "fill"),
+            shape=by(alt.Shape, "shape"),
+            opacity=_FADED,
+            tooltip=told,
+        ),
+        letters.mark_text(fontWeight="bold", fontSize=13).encode(
+            **places, text="letter:N", color=alt.Color("colour:N", scale=None), opacity=_FADED, tooltip=told
+        ),
     ]
     title = f"{question.capitalize()} λ: time against {what}"
     name = f"time_{error}_{question.lower()}"
     chart = alt.layer(*layers, data=marks).add_params(_CHOSEN)
     return NamedChart(name, title, chart, "; ".join(notes), "scene")
-
-
-def _profile(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> NamedChart:
-    """Performance profiles over the scenes, of the times as of :func:`~.frames.reached`."""
-    curves = frames.profiles(times)
-    last = 2.0 * float(curves["ratio"].max())
-    ends = curves.groupby("pair", sort=False, as_index=False).last().assign(ratio=last)
-    curves = pd.concat([curves, ends])
-    doublings = math.ceil(math.log2(last))
-    ticks = {2.0**power: f"{2**power}" for power in range(0, doublings + 1, math.ceil(doublings / 7))}
-    share = alt.Axis(title="scenes reached within it", format="%", values=np.linspace(0, 1, 6).tolist())
-    places = {
-        "x": _placed(alt.X, "ratio", "time over the fastest pair's", (1.0, last), ticks),
-        "y": alt.Y("share:Q", scale=alt.Scale(domain=(-0.02, 1.04), nice=False), axis=share),
-    }
-    looks = _looks(summary, curves["pair"])
-    # Few marks a curve: it has many steps.
-    few = curves[curves.groupby("pair").cumcount() % max(1, times["scene"].nunique() // 4) == 0]
-    lines = _line(alt.Chart(curves), looks, interpolate="step-after").encode(**places)
-    chart = (lines + _points(alt.Chart(few), looks, ("pair",)).encode(**places)).add_params(_CHOSEN)
-    title = f"performance profile: to {TARGET[question]:g}, {counted(times['scene'].nunique(), 'scene')}"
-    return NamedChart(f"profile_{question.lower()}", f"{question.capitalize()} λ, {title}", chart)
-
-
-def _size(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> NamedChart:
-    """Time against the number of joints, with fitted exponents."""
-    fits = frames.growth(times).set_index("pair")
-    solved = times[np.isfinite(times["time"])]
-    powers = {pair: f" ∝ c^{of:.2f}" for pair, of in fits["exponent"].items() if np.isfinite(of)}
-    fitted = solved[(solved["joints"] >= frames.FITTED_FROM) & solved["pair"].isin(powers)]
-    lines = fitted.groupby("pair", sort=False)["joints"].agg(["min", "max"]).stack().rename("joints")
-    ends = lines.reset_index(level="pair").join(fits, on="pair")
-    ends["time"] = ends["factor"] * ends["joints"] ** ends["exponent"]
-    looks = _looks(summary, solved["pair"])
-    named = {pair: f"{pair}{powers.get(pair, '')}" for pair in looks["pair"]}
-    looks, solved, ends = (frame.assign(pair=frame["pair"].map(named)) for frame in (looks, solved, ends))
-    places = {
-        "x": _log(alt.X, "joints", "joints c", solved["joints"]),
-        "y": _log(alt.Y, "time", "time (s)", solved["time"]),
-    }
-    points = _points(alt.Chart(solved), looks, ("scene", "pair", "joints", "time")).encode(**places)
-    chart = (_line(alt.Chart(ends), looks).encode(**places) + points).add_params(_CHOSEN)
-    title = f"{question.capitalize()} λ: time to reach {TARGET[question]:g}, against size"
-    return NamedChart(f"size_{question.lower()}", title, chart)
 
 
 def _success(summary: pd.DataFrame) -> list[NamedChart]:
@@ -264,27 +225,7 @@ def _looks(summary: pd.DataFrame, pairs: pd.Series) -> pd.DataFrame:
         colour, full = SERIES[solvers.index(run.solver) % len(SERIES)], run.model == "cvxpy"
         shape = SHAPES[methods.index(str(run.method)) % len(SHAPES)]
         rows.append((run.pair, colour, colour if full else "white", shape, [1, 0] if full else [4, 3]))
-    return pd.DataFrame(rows, columns=["pair", "colour", "fill", "shape", "dash"])
-
-
-def _by(channel: Any, looks: pd.DataFrame, column: str) -> Any:
-    """Pairs told apart by a column of their looks."""
-    return channel("pair:N", scale=alt.Scale(domain=[*looks["pair"]], range=[*looks[column]]))
-
-
-def _line(chart: Any, looks: pd.DataFrame, **how: Any) -> Any:
-    stroke, dash = _by(alt.Stroke, looks, "colour"), _by(alt.StrokeDash, looks, "dash")
-    return chart.mark_line(strokeWidth=1.2, **how).encode(stroke=stroke, strokeDash=dash, opacity=_FADED)
-
-
-def _points(chart: Any, looks: pd.DataFrame, said: Iterable[str]) -> Any:
-    return chart.mark_point(size=80, opacity=1).encode(
-        stroke=_by(alt.Stroke, looks, "colour"),
-        fill=_by(alt.Fill, looks, "fill"),
-        shape=_by(alt.Shape, looks, "shape"),
-        opacity=_FADED,
-        tooltip=_tooltip(said),
-    )
+    return pd.DataFrame(rows, columns=["pair", "stroke", "fill", "shape", "dash"])
 
 
 def _tooltip(columns: Iterable[str]) -> list[Any]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,6 +12,7 @@ import shapely
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
 from masonry_opt.answer.thresholds import APART
+from masonry_opt.drawing.elements import outlines
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.geometry import geometry
@@ -21,7 +20,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.charts import NamedChart, script
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.answer import REPEATED_BELOW, Comparison
+from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import (
     ASSOCIATIVE,
     CERTIFIED,
@@ -74,8 +73,7 @@ _MOST = 800
 _NO_VALUE = {NAMED: ("no load factor", "named"), FAILED: ("failed", "failed"), WRONG: ("wrong", "wrong")}
 
 
-@dataclass(frozen=True)
-class Thumbnail:
+class Thumbnail(NamedTuple):
     """SVG paths of the supports and of the movable blocks, in tenths of a pixel, y downwards."""
 
     width: int
@@ -84,8 +82,7 @@ class Thumbnail:
     movable: str
 
 
-@dataclass(frozen=True)
-class TableCell:
+class TableCell(NamedTuple):
     """A value, notes below it, and its look: "" (a load factor), "plain", "named", "failed" or "wrong"."""
 
     value: str
@@ -93,8 +90,7 @@ class TableCell:
     look: str = ""
 
 
-@dataclass(frozen=True)
-class SceneRow:
+class SceneRow(NamedTuple):
     """A scene: its picture (None if its file is gone or has no shapes in the plane), and a cell a column."""
 
     scene: str
@@ -110,11 +106,13 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     """The report of a comparison, its charts inside."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
-    success = runs = None
+    tables = {"success": None, "apart": None, "runs": None}
     if len(summary):
-        success = _shown(frames.success(summary), _PAIR | frames.SUCCESS)
         why = [*map(reason_text, summary.to_dict("records"))]
-        runs = _shown(summary.assign(why=why), _RUNS)
+        tables["success"] = _shown(frames.success(summary), _PAIR | frames.SUCCESS)
+        tables["runs"] = _shown(summary.assign(why=why), _RUNS)
+    if len(apart := frames.spread(summary)):
+        tables["apart"] = _shown(apart, {name: name for name in apart})
     residuals = [
         (kind, *(f"{limit.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limit in LIMITS.items()
     ]
@@ -124,8 +122,7 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
         opening=opening(comparison),
         limits=comparison.limits,
         notes=comparison.notes,
-        success=success,
-        runs=runs,
+        **tables,
         charts=charts,
         script=script(),
         references=_references(comparison),
@@ -134,6 +131,7 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
         outside=f"{OUTSIDE:g}",
         target={question: f"{error:g}" for question, error in TARGET.items()},
         gap_floor=f"{GAP_FLOOR:g}",
+        most_apart=f"{100 * APART:g} %",
         repeated_below=f"{REPEATED_BELOW:g}",
         about=_table(("", ""), [*about.items()]),
     )
@@ -157,58 +155,41 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
     """Headings and rows of the load factors: scenes in their order, methods in the plan's."""
     summary = comparison.summary
     answers = frames.answers(summary).to_dict("records") if len(summary) else []
-    found = {(str(row["scene"]), str(row["method"])): row for row in answers}
-    apart = _apart(summary)
-
-    def size(scene: str) -> TableCell:
-        for (name, _), row in found.items():
-            if name == scene and not (pd.isna(row["blocks"]) or pd.isna(row["joints"])):
-                return TableCell(f"{row['blocks']:.0f} × {row['joints']:.0f}", look="plain")
-        return _UNKNOWN
-
-    def answer(method: str, scene: str) -> TableCell:
-        return _answer(found.get((scene, method)))
-
-    def certified(scene: str) -> TableCell:
-        bounds = comparison.bounds.get(scene)
-        return TableCell(_lambda(bounds.middle)) if bounds and bounds.finite else _UNKNOWN
-
-    def best(scene: str) -> TableCell:
-        known = comparison.best.get(scene)
-        return TableCell(_lambda(known.load_factor), (known.method,)) if known else _UNKNOWN
-
-    def to_expect(scene: str) -> TableCell:
-        load_factor = comparison.to_expect.get(scene)
-        return _UNKNOWN if load_factor is None else TableCell(_lambda(load_factor))
-
-    def spread(scene: str) -> TableCell:
-        if (row := apart.get(scene)) is None:
-            return _UNKNOWN
-        ends = f"{_lambda(row['lowest'])} to {_lambda(row['highest'])}"
-        return TableCell(f"{100 * row['spread']:.1f} %", (ends,))
-
-    def of_methods(question: str) -> dict[str, Callable[[str], TableCell]]:
-        methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
-        return {
-            f"{question} λ, {method}": partial(answer, method)
-            for method in methods
-            if question_of(method) == question
+    found = {(row["scene"], row["method"]): row for row in answers}
+    apart = {row["scene"]: row for row in frames.spread(summary).to_dict("records")}
+    methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
+    coulomb = any(question_of(method) == COULOMB for method in methods)
+    rows, cells = [], {}
+    for scene in comparison.scenes:
+        name = scene.name
+        bounds, best, ends = comparison.bounds.get(name), comparison.best.get(name), apart.get(name)
+        sizes = [row for (of, _), row in found.items() if of == name and pd.notna(row["joints"])]
+        size = f"{sizes[0]['blocks']:.0f} × {sizes[0]['joints']:.0f}" if sizes else "–"
+        of = {
+            question: {
+                f"{question} λ, {method}": _answer(found.get((name, method)))
+                for method in methods
+                if question_of(method) == question
+            }
+            for question in (ASSOCIATIVE, COULOMB)
         }
+        certified = _cell(bounds.middle if bounds and bounds.finite else None)
+        cells = {"b × c": TableCell(size, look="plain")}
+        cells |= of[ASSOCIATIVE] or {"associative λ, certified": certified}
+        if coulomb:
+            spread = f"{_lambda(ends['lowest'])} to {_lambda(ends['highest'])}" if ends else ""
+            cells["lowest Coulomb λ known"] = _cell(best.load_factor, best.method) if best else _UNKNOWN
+            cells["λ to expect"] = _cell(comparison.to_expect.get(name))
+            cells |= of[COULOMB]
+            cells[f"spread of Coulomb λ, if over {100 * APART:g} %"] = (
+                TableCell(f"{100 * ends['spread']:.1f} %", (spread,)) if ends else _UNKNOWN
+            )
+        rows.append(SceneRow(name, scene.title, _picture(scene.path), tuple(cells.values())))
+    return [*cells], rows
 
-    columns = {"b × c": size} | (of_methods(ASSOCIATIVE) or {"associative λ, certified": certified})
-    if coulomb := of_methods(COULOMB):
-        columns |= {"lowest Coulomb λ known": best, "λ to expect": to_expect} | coulomb
-        columns |= {f"spread of Coulomb λ, if over {100 * APART:g} %": spread}
-    rows = [
-        SceneRow(
-            scene.name,
-            scene.title,
-            _picture(scene.path),
-            tuple(cell(scene.name) for cell in columns.values()),
-        )
-        for scene in comparison.scenes
-    ]
-    return [*columns], rows
+
+def _cell(load_factor: float | None, *notes: str) -> TableCell:
+    return _UNKNOWN if load_factor is None else TableCell(_lambda(load_factor), notes)
 
 
 def _answer(row: Mapping[Any, Any] | None) -> TableCell:
@@ -218,7 +199,7 @@ def _answer(row: Mapping[Any, Any] | None) -> TableCell:
     if row["alike"] < row["runs"]:
         notes.append(f"{row['alike']} of {row['runs']} runs {row['verdict']}")
     if row["verdict"] == CERTIFIED:
-        return TableCell(_lambda(row["load_factor"]), (*_gap(row), *notes))
+        return _cell(row["load_factor"], *_gap(row), *notes)
     said, look = _NO_VALUE[row["verdict"]]
     given = "" if pd.isna(row["load_factor"]) else f"λ {_lambda(row['load_factor'])}: "
     return TableCell(said, (given + reason_text(row, brief=True), *notes), look)
@@ -239,37 +220,17 @@ def _lambda(value: float) -> str:
 
 
 def _references(comparison: Comparison) -> dict[str, Any]:
-    apart = _apart(comparison.summary)
-
-    def end(row: Mapping[Any, Any], which: str) -> str:
-        return f"{number(row[which])} ({row[f'{which} by']})"
-
+    """What runs are held against."""
     rows = []
     for scene in comparison.scenes:
         bounds, best = comparison.bounds.get(scene.name), comparison.best.get(scene.name)
-        ends = apart.get(scene.name)
-        rows.append(
-            [
-                scene.name,
-                scene.title,
-                number(bounds.lower if bounds else None, 12),
-                number(bounds.upper if bounds else None, 12),
-                _certified_to(bounds),
-                number(best.load_factor if best else None, 9),
-                best.method if best else "",
-                f"{ends['spread']:.1%}: {end(ends, 'lowest')} to {end(ends, 'highest')}" if ends else "",
-                "; ".join(f"{question}: {claim}" for question, claim in scene.expected.items()),
-            ]
-        )
-    bounded = ["associative λ, at least", "at most", "certified to"]
-    coulomb = ["lowest exact Coulomb λ", "found by", f"runs more than {APART:.0%} apart in Coulomb λ"]
-    columns = ["scene", "title", *bounded, *coulomb, "known by hand"]
-    return _table(columns, rows, [*bounded[:2], coulomb[0]])
-
-
-def _apart(summary: pd.DataFrame) -> dict[str, dict[Any, Any]]:
-    """The rows of ``frames.spread`` by scene."""
-    return {str(row["scene"]): row for row in frames.spread(summary).to_dict("records")}
+        ends = [number(end, 12) for end in (bounds.lower, bounds.upper)] if bounds else ["–", "–"]
+        lowest = [number(best.load_factor, 9), best.method] if best else ["–", ""]
+        by_hand = "; ".join(f"{question}: {claim}" for question, claim in scene.expected.items())
+        rows.append([scene.name, *ends, _certified_to(bounds), *lowest, by_hand])
+    numbers = ["associative λ, at least", "at most", "lowest exact Coulomb λ"]
+    columns = ["scene", *numbers[:2], "certified to", numbers[2], "found by", "known by hand"]
+    return _table(columns, rows, numbers)
 
 
 def _certified_to(bounds: CertifiedBounds | None) -> str:
@@ -295,20 +256,18 @@ def thumbnail(scene: Scene) -> Thumbnail:
     movable = shapes[~fixed]
     left, bottom, right, top = shapely.total_bounds(movable)
     margin = _MARGIN * max(right - left, top - bottom)
-    frame = (left - margin, bottom - margin, right + margin, top + margin)
-    wide, tall = frame[2] - frame[0], frame[3] - frame[1]
+    left, bottom, right, top = left - margin, bottom - margin, right + margin, top + margin
+    wide, tall = right - left, top - bottom
     scale = _UNITS * min(_WIDTH / wide, _HEIGHT / tall)
     if len(movable) > _MOST:
         movable = np.array([shapely.union_all(movable)])
 
     def path(drawn: np.ndarray) -> str:
         """Outlines and holes, in whole units."""
-        rings = shapely.get_rings(shapely.get_parts(drawn))
-        corners = (
-            np.rint((shapely.get_coordinates(ring)[:-1] - (frame[0], frame[3])) * (scale, -scale))
-            for ring in rings
-        )
-        return "".join("M" + " ".join(f"{x:.0f} {y:.0f}" for x, y in ring + 0.0) + "Z" for ring in corners)
+        rings = [
+            np.rint((ring[:-1] - (left, top)) * (scale, -scale)) for of in outlines(drawn) for ring in of
+        ]
+        return "".join("M" + " ".join(f"{x:.0f} {y:.0f}" for x, y in ring + 0.0) + "Z" for ring in rings)
 
-    supports = shapely.clip_by_rect(shapes[fixed], *frame)
+    supports = shapely.clip_by_rect(shapes[fixed], left, bottom, right, top)
     return Thumbnail(round(wide * scale), round(tall * scale), path(supports), path(movable))
