@@ -18,10 +18,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from atlas.made_scenes import write_atlas, write_large, write_random  # noqa: E402
+from atlas.made_scenes import made_scenes, write_atlas, write_large, write_random  # noqa: E402
 
 from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan  # noqa: E402
-from masonry_opt.studies.compare.plan import find_scenes, plan  # noqa: E402
+from masonry_opt.studies.compare.plan import plan  # noqa: E402
 from masonry_opt.studies.compare.report import write_report  # noqa: E402
 
 
@@ -31,7 +31,7 @@ def verdicts(asked: argparse.Namespace) -> Comparison:
     expected = write_atlas(made, ROOT / "cases") if asked.atlas else {}
     large = write_large(made, [int(count) for count in asked.stones.split(",") if count], asked.seeds)
     paths = [*expected, *write_random(made, asked.random), *large]
-    scenes = find_scenes(paths, ROOT / "tests" / "atlas", expected, made)
+    scenes = made_scenes(paths, made, ROOT / "tests" / "atlas", expected)
     planned = plan(asked.methods.split(","), ["cvxpy"], asked.solvers.split(","), [1e-9])
     limits = RunLimits(asked.time_limit, 4000.0, 1)
     comparison = run_plan(scenes, planned, limits, asked.out, asked.progress, asked.update_best_known)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 
 import pytest
-from atlas.made_scenes import write_atlas, write_random
+from atlas.made_scenes import made_scenes, write_atlas, write_random
 from lines import line
 from scenes import CASES, block_on_floor, two_blocks
 
@@ -116,10 +116,11 @@ def test_a_made_scene_is_registered_with_the_case_files(tmp_path):
     folder, made = tmp_path / "cases", tmp_path / "out" / "scenes"
     folder.mkdir()
     (folder / FILE).write_text("")
-    (scene,) = find_scenes(write_random(made, 1), folder, made=made)
+    (scene,) = made_scenes(write_random(made, 1), made, folder)
     improve([scene], {scene.name: BestKnown(0.5, "refined")}, write=True)
     assert [*tomllib.loads((folder / FILE).read_text())] == ["random/wall_0.toml"]
-    (again,) = find_scenes(write_random(tmp_path / "other", 1), folder, made=tmp_path / "other")
+    other = tmp_path / "other"
+    (again,) = made_scenes(write_random(other, 1), other, folder)
     assert best_known([again]) == {"random/wall_0": BestKnown(0.5, "refined")}
     (named,) = find_scenes([scene.path], folder)  # by whoever made it: it may be changed
     assert best_known([named]) == {}
@@ -162,7 +163,7 @@ def test_the_registry_of_made_scenes_knows_them(tmp_path):
     """Every entry is of a scene as it is made today; 1/2 and 0 by hand."""
     folder = CASES.parent / "tests" / "atlas"
     atlas = write_atlas(tmp_path, CASES)
-    scenes = find_scenes([*atlas, *write_random(tmp_path, 160)], folder, atlas, tmp_path)
+    scenes = made_scenes([*atlas, *write_random(tmp_path, 160)], tmp_path, folder, atlas)
     known = best_known(scenes)
     made = set(tomllib.loads((folder / FILE).read_text("utf-8")))
     assert {key for key in made if not key.startswith("large/")} == {f"{name}.toml" for name in known}

@@ -112,7 +112,7 @@ def _by_registry(scenes: Iterable[CaseScene]) -> dict[Path, dict[str, CaseScene]
     """The scenes with a registry in their folder or the one above, by registry and by their key there."""
     found: dict[Path, dict[str, CaseScene]] = {}
     for scene in scenes:
-        path = scene.registered.resolve()
+        path = (scene.registered or scene.path).resolve()
         for folder in (path.parent, path.parent.parent):
             if (folder / FILE).is_file():
                 found.setdefault(folder / FILE, {})[path.relative_to(folder).as_posix()] = scene

@@ -26,40 +26,24 @@ class CaseScene:
     ----------
     name: folder and stem of its case file, such as "ferris_tinloi/wall_1".
     path: the case file.
-    registered: path under which the registry of best known states has it: the case file; of a scene that the
-        comparison makes, its place in the folder of case files ("cases/random/wall_0.toml").
     content: hash of its numbers (see :func:`content_of`).
     expected: claims known by hand, by question (see :func:`~.judge.known_claims`).
+    registered: path under which the registry of best known states has it, if that is another.
     """
 
     name: str
     path: Path
-    registered: Path
     content: str
     title: str
     expected: Mapping[str, str] = field(default_factory=dict)
+    registered: Path | None = None
 
 
-def find_scenes(
-    cases: Iterable[str | Path],
-    folder: Path = Path("cases"),
-    expected: Mapping[Path, Mapping[str, str]] | None = None,
-    made: Path | None = None,
-) -> tuple[CaseScene, ...]:
-    """Read and name the scenes of a comparison.
+def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
+    """Read and name the scenes of a comparison: paths of case files, or names of those in a folder
+    ("ferris_tinloi/wall_1" or "wall_1").
 
-    Parameters
-    ----------
-    cases: paths of case files, or names of those in ``folder`` ("ferris_tinloi/wall_1" or "wall_1").
-    expected: claims known of some of them by hand, by path.
-    made: folder of the scenes that the comparison makes; they are registered with those of ``folder``.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
-    OptionError
-        If two different files have one name.
+    Raises CaseError if a case file is missing or wrong, OptionError if two different files have one name.
     """
     scenes: dict[str, CaseScene] = {}
     for case in cases:
@@ -67,9 +51,8 @@ def find_scenes(
         scene = load(path)
         if scene.load_cases:
             raise OptionError(f"{path}: has load cases, which are not compared: leave it out")
-        name, known = f"{path.resolve().parent.name}/{path.stem}", (expected or {}).get(path, {})
-        registered = folder / path.relative_to(made) if made and path.is_relative_to(made) else path
-        found = CaseScene(name, path, registered, content_of(scene), scene.title, known)
+        name = f"{path.resolve().parent.name}/{path.stem}"
+        found = CaseScene(name, path, content_of(scene), scene.title)
         before = scenes.setdefault(found.name, found)
         if before.content != found.content:
             raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")
