@@ -53,7 +53,8 @@ _HOMES = {
     "studies.many.sample": ("sample",),
     "studies.many.sample_answer": ("Sample",),
     "studies.many.sweep": ("sweep",),
-    "studies.settle.settle": ("Settlement", "settle"),
+    "studies.settle.settle": ("settle",),
+    "studies.settle.settlement": ("Settlement",),
 }
 
 __all__ = sorted(name for names in _HOMES.values() for name in names)

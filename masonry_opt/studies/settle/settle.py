@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,68 +25,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.settle.freed import freed
-from masonry_opt.studies.settle.settlement import Bound, Reactions
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-
-@dataclass(frozen=True, kw_only=True)
-class Settlement(Reactions):
-    """The reactions with which a scene stands on supports that can move in one direction.
-
-    Attributes
-    ----------
-    case: case file or title of the scene.
-    supports, direction, turns: names of the supports, unit vector in which they settle, and whether each can
-        turn.
-    method: as asked for.
-    at_rest: reaction while the supports are held (and turn, if they can), of contacts that give; None where
-        it was not found.
-    least, greatest: the reactions; None where none holds the scene.
-    fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
-    """
-
-    def plot(
-        self,
-        end: str = "least",
-        kind: str | None = None,
-        names: bool = False,
-        view: tuple[float, float] | None = None,
-    ) -> Figure:
-        """Draw what moves at the "least" or the "greatest" reaction, with an arrow on each support in the
-        direction in which it moves, as a matplotlib figure; how the scene falls, where no reaction holds it.
-
-        Parameters
-        ----------
-        kind: one of ``Bound.results``; by default the first.
-        names: whether to write each block's name into it.
-        view: of solids, as of :meth:`Result.plot`.
-
-        Raises OptionError if there is no such end or kind, or the view is none.
-        """
-        from masonry_opt.studies.settle.picture import picture
-
-        return picture(self, end, kind, names, view)
-
-    def save(
-        self,
-        path: str | Path,
-        end: str = "least",
-        kind: str | None = None,
-        force: bool = False,
-        view: tuple[float, float] | None = None,
-    ) -> None:
-        """Write one picture (.png, .svg, .pdf; ``end``, ``kind`` and ``view`` as in ``plot``), or a page with
-        both ends (.html), whole or not at all.
-
-        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
-        replaces what was not written here), or as ``plot``.
-        """
-        from masonry_opt.drawing.figure import save_as
-        from masonry_opt.studies.settle.picture import page, picture
-
-        save_as(path, force, partial(page, self, view), partial(picture, self, end, kind, view=view))
+from masonry_opt.studies.settle.settlement import Bound, Settlement
 
 
 def settle(

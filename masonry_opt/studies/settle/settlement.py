@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from base64 import b64encode
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
 
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
-from masonry_opt.errors import printable
+from masonry_opt.drawing.elements import result_elements, title_of
+from masonry_opt.drawing.figure import Picture, save_as
+from masonry_opt.drawing.pictures import elements_picture
+from masonry_opt.drawing.view import ViewAngles, refuse_view
+from masonry_opt.errors import OptionError, printable
 from masonry_opt.result import Result
+from masonry_opt.studies.answer import StudyAnswer
+from masonry_opt.studies.writing import render
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
-if TYPE_CHECKING:
-    import pandas as pd
+#: What a legend says of the arrows on supports.
+_WAY = "way in which the support moves"
 
 
 @dataclass(frozen=True)
@@ -95,8 +105,20 @@ def _moving(result: Result) -> list[str]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reactions:
-    """Reactions of supports that can move in one direction, in numbers; see :class:`~.settle.Settlement`."""
+class Settlement(StudyAnswer):
+    """The reactions with which a scene stands on supports that can move in one direction.
+
+    Attributes
+    ----------
+    case: case file or title of the scene.
+    supports, direction, turns: names of the supports, unit vector in which they settle, and whether each can
+        turn.
+    method: as asked for.
+    at_rest: reaction while the supports are held (and turn, if they can), of contacts that give; None where
+        it was not found.
+    least, greatest: the reactions; None where none holds the scene.
+    fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
+    """
 
     case: str
     supports: tuple[str, ...]
@@ -130,17 +152,11 @@ class Reactions:
         """A row for each end and kind of flow: ``end`` ("least", "greatest"), ``kind`` ("coulomb",
         "expected", "associative"), ``reaction`` (NaN where there is none), ``status``, ``moves`` (names of
         blocks, fastest first)."""
-        import pandas as pd
-
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
         frame = pd.DataFrame(rows, columns=["end", "kind", "reaction", "status", "moves"])
         return frame.astype({"reaction": float})
 
-    def __str__(self) -> str:
-        return printable("\n".join(f"{label:<16} {words}" for label, words in self.facts().items()))
-
     def facts(self) -> dict[str, str]:
-        """What it found, in words by name."""
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
         rate = ", at a common rate" if len(self.supports) > 1 else ""
         turning = "and each can turn" if self.turns else "without turning"
@@ -168,9 +184,79 @@ class Reactions:
             }
         return told | {"fallen": self.fallen and self.fallen.as_dict()}
 
-    def to_json(self) -> str:
-        """``as_dict`` as one JSON object."""
-        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+    def plot(
+        self,
+        end: str = "least",
+        kind: str | None = None,
+        names: bool = False,
+        view: ViewAngles | None = None,
+    ) -> Picture:
+        """Draw what moves at the "least" or the "greatest" reaction, with an arrow on each support in the
+        direction in which it moves, as a matplotlib figure; how the scene falls, where no reaction holds it.
+
+        Parameters
+        ----------
+        kind: one of ``Bound.results``; by default the first.
+        names: whether to write each block's name into it.
+        view: of solids, as of :meth:`Result.plot`.
+
+        Raises OptionError if there is no such end or kind, or the view is none.
+        """
+        if end not in ("least", "greatest"):
+            raise OptionError(f"there is no end '{end}': choose from least, greatest")
+        if self.fallen:
+            return _drawn(self.fallen, "no reaction holds it: how it falls", names, view)
+        bound = self.ends[end]
+        kind = kind or next(iter(bound.results))
+        if kind not in bound.results:
+            raise OptionError(f"there is no answer of kind '{kind}': choose from {', '.join(bound.results)}")
+        row = next(row for row in bound.rows() if row["kind"] == kind)
+        said = f"none ({row['status']})" if row["reaction"] is None else numeral(row["reaction"], ".6g")
+        of = printable(some([repr(name) for name in self.supports]))
+        return _drawn(bound.results[kind], f"{end} reaction of {of}: {said} ({kind})", names, view)
+
+    def save(
+        self,
+        path: str | Path,
+        end: str = "least",
+        kind: str | None = None,
+        force: bool = False,
+        view: ViewAngles | None = None,
+    ) -> None:
+        """Write one picture (.png, .svg, .pdf; ``end``, ``kind`` and ``view`` as in ``plot``), or a page with
+        both ends (.html), whole or not at all.
+
+        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
+        replaces what was not written here), or as ``plot``.
+        """
+        save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
+
+    def _page(self, view: ViewAngles | None) -> str:
+        """Both ends with their pictures, and the table, as HTML that stands by itself.
+
+        Raises OptionError if Jinja2, of the extra "studies", is not installed.
+        """
+        ends = list(self.ends) or ["least"]
+        drawn = {end: b64encode(self.plot(end, view=view).image("svg")).decode() for end in ends}
+        rows = [
+            (
+                row["end"],
+                row["kind"],
+                "" if row["reaction"] != row["reaction"] else numeral(row["reaction"], ".6g"),
+                row["status"],
+                printable(some(row["moves"])),
+            )
+            for row in self.table.to_dict("records")
+        ]
+        title = title_of((self.fallen or next(iter(self.ends.values())).result).assembly.scene)
+        return render("settlement.html", title=title, facts=self.facts(), pictures=drawn, rows=rows)
+
+
+def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
+    refuse_view(result.assembly.scene, view)
+    elements = result_elements(result)
+    loads = [replace(each, label=_WAY) if each.name == "live" else each for each in elements.loads]
+    return elements_picture(replace(elements, heading=heading, loads=loads), "mechanism", names, view)
 
 
 def _words(end: Bound) -> str:
