@@ -50,11 +50,9 @@ _HOMES = {
     "studies.load_cases.cases": ("solve_cases",),
     "studies.load_cases.directions": ("directions",),
     "studies.many.least": ("least", "most"),
-    "studies.many.sample": ("sample",),
-    "studies.many.sample_answer": ("Sample",),
+    "studies.many.sample": ("Sample", "sample"),
     "studies.many.sweep": ("sweep",),
-    "studies.settle.settle": ("settle",),
-    "studies.settle.settlement": ("Settlement",),
+    "studies.settle.settle": ("Settlement", "settle"),
 }
 
 __all__ = sorted(name for names in _HOMES.values() for name in names)

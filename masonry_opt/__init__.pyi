@@ -57,8 +57,8 @@ from masonry_opt.studies.load_cases.cases import solve_cases as solve_cases
 from masonry_opt.studies.load_cases.directions import directions as directions
 from masonry_opt.studies.many.least import least as least
 from masonry_opt.studies.many.least import most as most
+from masonry_opt.studies.many.sample import Sample as Sample
 from masonry_opt.studies.many.sample import sample as sample
-from masonry_opt.studies.many.sample_answer import Sample as Sample
 from masonry_opt.studies.many.sweep import sweep as sweep
-from masonry_opt.studies.settle.settlement import Settlement as Settlement
+from masonry_opt.studies.settle.settle import Settlement as Settlement
 from masonry_opt.studies.settle.settle import settle as settle

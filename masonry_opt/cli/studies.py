@@ -16,8 +16,8 @@ from masonry_opt.drawing.view import refuse_view
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.load_cases.cases import Cases
+from masonry_opt.studies.many.least import Trial
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.threshold import Trial
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import changing_line, frame_text, print_result, print_text
 

@@ -10,9 +10,8 @@ from scenes import CASES, block_on_floor, run_command
 import masonry_opt as mo
 from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.studies import journal
-from masonry_opt.studies.many.runs import Study
+from masonry_opt.studies.many.runs import ManyRuns, RunsFolder, Study
 from masonry_opt.studies.many.sweep import grid, said
-from masonry_opt.studies.many.table import ManyRuns, RunsFolder
 
 FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
 VARY = {"joints.friction": FRICTIONS, "block.A.live.x": [1.0, 2.0]}

@@ -78,6 +78,31 @@ class PassageTrials:
         )
 
 
+@dataclass(frozen=True)
+class CrossedPassage:
+    """A passage with its answers, and those of associative flow at all positions looked at."""
+
+    passage: Passage
+    found: PassageTrials
+    associative: PassageTrials = field(repr=False)
+
+    @property
+    def least(self) -> float:
+        """The least load factor; infinite without one."""
+        known = self.found.load_factors
+        return float(np.nanmin(known)) if not np.isnan(known).all() else math.inf
+
+    @property
+    def position(self) -> float:
+        """Where it is least, the first of several with an axle on a block that can move."""
+        return min(self.found.trials, key=self._least_first).position
+
+    def _least_first(self, trial: PositionTrial) -> tuple[float, bool]:
+        if math.isfinite(trial.load_factor):
+            return trial.load_factor, False
+        return math.inf, not self.passage.carried(trial.position)
+
+
 #: Of a position where no axle loads a block that can move.
 _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANISM),))
 

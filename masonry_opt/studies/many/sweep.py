@@ -19,8 +19,7 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, Study, at_least
-from masonry_opt.studies.many.table import Maker, ManyRuns, RunProgress, RunsFolder
+from masonry_opt.studies.many.runs import COLUMNS, Maker, ManyRuns, RunProgress, RunsFolder, Study, at_least
 from masonry_opt.words.sentences import numeral
 
 
