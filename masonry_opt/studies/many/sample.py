@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,20 +18,22 @@ from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.answer import StudyAnswer, records
 from masonry_opt.studies.load_factor_axis import ends
+from masonry_opt.studies.many import estimates
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.estimates import CONFIDENCE, fragility, quantiles, sensitivity
-from masonry_opt.studies.many.runs import ManyRuns, RunProgress, RunsFolder, Study
+from masonry_opt.studies.many.estimates import CONFIDENCE
+from masonry_opt.studies.many.runs import ManyRuns, RunProgress, Study
 from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.sentences import numeral
-
-#: Default number of runs: Sobol's points are most even for powers of two.
-RUNS = 128
 
 if TYPE_CHECKING:
     import altair
 
     from masonry_opt.studies.charts import NamedChart
+
+#: Default number of runs: Sobol's points are most even for powers of two.
+RUNS = 128
 
 #: Probabilities of the quantiles, unless others are asked for.
 PROBABILITIES = (0.05, 0.5, 0.95)
@@ -45,7 +46,7 @@ _PRINTED = 5
 
 
 @dataclass(frozen=True)
-class Sample:
+class Sample(StudyAnswer):
     """The load factors of a scene whose numbers were drawn.
 
     A scene that is proven to carry any load counts as collapsed at none. Any other run without a load factor
@@ -114,7 +115,7 @@ class Sample:
         Raises OptionError if a probability is not between 0 and 1.
         """
         shares = [_share("probabilities", value) for value in probabilities]
-        return quantiles(self.load_factors, shares, _share("confidence", confidence))
+        return estimates.quantiles(self.load_factors, shares, _share("confidence", confidence))
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Probability of collapse at load factors (see :func:`~.estimates.fragility`); by default at those
@@ -127,14 +128,15 @@ class Sample:
             least, greatest = ends(found)
             aside = 0.05 * (greatest - least) if len(found) else 0.0
             loads = [max(least - aside, 0.0), *found.tolist(), greatest + aside]
-        return fragility(self.load_factors, loads, _share("confidence", confidence))
+        return estimates.fragility(self.load_factors, loads, _share("confidence", confidence))
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Rank correlations with the numbers drawn (see :func:`~.estimates.sensitivity`).
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
-        return sensitivity(self.table[list(self.drawn)], self.load_factors, _share("confidence", confidence))
+        drawn = self.table[list(self.drawn)]
+        return estimates.sensitivity(drawn, self.load_factors, _share("confidence", confidence))
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Quantiles, fragility and sensitivity, by these names."""
@@ -159,42 +161,31 @@ class Sample:
         # A scene made in Python has a title instead, which may have dots.
         name = case.stem if case.suffix in (".toml", ".json") else self.case
         title = f"{name}: {self.counted}"
+        of_tables = {"fragility": sample_charts.fragility, "sensitivity": sample_charts.sensitivity}
         if kind == "distribution":
             return sample_charts.distribution(title, self.load_factors, self.quantiles())
-        if kind == "fragility":
-            return sample_charts.fragility(title, self.fragility())
-        return sample_charts.sensitivity(title, self.sensitivity())
+        return of_tables[kind](title, self.tables()[kind])
+
+    def facts(self) -> dict[str, str]:
+        drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
+        return {"case": self.case, "drawn": drawn, "solved": self.counted}
 
     def __str__(self) -> str:
-        drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
-        lines = {"case": self.case, "drawn": drawn, "solved": self.counted}
-        text = [f"{name:<16} {value}" for name, value in lines.items()]
+        text = []
         for row in self.quantiles().to_dict("records"):
             limits = f"({_worded(row['lower'])} to {_worded(row['upper'])} with {CONFIDENCE:.0%} confidence)"
             text.append(f"{row['probability']:<6.0%} of λ below {_worded(row['value'])} {limits}")
         for row in self.sensitivity().dropna().head(_PRINTED).to_dict("records"):
             r, low, high = (numeral(row[name], "+.3f") for name in ("rank_correlation", "lower", "upper"))
             text.append(f"rank correlation {r} with {row['parameter']} ({low} to {high})")
-        return printable("\n".join(text))
+        return printable("\n".join([super().__str__(), *text]))
 
     def as_dict(self) -> dict[str, Any]:
         """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
-        counts = {name: getattr(self, name) for name in ("runs", "falling", "unlimited", "undecided")}
-        return (
-            {"case": self.case, "distributions": dict(self.distributions)}
-            | counts
-            | {"confidence": CONFIDENCE}
-            | {name: _records(frame) for name, frame in self.tables().items()}
-        )
-
-    def to_json(self) -> str:
-        """``as_dict`` as one JSON object."""
-        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
-
-
-def _records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    finite = frame.replace([math.inf, -math.inf], math.nan).astype(object)
-    return finite.where(finite.notna(), None).to_dict("records")
+        told = {"case": self.case, "distributions": dict(self.distributions)}
+        told |= {name: getattr(self, name) for name in ("runs", "falling", "unlimited", "undecided")}
+        tables = {name: records(frame) for name, frame in self.tables().items()}
+        return told | {"confidence": CONFIDENCE} | tables
 
 
 def _worded(value: float) -> str:
@@ -290,13 +281,13 @@ def sample(
             raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     draws = Draws(scene, distributions, by, correlation)
     values = draws.table(n, seed, sequence)
-    folder = None if out is None else Path(out)
     how = HowToSolve(method, model, solver, tolerance, expected, options)
     study, make = (Study(None, how), draws.scene) if draws.varied else (Study(scene, how), None)
-    runs = ManyRuns(study, values.to_dict("records"), make)  # type: ignore[arg-type]  # columns have names
-    table = runs.table(RunsFolder(folder, parquet, force), workers, dask, progress)
+    points: list[Any] = values.to_dict("records")
+    table = ManyRuns(out, parquet, force, workers, dask, progress).table(study, points, make)
     found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
-    if folder is not None:
+    if out is not None:
+        folder = Path(out)
         write_files(folder, {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
         with contextlib.suppress(OptionError):  # the tables need no extra
             from masonry_opt.studies.charts import write_charts

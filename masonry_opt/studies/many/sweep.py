@@ -19,7 +19,7 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, Maker, ManyRuns, RunProgress, RunsFolder, Study, at_least
+from masonry_opt.studies.many.runs import COLUMNS, Maker, ManyRuns, RunProgress, Study, at_least
 from masonry_opt.words.sentences import numeral
 
 
@@ -95,16 +95,14 @@ def sweep(
     else:
         of = as_scene(scene)
         Parameters(of).check_names(vary)
-    folder = None if out is None else Path(out)
     study = Study(of, HowToSolve(method, model, solver, tolerance, expected, options))
-    runs = ManyRuns(study, points, make)
-    frame = runs.table(RunsFolder(folder, parquet, force), workers, dask, progress)
-    if folder is not None:
+    frame = ManyRuns(out, parquet, force, workers, dask, progress).table(study, points, make)
+    if out is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.charts import write_charts
             from masonry_opt.studies.many.sweep_charts import drawings
 
-            write_charts("Sweep", drawings(frame, list(vary)), folder)
+            write_charts("Sweep", drawings(frame, list(vary)), Path(out))
     return frame
 
 
