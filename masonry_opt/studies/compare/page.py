@@ -6,20 +6,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 import pandas as pd
-import shapely
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
 from masonry_opt.answer.thresholds import APART
-from masonry_opt.drawing.elements import outlines
+from masonry_opt.drawing.elements import scene_elements
+from masonry_opt.drawing.notebook import MOST_BLOCKS
+from masonry_opt.drawing.svg import Canvas, blocks_svg
 from masonry_opt.errors import CaseError
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.case_file import load
-from masonry_opt.scene.geometry import geometry
-from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.charts import NamedChart, script
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import (
     ASSOCIATIVE,
@@ -60,26 +58,8 @@ _RUNS = {
     **{name: name for name in RESIDUALS},
 }
 
-#: Pixels within which a picture fits, and units of its paths in a pixel.
-_WIDTH, _HEIGHT, _UNITS = 110, 72, 10
-
-#: Margin around the movable blocks within which supports are drawn, as a share of the larger side.
-_MARGIN = 0.06
-
-#: Of more blocks only the outline is drawn: they are smaller than the lines between them.
-_MOST = 800
-
 #: Text in place of a load factor, and its look, by verdict.
 _NO_VALUE = {NAMED: ("no load factor", "named"), FAILED: ("failed", "failed"), WRONG: ("wrong", "wrong")}
-
-
-class Thumbnail(NamedTuple):
-    """SVG paths of the supports and of the movable blocks, in tenths of a pixel, y downwards."""
-
-    width: int
-    height: int
-    fixed: str
-    movable: str
 
 
 class TableCell(NamedTuple):
@@ -91,11 +71,11 @@ class TableCell(NamedTuple):
 
 
 class SceneRow(NamedTuple):
-    """A scene: its picture (None if its file is gone or has no shapes in the plane), and a cell a column."""
+    """A scene: its picture ("" where there is none), and a cell a column."""
 
     scene: str
     title: str
-    picture: Thumbnail | None
+    picture: str
     cells: tuple[TableCell, ...]
 
 
@@ -125,7 +105,6 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
         **tables,
         charts=charts,
         script=script(),
-        references=_references(comparison),
         left_out=_table(("method", "model", "solver", "why"), comparison.plan.left_out),
         residuals=_table(("", *RESIDUALS), residuals, RESIDUALS),
         outside=f"{OUTSIDE:g}",
@@ -219,55 +198,14 @@ def _lambda(value: float) -> str:
     return numeral(value, "#.5g").removesuffix(".")
 
 
-def _references(comparison: Comparison) -> dict[str, Any]:
-    """What runs are held against."""
-    rows = []
-    for scene in comparison.scenes:
-        bounds, best = comparison.bounds.get(scene.name), comparison.best.get(scene.name)
-        ends = [number(end, 12) for end in (bounds.lower, bounds.upper)] if bounds else ["–", "–"]
-        lowest = [number(best.load_factor, 9), best.method] if best else ["–", ""]
-        by_hand = "; ".join(f"{question}: {claim}" for question, claim in scene.expected.items())
-        rows.append([scene.name, *ends, _certified_to(bounds), *lowest, by_hand])
-    numbers = ["associative λ, at least", "at most", "lowest exact Coulomb λ"]
-    columns = ["scene", *numbers[:2], "certified to", numbers[2], "found by", "known by hand"]
-    return _table(columns, rows, numbers)
-
-
-def _certified_to(bounds: CertifiedBounds | None) -> str:
-    if bounds is None:
-        return "no bounds"
-    if bounds.finite:
-        return f"{bounds.width:.0e}"
-    return "unstable" if bounds.unstable else "unlimited" if bounds.unlimited else "unknown"
-
-
-def _picture(case: Path) -> Thumbnail | None:
+def _picture(case: Path) -> str:
+    """A small picture of a scene in the plane, as SVG; "" of one that is large, gone or wrong."""
     try:
         scene = load(case)
-        return thumbnail(scene) if scene.dimension == 2 else None
-    except CaseError:  # its file is gone, or a block has no shape
-        return None
-
-
-def thumbnail(scene: Scene) -> Thumbnail:
-    """The picture of a scene. Raises CaseError if a block has no polygon."""
-    shapes = geometry(scene).polygons
-    fixed = np.array([block.fixed for block in scene.blocks])
-    movable = shapes[~fixed]
-    left, bottom, right, top = shapely.total_bounds(movable)
-    margin = _MARGIN * max(right - left, top - bottom)
-    left, bottom, right, top = left - margin, bottom - margin, right + margin, top + margin
-    wide, tall = right - left, top - bottom
-    scale = _UNITS * min(_WIDTH / wide, _HEIGHT / tall)
-    if len(movable) > _MOST:
-        movable = np.array([shapely.union_all(movable)])
-
-    def path(drawn: np.ndarray) -> str:
-        """Outlines and holes, in whole units."""
-        rings = [
-            np.rint((ring[:-1] - (left, top)) * (scale, -scale)) for of in outlines(drawn) for ring in of
-        ]
-        return "".join("M" + " ".join(f"{x:.0f} {y:.0f}" for x, y in ring + 0.0) + "Z" for ring in rings)
-
-    supports = shapely.clip_by_rect(shapes[fixed], left, bottom, right, top)
-    return Thumbnail(round(wide * scale), round(tall * scale), path(supports), path(movable))
+        if scene.dimension == 3 or len(scene.blocks) > MOST_BLOCKS:
+            return ""
+        elements = scene_elements(assemble(scene, floating=True))
+    except CaseError:
+        return ""
+    canvas = Canvas(elements, (), 0.0)
+    return canvas.svg(elements.title, [blocks_svg(elements, canvas)], "")

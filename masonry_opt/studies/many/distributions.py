@@ -108,7 +108,8 @@ def _deviation(value: Any, mean: float, of: str) -> float:
     if mean and number > abs(mean):
         raise OptionError(
             f"{of}: a standard deviation of {number:g} is more than the mean, {mean:g}: if per cent of the "
-            f"mean are meant, write '{number:g}%'; if it is meant as it stands, '{100 * number / abs(mean):.6g}%'"
+            f"mean are meant, write '{number:g}%'; if it is meant as it stands, "
+            f"'{100 * number / abs(mean):.6g}%'"
         )
     return number
 

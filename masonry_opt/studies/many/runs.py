@@ -190,7 +190,7 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
     if not path.exists():
         return
     try:
-        table = pd.read_csv(path, float_precision="round_trip")
+        table = pd.read_csv(path, dtype=str)
         values = table.iloc[:, : table.columns.get_loc("load_factor")].astype(float)
     except (OSError, ValueError, KeyError):
         raise OptionError(f"{path}: is there already, and no table of runs: {_INSTEAD}") from None
