@@ -24,18 +24,11 @@ from masonry_opt.studies.runner import REFUSED
 
 
 def made_scenes(
-    paths: Sequence[Path], made: Path, folder: Path, expected: Mapping[Path, dict[str, str]] | None = None
+    expected: Mapping[Path, dict[str, str]], others: Sequence[Path] = ()
 ) -> tuple[CaseScene, ...]:
-    """Scenes of a comparison from case files made in a folder: registered beside another, with what is known
-    of them by hand."""
-    return tuple(
-        replace(
-            scene,
-            expected=(expected or {}).get(scene.path, {}),
-            registered=folder / scene.path.relative_to(made),
-        )
-        for scene in find_scenes(paths)
-    )
+    """Scenes of a comparison, with what is known of some by hand, by case file."""
+    scenes = find_scenes([*expected, *others])
+    return tuple(replace(scene, expected=expected.get(scene.path, {})) for scene in scenes)
 
 
 def write_atlas(folder: Path, cases: Path) -> dict[Path, dict[str, str]]:

@@ -20,8 +20,7 @@ from masonry_opt.studies.compare.plan import content_of
 
 def test_the_atlas_is_written_scene_by_scene_with_its_answers(tmp_path):
     expected = write_atlas(tmp_path, CASES)
-    scenes = made_scenes([*expected], tmp_path, CASES, expected)
-    found = {scene.content: scene for scene in scenes}
+    found = {scene.content: scene for scene in made_scenes(expected)}
     assert len(found) == len(expected)
     for entry in ATLAS:
         scene = found[content_of(entry.scene(CASES))]  # the file holds the same scene

@@ -104,10 +104,12 @@ def run_plan(
     limits: RunLimits,
     folder: Path,
     progress: Callable[[str], None],
+    registry: Path | None = None,
     update_best_known: bool = False,
 ) -> Comparison:
-    """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`~.report.compare`)."""
-    known = best_known(scenes)
+    """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`~.report.compare`), Coulomb
+    states by those that ``registry`` has."""
+    known = best_known(scenes, registry)
     notes: list[str] = []
     made = _JournalRuns(Journal(folder, {"columns": digest(COLUMNS)}), limits, progress, notes)
     bounds: dict[str, CertifiedBounds] = {}
@@ -133,7 +135,7 @@ def run_plan(
             f"certified bounds by chords inside it: no error is given for the former on {', '.join(bent)}"
         )
     found = lowest_exact(rows, known)
-    notes += improve(scenes, found, update_best_known)
+    notes += improve(scenes, found, registry, update_best_known)
     best = merged(known, found)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
     if len(summary):

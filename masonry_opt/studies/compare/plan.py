@@ -28,7 +28,6 @@ class CaseScene:
     path: the case file.
     content: hash of its numbers (see :func:`content_of`).
     expected: claims known by hand, by question (see :func:`~.judge.known_claims`).
-    registered: path under which the registry of best known states has it, if that is another.
     """
 
     name: str
@@ -36,7 +35,6 @@ class CaseScene:
     content: str
     title: str
     expected: Mapping[str, str] = field(default_factory=dict)
-    registered: Path | None = None
 
 
 def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:

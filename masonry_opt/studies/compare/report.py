@@ -11,6 +11,7 @@ from typing import Any
 from masonry_opt.errors import MasonryError, OptionError
 from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.cases import case_folder
+from masonry_opt.studies.compare.best_known import FILE
 from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan
 from masonry_opt.studies.compare.plan import find_scenes, plan
 from masonry_opt.studies.runner import CRASHED, DIED
@@ -60,7 +61,7 @@ def compare(
     repeats: runs of each; times are medians.
     time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
     out: folder of results and report.
-    update_best_known: write lower exact Coulomb states to the registry ``best_known.toml``.
+    update_best_known: write lower exact Coulomb states to the registry ``best_known.toml`` of ``cases``.
     progress: called with a line before each run.
 
     Raises
@@ -83,8 +84,9 @@ def compare(
     named = _listed("scenes", scenes)
     if not named:
         raise OptionError("nothing to compare: name case files")
-    limits = RunLimits(time_limit, memory_limit, repeats)
-    comparison = run_plan(find_scenes(named, folder), planned, limits, out, progress, update_best_known)
+    limits, registry = RunLimits(time_limit, memory_limit, repeats), folder / FILE
+    scenes = find_scenes(named, folder)
+    comparison = run_plan(scenes, planned, limits, out, progress, registry, update_best_known)
     progress("report")
     write_report(comparison, out)
     ended = comparison.results["ended"]
