@@ -21,6 +21,7 @@ from masonry_opt.studies.compare.plan import find_scenes, plan
 from masonry_opt.studies.compare.report import compare, write_report
 from masonry_opt.studies.journal import NAME
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, TIME_LIMIT, TaskEnd
+from masonry_opt.studies.writing import in_words
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 PLAN = plan(["static"], ["cvxpy"], ["clarabel", "highs"], [1e-4, 1e-8])
@@ -180,7 +181,7 @@ def test_the_report_tells_what_ends_apart(tmp_path, monkeypatch):
         monkeypatch.setattr(comparison, "run_alone", solve)
         result = run_plan(find_scenes([TWO_BLOCKS]), two, LIMITS, tmp_path / str(low), lambda _: None)
         assert ("25.0%" in str(result)) is told
-        row = frames.in_words(frames.spread(result.summary)).to_numpy().ravel().tolist()
+        row = in_words(frames.spread(result.summary), frames.FORMATS).to_numpy().ravel().tolist()
         ends = ["0.2", "0.25", "25.0%", "refined · cvxpy · highs", "mcp · matrices · newton"]
         assert row == [result.scenes[0].name, *ends] * told
         html = page(result, [])

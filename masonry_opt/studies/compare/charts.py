@@ -28,6 +28,7 @@ from masonry_opt.studies.compare.judge import (
     number,
     reason_text,
 )
+from masonry_opt.studies.writing import in_words
 
 GREY = "#777777"
 
@@ -111,7 +112,7 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
     looks = _looks(summary, rows["pair"])
     records = rows.to_dict("records")
     verdicts = [f"{row['verdict']} {reason_text(row)}".strip() for row in records]
-    marks = frames.in_words(rows.assign(verdict=verdicts), _TOLD).set_index(rows.index)
+    marks = in_words(rows.assign(verdict=verdicts), frames.FORMATS, _TOLD).set_index(rows.index)
     marks["letter"] = [_letter(row) for row in records]
     marks = marks.assign(
         time=rows["time"],

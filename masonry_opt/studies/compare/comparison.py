@@ -29,6 +29,7 @@ from masonry_opt.studies.compare.runs import (
 from masonry_opt.studies.journal import Journal, digest
 from masonry_opt.studies.machine import versions_hash
 from masonry_opt.studies.runner import DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
+from masonry_opt.studies.writing import in_words
 
 #: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
 REPEATED_BELOW = 5.0
@@ -77,7 +78,7 @@ class Comparison:
         lines = []
         if len(self.summary):
             named = {name: name for name in ("method", "model", "solver", "tolerance", "scenes")}
-            success = frames.in_words(frames.success(self.summary), named | frames.SUCCESS)
+            success = in_words(frames.success(self.summary), frames.FORMATS, named | frames.SUCCESS)
             lines.append(success.to_string(index=False))
             lines.append(
                 f"\n{counted(len(self.scenes), 'scene')}; success: certified or named correctly;\n"
@@ -89,7 +90,7 @@ class Comparison:
             )
         if len(apart := frames.spread(self.summary)):
             lines.append(f"\ncertified Coulomb λ more than {APART:.0%} apart:")
-            lines.append(frames.in_words(apart).to_string(index=False))
+            lines.append(in_words(apart, frames.FORMATS).to_string(index=False))
         if self.plan.left_out:
             lines.append("\nnot applicable:")
             lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]

@@ -166,19 +166,3 @@ def _who_ended(group: pd.DataFrame, load_factor: float) -> str:
     near = (group["load_factor"] - load_factor).abs() <= GAP_FLOOR * max(abs(load_factor), SMALLEST)
     first, *others = group.loc[near, "pair"].unique()
     return f"{first} and {len(others)} more" if others else str(first)
-
-
-def in_words(frame: pd.DataFrame, columns: Mapping[str, str] | None = None) -> pd.DataFrame:
-    """Some of a frame's columns under their headings, or all as they are, as text; a dash for a missing
-    value."""
-
-    def text(name: str, value: Any) -> str:
-        if pd.isna(value):
-            return "–"
-        return FORMATS.get(name, "{}").format(value + 0.0 if isinstance(value, float) else value)
-
-    shown = columns or {str(name): str(name) for name in frame}
-    return pd.DataFrame(
-        {heading: [text(name, value) for value in frame[name]] for name, heading in shown.items()},
-        dtype=object,
-    )

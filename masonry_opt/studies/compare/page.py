@@ -34,7 +34,7 @@ from masonry_opt.studies.compare.judge import (
 )
 from masonry_opt.studies.compare.runs import RESIDUALS
 from masonry_opt.studies.machine import machine, versions
-from masonry_opt.studies.writing import render
+from masonry_opt.studies.writing import frame_table, render, table
 from masonry_opt.words.sentences import numeral
 
 _PAIR = {"pair": "method · model · solver"}
@@ -89,10 +89,10 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     tables = {"success": None, "apart": None, "runs": None}
     if len(summary):
         why = [*map(reason_text, summary.to_dict("records"))]
-        tables["success"] = _shown(frames.success(summary), _PAIR | frames.SUCCESS)
-        tables["runs"] = _shown(summary.assign(why=why), _RUNS)
+        tables["success"] = frame_table(frames.success(summary), frames.FORMATS, _PAIR | frames.SUCCESS)
+        tables["runs"] = frame_table(summary.assign(why=why), frames.FORMATS, _RUNS)
     if len(apart := frames.spread(summary)):
-        tables["apart"] = _shown(apart, {name: name for name in apart})
+        tables["apart"] = frame_table(apart, frames.FORMATS, {name: name for name in apart})
     residuals = [
         (kind, *(f"{limit.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limit in LIMITS.items()
     ]
@@ -105,29 +105,15 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
         **tables,
         charts=charts,
         script=script(),
-        left_out=_table(("method", "model", "solver", "why"), comparison.plan.left_out),
-        residuals=_table(("", *RESIDUALS), residuals, RESIDUALS),
+        left_out=table(("method", "model", "solver", "why"), comparison.plan.left_out),
+        residuals=table(("", *RESIDUALS), residuals, RESIDUALS),
         outside=f"{OUTSIDE:g}",
         target={question: f"{error:g}" for question, error in TARGET.items()},
         gap_floor=f"{GAP_FLOOR:g}",
         most_apart=f"{100 * APART:g} %",
         repeated_below=f"{REPEATED_BELOW:g}",
-        about=_table(("", ""), [*about.items()]),
+        about=table(("", ""), [*about.items()]),
     )
-
-
-def _table(
-    columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()
-) -> dict[str, Any]:
-    """A table of the template; ``numbers``: columns that are aligned to the right."""
-    return {"columns": columns, "rows": rows, "numbers": numbers}
-
-
-def _shown(frame: pd.DataFrame, columns: Mapping[str, str]) -> dict[str, Any]:
-    """Some of a frame's columns as a table."""
-    words = frames.in_words(frame, columns)
-    numbers = [heading for name, heading in columns.items() if name in frames.FORMATS]
-    return _table([*words], words.to_numpy().tolist(), numbers)
 
 
 def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:

@@ -21,7 +21,7 @@ from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, save_as
 from masonry_opt.drawing.notebook import notebook_html
 from masonry_opt.effort import Effort
-from masonry_opt.errors import CaseError, OptionError, counted, printable
+from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
@@ -44,8 +44,13 @@ from masonry_opt.studies.crossing.search import (
     least_coulomb,
 )
 from masonry_opt.studies.many.runs import COLUMNS, columns
-from masonry_opt.studies.writing import render
+from masonry_opt.studies.writing import frame_table, render
 from masonry_opt.words.sentences import numeral
+
+#: Columns of the table on a page with their headings, and how their numbers are written.
+_SHOWN = {"axles": "axles", "direction": "direction", "position": "first axle at", "load_factor": "λ"}
+_SHOWN |= {"mechanism": "mechanism", "status": "status"}
+_FORMATS = dict.fromkeys(("position", "load_factor"), "{:.6g}")
 
 #: Distance of the least load factor from what is proven, relative, where anything is.
 WITHIN = 1e-3
@@ -231,7 +236,7 @@ class Crossing(StudyAnswer):
             facts=self.facts(),
             picture=b64encode(self.plot().image("svg")).decode(),
             worst=notebook_html(self.worst),
-            rows=_rows(self.table),
+            rows=frame_table(self.table, _FORMATS, _SHOWN),
         )
 
 
@@ -243,21 +248,6 @@ def _named(places: list[dict[str, Any]]) -> str:
 
 def _place(passage: Passage, position: float) -> dict[str, Any]:
     return {"axles": passage.axles.name, "direction": passage.direction, "position": position}
-
-
-def _rows(table: pd.DataFrame) -> list[tuple[str, ...]]:
-    """Of the table what a page shows, as text."""
-    return [
-        (
-            printable(row["axles"]),
-            row["direction"],
-            numeral(row["position"], ".6g"),
-            "" if np.isnan(row["load_factor"]) else numeral(row["load_factor"], ".6g"),
-            row["mechanism"] if isinstance(row["mechanism"], str) else "",
-            row["status"],
-        )
-        for row in table.to_dict("records")
-    ]
 
 
 def crossing(

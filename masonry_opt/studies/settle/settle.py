@@ -35,7 +35,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.answer import StudyAnswer
 from masonry_opt.studies.settle.freed import freed
-from masonry_opt.studies.writing import render
+from masonry_opt.studies.writing import frame_table, render
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
@@ -253,16 +253,8 @@ class Settlement(StudyAnswer):
         """
         ends = list(self.ends) or ["least"]
         drawn = {end: b64encode(self.plot(end, view=view).image("svg")).decode() for end in ends}
-        rows = [
-            (
-                row["end"],
-                row["kind"],
-                "" if row["reaction"] != row["reaction"] else numeral(row["reaction"], ".6g"),
-                row["status"],
-                printable(some(row["moves"])),
-            )
-            for row in self.table.to_dict("records")
-        ]
+        columns = {"end": "end", "kind": "flow", "reaction": "reaction", "status": "status"}
+        rows = frame_table(self.table, {"reaction": "{:.6g}"}, columns | {"moves": "moves, fastest first"})
         title = title_of((self.fallen or next(iter(self.ends.values())).result).assembly.scene)
         return render("settlement.html", title=title, facts=self.facts(), pictures=drawn, rows=rows)
 
