@@ -22,7 +22,7 @@ def test_everything_admissible_is_planned_at_every_tolerance():
     assert {pair.tolerance for pair in found.pairs} == {1e-4, 1e-8}
     assert len(found.pairs) == 12
     assert {(item.model, item.solver) for item in found.left_out} == {("pyomo", "clarabel")}
-    assert all("driven from cvxpy only" in item.reason for item in found.left_out)
+    assert all("solver 'clarabel' is unknown for model 'pyomo'" in item.reason for item in found.left_out)
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_a_solver_that_is_not_installed_is_left_out_with_what_to_install(monkeyp
     found = plan(["static"], ["cvxpy"], ["highs", "highs-hipo"], [1e-6])
     assert {pair.solver for pair in found.pairs} == {"highs"}
     (left_out,) = found.left_out
-    assert (left_out.solver, left_out.reason) == ("highs-hipo", "pip install it")
+    assert (left_out.solver, left_out.reason.endswith("pip install it")) == ("highs-hipo", True)
 
 
 @pytest.mark.parametrize(
