@@ -48,7 +48,7 @@ class Machine:
         self.end = end or TaskEnd(FINISHED, value=VALUE, seconds=0.6, peak=100.0)
 
     def __call__(self, task, time_limit, memory_limit):
-        if task.func is comparison.bound_scene:
+        if task.func is comparison.runs.bound_scene:
             return BOUNDS
         if len(self.runs) == self.stop:
             raise KeyboardInterrupt
@@ -115,7 +115,7 @@ def test_a_run_that_died_is_made_again(tmp_path, monkeypatch):
 
 def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, monkeypatch):
     def crash(task, *limits):
-        reason = "" if task.func is comparison.bound_scene else f"of\n{task.args[1].solver}"
+        reason = "" if task.func is comparison.runs.bound_scene else f"of\n{task.args[1].solver}"
         return TaskEnd(CRASHED, reason)
 
     hide_charts(monkeypatch)
@@ -170,9 +170,9 @@ def test_the_report_tells_what_ends_apart(tmp_path, monkeypatch):
     for low, told in ((0.2, True), (0.249, False)):
 
         def solve(task, *limits, low=low):
-            if task.func is comparison.bound_scene:
+            if task.func is comparison.runs.bound_scene:
                 return BOUNDS
-            if task.func is comparison.scene_to_expect:
+            if task.func is comparison.runs.scene_to_expect:
                 return TaskEnd(FINISHED, value={"load_factor": 0.22})
             load_factor = low if task.args[1].method == "refined" else 0.25
             value = VALUE | {"status": "converged", "kind": "exact", "load_factor": load_factor}

@@ -14,20 +14,7 @@ from masonry_opt.drawing.colours import SERIES
 from masonry_opt.errors import counted
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.charts import NamedChart, alt
-from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.judge import (
-    ASSOCIATIVE,
-    CERTIFIED,
-    COULOMB,
-    FAILED,
-    GAP_FLOOR,
-    NAMED,
-    VIOLATION_FLOOR,
-    WRONG,
-    VerdictReason,
-    number,
-    reason_text,
-)
+from masonry_opt.studies.compare import frames, judge
 from masonry_opt.studies.writing import in_words
 
 GREY = "#777777"
@@ -55,22 +42,27 @@ _LETTERS = {
 
 #: By question and error: its name in a title and at its axis; the least that is drawn, and why.
 _ERRORS = {
-    (ASSOCIATIVE, "error"): ("error", "relative error of λ (against certified bounds)", 0.0, ""),
-    (COULOMB, "error"): (
+    (judge.ASSOCIATIVE, "error"): ("error", "relative error of λ (against certified bounds)", 0.0, ""),
+    (judge.COULOMB, "error"): (
         "gap to the best exact state",
         "relative gap to the best exact state known",
-        GAP_FLOOR,
-        f"gaps below {GAP_FLOOR:g} are none, drawn there",
+        judge.GAP_FLOOR,
+        f"gaps below {judge.GAP_FLOOR:g} are none, drawn there",
     ),
-    (COULOMB, "violation"): (
+    (judge.COULOMB, "violation"): (
         "violation of yield",
         "largest violation of yield (median block weights)",
-        VIOLATION_FLOOR,
-        f"violations below {VIOLATION_FLOOR:g} are rounding, drawn there",
+        judge.VIOLATION_FLOOR,
+        f"violations below {judge.VIOLATION_FLOOR:g} are rounding, drawn there",
     ),
 }
 
-_VERDICT_COLOURS = {CERTIFIED: SERIES[2], NAMED: SERIES[5], FAILED: "#BBBBBB", WRONG: SERIES[1]}
+_VERDICT_COLOURS = {
+    judge.CERTIFIED: SERIES[2],
+    judge.NAMED: SERIES[5],
+    judge.FAILED: "#BBBBBB",
+    judge.WRONG: SERIES[1],
+}
 
 #: Share of a bar that has room for its count.
 _LABELLED = 0.03
@@ -100,7 +92,7 @@ def charts(summary: pd.DataFrame) -> list[NamedChart]:
 def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
     """Time against error, a panel a scene; runs that are not certified are letters in a band at the top."""
     rows = summary[summary["question"] == question]
-    certified = rows["verdict"] == CERTIFIED
+    certified = rows["verdict"] == judge.CERTIFIED
     low, high = _decades(rows[certified][error])
     band = high * 10**0.3
     top = band * (band / low) ** 0.22
@@ -111,7 +103,7 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
     front = [frames.pareto(frame, error=error).index for _, frame in rows.groupby("scene")]
     looks = _looks(summary, rows["pair"])
     records = rows.to_dict("records")
-    verdicts = [f"{row['verdict']} {reason_text(row)}".strip() for row in records]
+    verdicts = [f"{row['verdict']} {judge.reason_text(row)}".strip() for row in records]
     marks = in_words(rows.assign(verdict=verdicts), frames.FORMATS, _TOLD).set_index(rows.index)
     marks["letter"] = [_letter(row) for row in records]
     marks = marks.assign(
@@ -200,7 +192,7 @@ def _success(summary: pd.DataFrame) -> list[NamedChart]:
     colour = alt.Color("verdict:N", scale=verdict, legend=alt.Legend(columns=1))
     ended = all_bars.mark_bar().encode(x=share, color=colour) + counts
     times = table.rename(columns={"time 25 %": "low", "time 75 %": "high"})[["row", "low", "time", "high"]]
-    times["seconds"] = [f"{number(time, 3)} s" if math.isfinite(time) else "" for time in times["time"]]
+    times["seconds"] = [f"{judge.number(time, 3)} s" if math.isfinite(time) else "" for time in times["time"]]
     every = pd.Series(times[["low", "time", "high"]].to_numpy().ravel())
     rows = alt.Chart(times).encode(y=row, tooltip=_tooltip(("row", "seconds")))
     half = rows.mark_rule(color=GREY, strokeWidth=3).encode(
@@ -235,9 +227,11 @@ def _tooltip(columns: Iterable[str]) -> list[Any]:
 
 def _letter(row: Mapping[Any, Any]) -> str:
     """The letter of a row; "" if it is certified."""
-    if row["verdict"] != FAILED:
-        return {CERTIFIED: "", WRONG: "W"}.get(row["verdict"], "N")
-    return {VerdictReason.TIME_LIMIT: "T", VerdictReason.MEMORY_LIMIT: "M"}.get(row["reason"], "F")
+    if row["verdict"] != judge.FAILED:
+        return {judge.CERTIFIED: "", judge.WRONG: "W"}.get(row["verdict"], "N")
+    return {judge.VerdictReason.TIME_LIMIT: "T", judge.VerdictReason.MEMORY_LIMIT: "M"}.get(
+        row["reason"], "F"
+    )
 
 
 def _decades(values: pd.Series) -> tuple[float, float]:

@@ -13,19 +13,11 @@ import pandas as pd
 
 from masonry_opt.answer.thresholds import APART
 from masonry_opt.errors import counted, printable
-from masonry_opt.studies.compare import frames
+from masonry_opt.studies.compare import frames, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown, best_known, improve, lowest_exact, merged
 from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE, COULOMB, TARGET, question_of
 from masonry_opt.studies.compare.plan import CaseScene, Pair, RunPlan
-from masonry_opt.studies.compare.runs import (
-    COLUMNS,
-    bound_scene,
-    key_of,
-    row_of,
-    run_pair,
-    scene_to_expect,
-)
 from masonry_opt.studies.journal import Journal, digest
 from masonry_opt.studies.machine import versions_hash
 from masonry_opt.studies.runner import DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
@@ -112,7 +104,7 @@ def run_plan(
     states by those that ``registry`` has."""
     known = best_known(scenes, registry)
     notes: list[str] = []
-    made = _JournalRuns(Journal(folder, {"columns": digest(COLUMNS)}), limits, progress, notes)
+    made = _JournalRuns(Journal(folder, {"columns": digest(runs.COLUMNS)}), limits, progress, notes)
     bounds: dict[str, CertifiedBounds] = {}
     to_expect: dict[str, float | None] = {}
     coulomb = any(question_of(pair.method) == COULOMB for pair in plan.pairs)
@@ -121,9 +113,9 @@ def run_plan(
     try:
         for scene in scenes:
             known_without = scene.expected.get(ASSOCIATIVE, ANSWER) != ANSWER  # then there is no λ to bound
-            if not known_without and (found := made.once(scene, "certified bounds", bound_scene)):
+            if not known_without and (found := made.once(scene, "certified bounds", runs.bound_scene)):
                 bounds[scene.name] = CertifiedBounds(**found)
-            if coulomb and (found := made.once(scene, "load to expect", scene_to_expect)):
+            if coulomb and (found := made.once(scene, "load to expect", runs.scene_to_expect)):
                 to_expect[scene.name] = found["load_factor"]
         for row in made.runs(scenes, plan.pairs):
             rows.append(row)  # those before an interrupt stay
@@ -141,7 +133,7 @@ def run_plan(
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
     if len(summary):
         summary["to_expect"] = summary["scene"].map(to_expect).astype(float)
-    results = pd.DataFrame(rows, columns=COLUMNS)
+    results = pd.DataFrame(rows, columns=runs.COLUMNS)
     return Comparison(
         tuple(scenes), plan, limits, bounds, best, to_expect, results, summary, tuple(notes), interrupted
     )
@@ -160,18 +152,19 @@ class _JournalRuns:
         versions, limits = versions_hash(), self.limits
         long: set[tuple[str, Pair]] = set()
         # Repeats come last: an interrupted comparison has made everything once.
-        runs = [*product(range(1, limits.repeats + 1), scenes, pairs)]
-        for number, (repeat, scene, pair) in enumerate(runs, start=1):
+        asked = [*product(range(1, limits.repeats + 1), scenes, pairs)]
+        for number, (repeat, scene, pair) in enumerate(asked, start=1):
             if (scene.name, pair) in long:
                 continue
-            columns = key_of(scene, pair, repeat, versions)
+            columns = runs.key_of(scene, pair, repeat, versions)
             key = " · ".join(map(str, columns.values()))
             row = self.journal.find(key)
             if row is None or _ended_by_less(row, limits):
                 tolerance = "" if pair.tolerance is None else f" · {pair.tolerance:.0e}"
-                self.progress(f"{number}/{len(runs)} {scene.name} · {pair.label}{tolerance}")
-                end = run_alone(partial(run_pair, scene.path, pair, limits.time), limits.time, limits.memory)
-                row = row_of(columns, end, limits.time, limits.memory)
+                self.progress(f"{number}/{len(asked)} {scene.name} · {pair.label}{tolerance}")
+                run = partial(runs.run_pair, scene.path, pair, limits.time)
+                end = run_alone(run, limits.time, limits.memory)
+                row = runs.row_of(columns, end, limits.time, limits.memory)
                 if end.how != DIED:  # the system may have killed it
                     self.journal.add(key, row)
             if row["wall"] > REPEATED_BELOW or row["ended"] != FINISHED:

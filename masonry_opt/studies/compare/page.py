@@ -17,21 +17,8 @@ from masonry_opt.errors import CaseError
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.case_file import load
 from masonry_opt.studies.charts import NamedChart, script
-from masonry_opt.studies.compare import frames
+from masonry_opt.studies.compare import frames, judge
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.studies.compare.judge import (
-    ASSOCIATIVE,
-    CERTIFIED,
-    COULOMB,
-    FAILED,
-    GAP_FLOOR,
-    NAMED,
-    TARGET,
-    WRONG,
-    number,
-    question_of,
-    reason_text,
-)
 from masonry_opt.studies.compare.runs import RESIDUALS
 from masonry_opt.studies.machine import machine, versions
 from masonry_opt.studies.writing import frame_table, render, table
@@ -59,7 +46,11 @@ _RUNS = {
 }
 
 #: Text in place of a load factor, and its look, by verdict.
-_NO_VALUE = {NAMED: ("no load factor", "named"), FAILED: ("failed", "failed"), WRONG: ("wrong", "wrong")}
+_NO_VALUE = {
+    judge.NAMED: ("no load factor", "named"),
+    judge.FAILED: ("failed", "failed"),
+    judge.WRONG: ("wrong", "wrong"),
+}
 
 
 class TableCell(NamedTuple):
@@ -88,7 +79,7 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
     tables = {"success": None, "apart": None, "runs": None}
     if len(summary):
-        why = [*map(reason_text, summary.to_dict("records"))]
+        why = [*map(judge.reason_text, summary.to_dict("records"))]
         tables["success"] = frame_table(frames.success(summary), frames.FORMATS, _PAIR | frames.SUCCESS)
         tables["runs"] = frame_table(summary.assign(why=why), frames.FORMATS, _RUNS)
     if len(apart := frames.spread(summary)):
@@ -108,8 +99,8 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
         left_out=table(("method", "model", "solver", "why"), comparison.plan.left_out),
         residuals=table(("", *RESIDUALS), residuals, RESIDUALS),
         outside=f"{OUTSIDE:g}",
-        target={question: f"{error:g}" for question, error in TARGET.items()},
-        gap_floor=f"{GAP_FLOOR:g}",
+        target={question: f"{error:g}" for question, error in judge.TARGET.items()},
+        gap_floor=f"{judge.GAP_FLOOR:g}",
         most_apart=f"{100 * APART:g} %",
         repeated_below=f"{REPEATED_BELOW:g}",
         about=table(("", ""), [*about.items()]),
@@ -123,7 +114,7 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
     found = {(row["scene"], row["method"]): row for row in answers}
     apart = {row["scene"]: row for row in frames.spread(summary).to_dict("records")}
     methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
-    coulomb = any(question_of(method) == COULOMB for method in methods)
+    coulomb = any(judge.question_of(method) == judge.COULOMB for method in methods)
     rows, cells = [], {}
     for scene in comparison.scenes:
         name = scene.name
@@ -134,18 +125,18 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
             question: {
                 f"{question} λ, {method}": _answer(found.get((name, method)))
                 for method in methods
-                if question_of(method) == question
+                if judge.question_of(method) == question
             }
-            for question in (ASSOCIATIVE, COULOMB)
+            for question in (judge.ASSOCIATIVE, judge.COULOMB)
         }
         certified = _cell(bounds.middle if bounds and bounds.finite else None)
         cells = {"b × c": TableCell(size, look="plain")}
-        cells |= of[ASSOCIATIVE] or {"associative λ, certified": certified}
+        cells |= of[judge.ASSOCIATIVE] or {"associative λ, certified": certified}
         if coulomb:
             spread = f"{_lambda(ends['lowest'])} to {_lambda(ends['highest'])}" if ends else ""
             cells["lowest Coulomb λ known"] = _cell(best.load_factor, best.method) if best else _UNKNOWN
             cells["λ to expect"] = _cell(comparison.to_expect.get(name))
-            cells |= of[COULOMB]
+            cells |= of[judge.COULOMB]
             cells[f"spread of Coulomb λ, if over {100 * APART:g} %"] = (
                 TableCell(f"{100 * ends['spread']:.1f} %", (spread,)) if ends else _UNKNOWN
             )
@@ -160,21 +151,21 @@ def _cell(load_factor: float | None, *notes: str) -> TableCell:
 def _answer(row: Mapping[Any, Any] | None) -> TableCell:
     if row is None:
         return TableCell("not run", look="plain")
-    notes = [f"{number(row['time'], 2)} s"]
+    notes = [f"{judge.number(row['time'], 2)} s"]
     if row["alike"] < row["runs"]:
         notes.append(f"{row['alike']} of {row['runs']} runs {row['verdict']}")
-    if row["verdict"] == CERTIFIED:
+    if row["verdict"] == judge.CERTIFIED:
         return _cell(row["load_factor"], *_gap(row), *notes)
     said, look = _NO_VALUE[row["verdict"]]
     given = "" if pd.isna(row["load_factor"]) else f"λ {_lambda(row['load_factor'])}: "
-    return TableCell(said, (given + reason_text(row, brief=True), *notes), look)
+    return TableCell(said, (given + judge.reason_text(row, brief=True), *notes), look)
 
 
 def _gap(row: Mapping[Any, Any]) -> list[str]:
     """How far a load factor is from what is known."""
     if pd.isna(row["gap"]):
         return []
-    if row["question"] == ASSOCIATIVE:
+    if row["question"] == judge.ASSOCIATIVE:
         return [f"error {row['error']:.0e}"]
     return [f"gap {100 * row['gap']:+.2g} %" if row["gap"] else "gap 0 %"]
 

@@ -33,16 +33,10 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
 from masonry_opt.studies.answer import StudyAnswer, records
+from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.moving_load import MovingLoad
 from masonry_opt.studies.crossing.passage import Passage
 from masonry_opt.studies.crossing.picture import picture
-from masonry_opt.studies.crossing.search import (
-    CrossedPassage,
-    PassageSolver,
-    SolveLive,
-    least_associative,
-    least_coulomb,
-)
 from masonry_opt.studies.many.runs import COLUMNS, columns
 from masonry_opt.studies.writing import frame_table, render
 from masonry_opt.words.sentences import numeral
@@ -75,7 +69,7 @@ class Crossing(StudyAnswer):
     """
 
     worst: Result
-    passages: tuple[CrossedPassage, ...] = field(repr=False)
+    passages: tuple[search.CrossedPassage, ...] = field(repr=False)
     interrupted: bool = False
 
     @property
@@ -88,7 +82,7 @@ class Crossing(StudyAnswer):
         return self.worst.required()
 
     @property
-    def least(self) -> CrossedPassage | None:
+    def least(self) -> search.CrossedPassage | None:
         """The passage with the worst position; None of a scene that does not stand."""
         return min(self.passages, key=lambda one: one.least, default=None)
 
@@ -319,16 +313,16 @@ def crossing(
     for passage in passages:
         solve = _solve(many, passage, effort)
         plain = proves and model is None and solver is None and not len(passage.assembly.problem.crushing)
-        solving = PassageSolver(passage, associative if plain else solve, progress)
-        envelope = solving if proves else PassageSolver(passage, associative)
+        solving = search.PassageSolver(passage, associative if plain else solve, progress)
+        envelope = solving if proves else search.PassageSolver(passage, associative)
         try:
-            beside = least_associative(envelope, _longest(passage), WITHIN)
-            found = beside if proves else least_coulomb(solving, beside, WITHIN)
+            beside = search.least_associative(envelope, _longest(passage), WITHIN)
+            found = beside if proves else search.least_coulomb(solving, beside, WITHIN)
         except KeyboardInterrupt:
             interrupted, found = True, solving.found()
             beside = found if proves else envelope.found()
         if found.trials:
-            crossed.append(CrossedPassage(passage, found, beside))
+            crossed.append(search.CrossedPassage(passage, found, beside))
         if interrupted:
             break
     if not crossed:
@@ -342,7 +336,7 @@ def _longest(passage: Passage) -> float:
     return _LONGEST * float(passage.road.breaks[-1] - passage.road.breaks[0])
 
 
-def _solve(session: Session, passage: Passage, effort: Effort) -> SolveLive:
+def _solve(session: Session, passage: Passage, effort: Effort) -> search.SolveLive:
     """The method itself, on the scene's own matrices, of a scene that stands."""
     assembly = passage.assembly
 
