@@ -249,10 +249,6 @@ def crossing(
     axles: str | Axles | Sequence[Axles] | None = None,
     *,
     method: str = DEFAULT,
-    model: str | None = None,
-    solver: str | None = None,
-    tolerance: float | None = None,
-    expected: bool = True,
     load_case: str | None = None,
     progress: Callable[[float, float], None] = lambda position, load_factor: None,
     **options: Any,
@@ -277,8 +273,9 @@ def crossing(
         A scene, or the path of a case file.
     axles:
         A group, several, or the name of one of the scene's. Default: all of the scene's.
-    method, model, solver, tolerance, expected, options:
-        As of :func:`~masonry_opt.analysis.solve`; the load to expect is that of the worst position alone.
+    method, options:
+        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too; the load to expect is that of
+        the worst position alone.
     load_case:
         Name of the load case in which they cross, where the scene has any: its ``live`` names "axles", whose
         factor multiplies them, and what else is live beside them.
@@ -295,7 +292,7 @@ def crossing(
     KeyboardInterrupt
         If it was interrupted before any position was solved.
     """
-    session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
+    session = prepare(method, **options)
     many = session.without_expected()
     scene = as_scene(scene, load_case)
     scene.in_plane()  # which refuses solids
@@ -310,9 +307,10 @@ def crossing(
         return Crossing(worst=result, passages=())
     associative = MovingLoad(replace(first.assembly.problem, live=first.live(start)), effort)
     crossed, interrupted, proves = [], False, session.method.associative
+    own = session.how.model is None and session.how.solver is None
     for passage in passages:
         solve = _solve(many, passage, effort)
-        plain = proves and model is None and solver is None and not len(passage.assembly.problem.crushing)
+        plain = own and proves and not len(passage.assembly.problem.crushing)
         solving = search.PassageSolver(passage, associative if plain else solve, progress)
         envelope = solving if proves else search.PassageSolver(passage, associative)
         try:

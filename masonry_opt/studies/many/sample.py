@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from masonry_opt.analysis import prepare
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, counted, printable
-from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
@@ -210,10 +210,6 @@ def sample(
     correlation: float | None = None,
     sequence: str | None = None,
     method: str = DEFAULT,
-    model: str | None = None,
-    solver: str | None = None,
-    tolerance: float | None = None,
-    expected: bool = True,
     out: str | Path | None = None,
     parquet: bool = False,
     force: bool = False,
@@ -252,8 +248,8 @@ def sample(
     sequence:
         "sobol", scrambled (the default up to 10 numbers), or "random", independent points (the default
         above: of many numbers Sobol's points correlate some unless there are thousands of runs).
-    method, model, solver, tolerance, expected, **options:
-        Of :func:`~masonry_opt.analysis.solve`.
+    method, options:
+        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
     out:
         Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
         each. Runs that it holds already are not made again.
@@ -281,7 +277,7 @@ def sample(
             raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     draws = Draws(scene, distributions, by, correlation)
     values = draws.table(n, seed, sequence)
-    how = HowToSolve(method, model, solver, tolerance, expected, options)
+    how = prepare(method, **options).how
     study, make = (Study(None, how), draws.scene) if draws.varied else (Study(scene, how), None)
     points: list[Any] = values.to_dict("records")
     table = ManyRuns(out, parquet, force, workers, dask, progress).table(study, points, make)

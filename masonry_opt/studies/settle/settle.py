@@ -287,10 +287,6 @@ def settle(
     turns: bool = False,
     load_case: str | None = None,
     method: str = DEFAULT,
-    model: str | None = None,
-    solver: str | None = None,
-    tolerance: float | None = None,
-    expected: bool = True,
     phases: Phases = lambda _: None,
     **options: Any,
 ) -> Settlement:
@@ -311,7 +307,7 @@ def settle(
     direction: in which it settles, ``(x, y)``, in space ``(x, y, z)``; only the direction counts.
     turns: whether each support may turn too, also at rest; its reaction passes its centroid.
     load_case: name of one of the scene's, whose dead loads act.
-    method, model, solver, tolerance, expected, phases, **options: as of :func:`~masonry_opt.solve`.
+    method, phases, options: as of :func:`~masonry_opt.solve`, its model, solver, ... too.
 
     Returns
     -------
@@ -326,7 +322,7 @@ def settle(
         If there is no such support, it can move already, or touches nothing that can; if the direction is
         none of the scene's; or what :func:`~masonry_opt.solve` refuses.
     """
-    session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
+    session = prepare(method, **options)
     scene, effort = as_scene(scene, load_case), Effort(phases)
     scene.refuse_without_case()
     supports = _supports(scene, support)
