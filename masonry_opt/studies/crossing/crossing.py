@@ -24,7 +24,6 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.road import Road
 from masonry_opt.result import Result
 from masonry_opt.scene.axles import Axles
@@ -127,10 +126,10 @@ class Crossing(StudyAnswer):
     def undecided_at(self) -> list[dict[str, Any]]:
         """These: ``axles``, ``direction`` and ``position`` of each, as in the table."""
         return [
-            _place(one.passage, trial.position)
+            _place(one.passage, position)
             for one in self.passages
-            for trial in one.found.trials
-            if math.isnan(trial.load_factor)
+            for position, answer in one.found.answers.items()
+            if math.isnan(search.load_factor(answer))
         ]
 
     @cached_property
@@ -139,9 +138,9 @@ class Crossing(StudyAnswer):
         first axle), then the columns of ``mo.sweep`` but for the seconds. Where loads jump
         there is a row on either side."""
         rows = [
-            _place(one.passage, trial.position) | columns(one.passage.loaded(trial.position), trial.solution)
+            _place(one.passage, position) | columns(one.passage.loaded(one.passage.live(position)), answer)
             for one in self.passages
-            for trial in one.found.trials
+            for position, answer in one.found.answers.items()
         ]
         types = {"axles": "object", "direction": "object", "position": "float64"} | COLUMNS
         del types["seconds"]
@@ -319,7 +318,7 @@ def crossing(
         except KeyboardInterrupt:
             interrupted, found = True, solving.found()
             beside = found if proves else envelope.found()
-        if found.trials:
+        if found.answers:
             crossed.append(search.CrossedPassage(passage, found, beside))
         if interrupted:
             break
@@ -336,13 +335,7 @@ def _longest(passage: Passage) -> float:
 
 def _solve(session: Session, passage: Passage, effort: Effort) -> search.SolveLive:
     """The method itself, on the scene's own matrices, of a scene that stands."""
-    assembly = passage.assembly
-
-    def solve(live: np.ndarray) -> Any:
-        problem: Problem = replace(assembly.problem, live=live)
-        return session.pushed(replace(assembly, problem=problem), lambda _: None, effort)
-
-    return solve
+    return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
 def _passages(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> Iterator[Passage]:

@@ -52,10 +52,9 @@ class Passage:
         forces[:, 2] /= problem.length_unit
         return problem.live + forces.ravel()
 
-    def loaded(self, position: float) -> Assembly:
+    def loaded(self, live: np.ndarray) -> Assembly:
         """The assembly with that live load."""
-        problem = replace(self.assembly.problem, live=self.live(position))
-        return replace(self.assembly, problem=problem)
+        return replace(self.assembly, problem=replace(self.assembly.problem, live=live))
 
     def scene(self, position: float) -> Scene:
         """The scene with the axles there as loads of its blocks, one a block, and none that move."""
