@@ -42,13 +42,8 @@ class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is de
 
 
 class Context(type(_STANDARD)):  # type: ignore[misc]
-    """A context of multiprocessing whose processes run libraries on one thread, and do not import the main
-    program: a script without a main guard would start its study again there.
-
-    Attributes
-    ----------
-    processes: all made so far.
-    """
+    """A context of multiprocessing whose processes (all made so far) run libraries on one thread, and do not
+    import the main program: a script without a main guard would start its study again there."""
 
     def __init__(self) -> None:
         super().__init__()

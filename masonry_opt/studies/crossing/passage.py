@@ -23,14 +23,8 @@ _BESIDE = 1e-9
 
 @dataclass(frozen=True)
 class Passage:
-    """A group of axles that travels in one direction. Its position is the abscissa of its first axle; the
-    others follow.
-
-    Attributes
-    ----------
-    assembly: of the scene, with whatever other live loads it has.
-    road: under the axles.
-    """
+    """A group of axles that travels in one direction over a road of a scene with whatever other live loads.
+    Its position is the abscissa of its first axle; the others follow."""
 
     axles: Axles
     direction: TravelDirection

@@ -35,12 +35,8 @@ _FIRST, _MARGIN, _ROUNDS = 25, 0.005, 10
 
 @dataclass(frozen=True)
 class PassageTrials:
-    """Answers of a passage by rising position.
-
-    Attributes
-    ----------
-    bound: what no load factor at any position is below, proven; None where nothing is.
-    """
+    """Answers of a passage by rising position, and what no load factor at any position is below, proven; None
+    where nothing is."""
 
     answers: dict[float, Solution] = field(repr=False)
     bound: float | None = None
@@ -124,7 +120,7 @@ class PassageSolver:
 
 def least_associative(solved: PassageSolver, longest: float, within: float) -> PassageTrials:
     """The least associative load factor of a passage, and a bound below it, no farther than ``within``
-    (relative) where one can be had.
+    (relative) where one can be had; no two positions solved are farther apart than ``longest``.
 
     Loads that a standing scene carries are a convex set with zero in it: 1/λ, by which a load must shrink to
     lie in it, is a convex function of the load. Between two positions where loads follow a line, λ is
@@ -133,10 +129,6 @@ def least_associative(solved: PassageSolver, longest: float, within: float) -> P
     that spread leave of a parabola is a load itself: of sums of loads 1/λ is at most the sum, and it is taken
     as twice what it is at a quarter of the range. Ranges whose least may be too low are halved; not those of
     which a load has no answer, next to which there may be none either: then nothing is proven.
-
-    Parameters
-    ----------
-    longest: range between two positions solved.
     """
     ranges = [(_needed(solved, *ends), *ends) for ends in solved.passage.pieces(longest)]
     finest = _FINEST * (ranges[-1][2] - ranges[0][1]) if ranges else 0.0
