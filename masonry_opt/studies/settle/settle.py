@@ -417,8 +417,8 @@ def _refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -
 
 def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
     """Forces under the dead load of contacts that give while the supports are held, as those of supports that
-    settle, shape (3c + t,); None if no pass tells them, or these do not carry the dead load. The first ``own``
-    are the scene's; the others hold supports."""
+    settle, shape (3c + t,); None if no pass tells them, or these do not carry the dead load. The first, so
+    many, are the scene's own; the others hold supports."""
     if held.joints > PASSES_UP_TO or held.dilatancy_depends_on_stress:
         return None
     passes = Passes(held)
