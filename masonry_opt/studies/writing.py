@@ -69,7 +69,7 @@ def frame_table(
     """Some of a frame's columns as a table of a page (see :func:`in_words`)."""
     words = in_words(frame, formats, columns)
     numbers = [heading for name, heading in columns.items() if name in formats]
-    return table(words, words.to_numpy(), numbers)
+    return table(map(str, words), words.to_numpy(), numbers)
 
 
 def render(template: str, **values: object) -> str:

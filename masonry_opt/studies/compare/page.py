@@ -77,13 +77,13 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     """The report of a comparison, its charts inside."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
-    tables = {"success": None, "apart": None, "runs": None}
+    tables: dict[str, Any] = dict.fromkeys(("success", "apart", "runs"))
     if len(summary):
         why = [*map(judge.reason_text, summary.to_dict("records"))]
         tables["success"] = frame_table(frames.success(summary), frames.FORMATS, _PAIR | frames.SUCCESS)
         tables["runs"] = frame_table(summary.assign(why=why), frames.FORMATS, _RUNS)
     if len(apart := frames.spread(summary)):
-        tables["apart"] = frame_table(apart, frames.FORMATS, {name: name for name in apart})
+        tables["apart"] = frame_table(apart, frames.FORMATS, {str(name): str(name) for name in apart})
     residuals = [
         (kind, *(f"{limit.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limit in LIMITS.items()
     ]

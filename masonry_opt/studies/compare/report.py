@@ -85,8 +85,8 @@ def compare(
     if not named:
         raise OptionError("nothing to compare: name case files")
     limits, registry = RunLimits(time_limit, memory_limit, repeats), folder / FILE
-    scenes = find_scenes(named, folder)
-    comparison = run_plan(scenes, planned, limits, out, progress, registry, update_best_known)
+    found = find_scenes(named, folder)
+    comparison = run_plan(found, planned, limits, out, progress, registry, update_best_known)
     progress("report")
     write_report(comparison, out)
     ended = comparison.results["ended"]

@@ -161,8 +161,10 @@ class ManyRuns:
         self.progress(len(rows), len(points))
         frame = framed([rows[index] for index in range(len(points))], list(points[0]))
         if self.out is not None:
-            parquet = {"runs.parquet": frame.to_parquet(None, index=False)} if self.parquet else {}
-            write_files(Path(self.out), {_TABLE: csv_text(frame)} | parquet)
+            contents: dict[str, str | bytes] = {_TABLE: csv_text(frame)}
+            if self.parquet:
+                contents["runs.parquet"] = frame.to_parquet(None, index=False)
+            write_files(Path(self.out), contents)
         return frame
 
     def _journal(self, study: Study, points: Sequence[Mapping[str, float]]) -> Journal | None:
