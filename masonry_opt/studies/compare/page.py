@@ -91,8 +91,7 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
         "comparison.html",
         title="Comparison of methods and solvers",
         opening=opening(comparison),
-        limits=comparison.limits,
-        notes=comparison.notes,
+        comparison=comparison,
         **tables,
         charts=charts,
         script=script(),
@@ -112,13 +111,12 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
     summary = comparison.summary
     answers = frames.answers(summary).to_dict("records") if len(summary) else []
     found = {(row["scene"], row["method"]): row for row in answers}
-    apart = {row["scene"]: row for row in frames.spread(summary).to_dict("records")}
     methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
     coulomb = any(judge.question_of(method) == judge.COULOMB for method in methods)
     rows, cells = [], {}
     for scene in comparison.scenes:
         name = scene.name
-        bounds, best, ends = comparison.bounds.get(name), comparison.best.get(name), apart.get(name)
+        bounds, best = comparison.bounds.get(name), comparison.best.get(name)
         sizes = [row for (of, _), row in found.items() if of == name and pd.notna(row["joints"])]
         size = f"{sizes[0]['blocks']:.0f} × {sizes[0]['joints']:.0f}" if sizes else "–"
         of = {
@@ -133,13 +131,9 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
         cells = {"b × c": TableCell(size, look="plain")}
         cells |= of[judge.ASSOCIATIVE] or {"associative λ, certified": certified}
         if coulomb:
-            spread = f"{_lambda(ends['lowest'])} to {_lambda(ends['highest'])}" if ends else ""
             cells["lowest Coulomb λ known"] = _cell(best.load_factor, best.method) if best else _UNKNOWN
             cells["λ to expect"] = _cell(comparison.to_expect.get(name))
             cells |= of[judge.COULOMB]
-            cells[f"spread of Coulomb λ, if over {100 * APART:g} %"] = (
-                TableCell(f"{100 * ends['spread']:.1f} %", (spread,)) if ends else _UNKNOWN
-            )
         rows.append(SceneRow(name, scene.title, _picture(scene.path), tuple(cells.values())))
     return [*cells], rows
 
