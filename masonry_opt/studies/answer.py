@@ -15,9 +15,9 @@ from masonry_opt.errors import printable
 class StudyAnswer(ABC):
     """The answer of a study."""
 
-    @abstractmethod
     def facts(self) -> dict[str, str]:
         """What it found, in words by name."""
+        return {}
 
     @abstractmethod
     def as_dict(self) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,6 +25,7 @@ from masonry_opt.methods.task import Progress
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.answer import StudyAnswer
 from masonry_opt.words.summary import told_factor
 from masonry_opt.words.terminal import frame_text
 
@@ -37,7 +37,7 @@ COLUMNS = ("load_factor", "status", "expected", "associative", "exact")
 
 
 @dataclass(frozen=True, eq=False)
-class Cases:
+class Cases(StudyAnswer):
     """The load cases of a scene, solved.
 
     Attributes
@@ -117,10 +117,6 @@ class Cases:
         if self.left_out:
             told["left_out"] = list(self.left_out)
         return told | {"load_cases": [result.as_dict() for result in self.results.values()]}
-
-    def to_json(self) -> str:
-        """``as_dict`` as one JSON object."""
-        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
     @property
     def _heading(self) -> str:

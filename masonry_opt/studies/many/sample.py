@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.answer import StudyAnswer, records
 from masonry_opt.studies.load_factor_axis import ends
-from masonry_opt.studies.many import estimates
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.estimates import CONFIDENCE
 from masonry_opt.studies.many.runs import ManyRuns, RunProgress, Study
 from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.sentences import numeral
@@ -37,6 +37,9 @@ RUNS = 128
 
 #: Probabilities of the quantiles, unless others are asked for.
 PROBABILITIES = (0.05, 0.5, 0.95)
+
+#: Confidence of intervals, unless another is asked for.
+CONFIDENCE = 0.95
 
 #: Kinds of chart.
 KINDS = ("distribution", "fragility", "sensitivity")
@@ -110,33 +113,68 @@ class Sample(StudyAnswer):
     def quantiles(
         self, probabilities: Sequence[float] = PROBABILITIES, confidence: float = CONFIDENCE
     ) -> pd.DataFrame:
-        """Quantiles of the load factor (see :func:`~.estimates.quantiles`).
+        """Quantiles of the load factor: ``probability``, ``value``, ``lower``, ``upper``.
+
+        The limits are two of the ordered load factors, whose ranks are quantiles of the binomial distribution
+        (n, p): on either side half of what the confidence leaves. A limit is NaN where there are too few runs
+        to have one.
 
         Raises OptionError if a probability is not between 0 and 1.
         """
-        shares = [_share("probabilities", value) for value in probabilities]
-        return estimates.quantiles(self.load_factors, shares, _share("confidence", confidence))
+        _refuse_shares(probabilities=probabilities, confidence=[confidence])
+        values, rows = self.load_factors, []
+        for p in probabilities:
+            limits = stats.quantile_test(values, p=p).confidence_interval(confidence)
+            rows.append((p, np.quantile(values, p, method="inverted_cdf"), *limits))
+        return pd.DataFrame(rows, columns=["probability", "value", "lower", "upper"])
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Probability of collapse at load factors (see :func:`~.estimates.fragility`); by default at those
-        found, and 5 % of their range to either side.
+        """Probability of collapse at load factors: ``load``, ``probability``, ``lower``, ``upper``.
+
+        It is the share of runs whose load factor does not exceed them; the limits are Clopper & Pearson's. By
+        default at the load factors found, and 5 % of their range to either side.
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
+        _refuse_shares(confidence=[confidence])
         if loads is None:
             found = np.unique(self.load_factors[np.isfinite(self.load_factors)])
             least, greatest = ends(found)
             aside = 0.05 * (greatest - least) if len(found) else 0.0
             loads = [max(least - aside, 0.0), *found.tolist(), greatest + aside]
-        return estimates.fragility(self.load_factors, loads, _share("confidence", confidence))
+        n, collapsed = self.runs, np.searchsorted(np.sort(self.load_factors), loads, side="right")
+        beside = (1 - confidence) / 2
+        with np.errstate(invalid="ignore"):
+            lower = np.where(collapsed == 0, 0.0, stats.beta.ppf(beside, collapsed, n - collapsed + 1))
+            upper = np.where(collapsed == n, 1.0, stats.beta.ppf(1 - beside, collapsed + 1, n - collapsed))
+        return pd.DataFrame({"load": loads, "probability": collapsed / n, "lower": lower, "upper": upper})
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Rank correlations with the numbers drawn (see :func:`~.estimates.sensitivity`).
+        """Spearman's rank correlation of the load factor with each number drawn, strongest first:
+        ``parameter``, ``rank_correlation``, ``lower``, ``upper``; NaN where the load factor, or the number,
+        is the same in all runs. Load factors that differ by rounding have one rank.
+
+        The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All intervals
+        hold at once with the confidence (Bonferroni).
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
-        drawn = self.table[list(self.drawn)]
-        return estimates.sensitivity(drawn, self.load_factors, _share("confidence", confidence))
+        _refuse_shares(confidence=[confidence])
+        values, drawn = self.load_factors, self.table[list(self.drawn)]
+        known = np.abs(values[np.isfinite(values)])
+        step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
+        ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index)
+        r = drawn.rank().corrwith(ranks).clip(-1, 1)
+        each = 1 - (1 - confidence) / max(drawn.shape[1], 1)
+        degrees = len(values) - 3
+        half = stats.norm.ppf((1 + each) / 2) * np.sqrt((1 + r**2 / 2) / degrees) if degrees > 0 else np.inf
+        # Of a perfect correlation Fisher's transform is infinite.
+        middle = np.arctanh(r.clip(-1 + 1e-15, 1 - 1e-15))
+        columns = {"rank_correlation": r, "lower": np.tanh(middle - half), "upper": np.tanh(middle + half)}
+        found = pd.DataFrame(columns).rename_axis("parameter").reset_index()
+        # Rounded, and sorted stably: equal ones stay in the order in which they were named.
+        order = found["rank_correlation"].abs().round(12).sort_values(ascending=False, kind="stable").index
+        return found.loc[order].reset_index(drop=True)
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Quantiles, fragility and sensitivity, by these names."""
@@ -161,10 +199,10 @@ class Sample(StudyAnswer):
         # A scene made in Python has a title instead, which may have dots.
         name = case.stem if case.suffix in (".toml", ".json") else self.case
         title = f"{name}: {self.counted}"
-        of_tables = {"fragility": sample_charts.fragility, "sensitivity": sample_charts.sensitivity}
-        if kind == "distribution":
-            return sample_charts.distribution(title, self.load_factors, self.quantiles())
-        return of_tables[kind](title, self.tables()[kind])
+        sure, of_tables = f"{CONFIDENCE:.0%} confidence", ("fragility", "sensitivity")
+        if kind in of_tables:
+            return getattr(sample_charts, kind)(title, self.tables()[kind], sure)
+        return sample_charts.distribution(title, self.load_factors, self.quantiles(), sure)
 
     def facts(self) -> dict[str, str]:
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
@@ -194,10 +232,10 @@ def _worded(value: float) -> str:
     return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
 
 
-def _share(name: str, value: float) -> float:
-    if not 0 < value < 1:
-        raise OptionError(f"{name} must lie between 0 and 1 (found {value})")
-    return value
+def _refuse_shares(**shares: Sequence[float]) -> None:
+    for name, values in shares.items():
+        if wrong := [value for value in values if not 0 < value < 1]:
+            raise OptionError(f"{name} must lie between 0 and 1 (found {wrong[0]})")
 
 
 def sample(
