@@ -6,7 +6,6 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.how_to_solve import HowToSolve
@@ -100,21 +99,12 @@ class Pair:
         return f"{self.method} · {self.model} · {self.solver}"
 
 
-class NotApplicable(NamedTuple):
-    """A combination that was named and cannot be, and why."""
-
-    method: str
-    model: str
-    solver: str
-    reason: str
-
-
 @dataclass(frozen=True)
 class RunPlan:
-    """The pairs of a comparison, and the combinations left out."""
+    """The pairs of a comparison; and method, model and solver of combinations that cannot be, and why."""
 
     pairs: tuple[Pair, ...]
-    left_out: tuple[NotApplicable, ...]
+    left_out: tuple[tuple[str, str, str, str], ...]
 
 
 def plan(
@@ -133,13 +123,13 @@ def plan(
     for tolerance in tolerances:
         find_solver(LANGUAGES[0], None, tolerance)  # refuses what is out of range
     pairs: list[Pair] = []
-    left_out: list[NotApplicable] = []
+    left_out: list[tuple[str, str, str, str]] = []
     for method in methods:
         for model, solver in _combinations(method, models, solvers):
             try:
                 how = HowToSolve(method, model, solver)
             except OptionError as error:
-                left_out.append(NotApplicable(method, model, solver, str(error)))
+                left_out.append((method, model, solver, str(error)))
                 continue
             takes_one = how.engine.entry.options and not how.chosen.own_tolerances
             pairs += [Pair(method, model, solver, t) for t in (tolerances if takes_one else [None])]
