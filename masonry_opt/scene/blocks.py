@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -215,6 +215,8 @@ class Body(Record):
 
     #: Keys of its loads: what a fixed block has none of, and what does not tilt.
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "dead")
+    #: Numbers of its points.
+    dimension: ClassVar[Literal[2, 3]] = 2
 
     if TYPE_CHECKING:
         name: str

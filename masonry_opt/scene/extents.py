@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -49,6 +49,18 @@ class Extents(ABC):
     centroid: np.ndarray
     convex: np.ndarray
     mixed: np.ndarray
+
+    #: Where blocks overlap, and what they may do about that beside moving, given the depth.
+    within: ClassVar[str] = "over an area"
+    remedy: ClassVar[str] = ""
+    #: Where blocks meet without a joint.
+    meeting: ClassVar[str] = "corner on corner alone, where a joint needs an edge"
+    #: Share of the smaller block in an overlap from which on it lies within the other, as errors say.
+    inside: ClassVar[float] = np.inf
+    #: Gap that may be a joint of mortar that was left out, over the width of a block.
+    mortar: ClassVar[float] = 0.0
+    #: Pairs that overlap, after which no more are looked for: the scene is refused anyway.
+    enough: ClassVar[float] = np.inf
 
     @property
     @abstractmethod

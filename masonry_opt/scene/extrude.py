@@ -58,7 +58,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     if isinstance(depth, bool) or not isinstance(depth, int | float) or not 0 < depth < math.inf:
         raise OptionError(f"'thickness' of solids is a positive number (found {depth!r})")
     blocks, shapes = scene.in_plane(), geometry(scene)
-    if mistake := of_plane_alone(scene):
+    for mistake in of_plane_alone(scene):
         raise OptionError(f"{scene.origin}: {mistake}")
     cohesion = scene.thickness / depth
     sideways = scene.tilt_direction

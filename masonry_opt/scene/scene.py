@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, PrivateAttr, model_validator
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.blocks import Block
+from masonry_opt.scene.blocks import Block, Body
 from masonry_opt.scene.consistency import inconsistency, wrong_direction
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase
 from masonry_opt.scene.solids import Solid
+
+_B = TypeVar("_B", bound=Body)
 
 
 class Scene(SceneKeys):
@@ -178,15 +180,17 @@ class Scene(SceneKeys):
 
     def in_plane(self) -> list[Block]:
         """The blocks of a scene in the plane. Raises OptionError of one in space."""
-        if self.dimension == 3:
-            raise OptionError(f"{self.origin}: its blocks are solids: this is for scenes in the plane")
-        return [block for block in self.blocks if isinstance(block, Block)]
+        return self._only(Block, "its blocks are solids: this is for scenes in the plane")
 
     def in_space(self) -> list[Solid]:
         """The blocks of a scene in space. Raises OptionError of one in the plane."""
-        if self.dimension == 2:
-            raise OptionError(f"{self.origin}: its blocks lie in the plane: this is for solids")
-        return [block for block in self.blocks if isinstance(block, Solid)]
+        return self._only(Solid, "its blocks lie in the plane: this is for solids")
+
+    def _only(self, kind: type[_B], why: str) -> list[_B]:
+        of_kind = [block for block in self.blocks if isinstance(block, kind)]
+        if len(of_kind) < len(self.blocks):
+            raise OptionError(f"{self.origin}: {why}")
+        return of_kind
 
     @property
     def origin(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_validator
@@ -128,6 +128,7 @@ class Solid(Body):
     """
 
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "live_moment", "dead", "dead_moment")
+    dimension: ClassVar[Literal[2, 3]] = 3
 
     name: Name
     vertices: Corners | None = None

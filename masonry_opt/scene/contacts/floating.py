@@ -12,9 +12,6 @@ from masonry_opt.scene.geometry import raise_for
 from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
 
-#: Gap that may be a joint of mortar, over the width of a block.
-_MORTAR = 0.2
-
 
 def refuse_floating(
     scene: Scene,
@@ -54,13 +51,11 @@ def _nearest(scene: Scene, shapes: Extents, block: int) -> str:
     """How far from a block that touches nothing the nearest is, and what to do."""
     nearest, gap = shapes.nearest(block)
     name, both, remedy = repr(scene.blocks[nearest].name), [block, nearest], ""
-    solid = scene.dimension == 3
     if gap <= shapes.tolerance:
-        where = "along edges or at corners alone" if solid else "corner on corner alone"
-        return f": it meets {name} {where}, where a joint needs {'a face' if solid else 'an edge'} of either"
+        return f": it meets {name} {shapes.meeting} of either"
     if gap <= shapes.reach[both].min():
         remedy = _rounding(gap)
-    elif solid and gap <= _MORTAR * shapes.width[both].min():
+    elif gap <= shapes.mortar * shapes.width[both].min():
         remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if mortar was left out"
     return _how_far(f"{name}, the nearest, is", gap, remedy)
 

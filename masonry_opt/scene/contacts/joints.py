@@ -90,6 +90,14 @@ class Joints:
         """Last contact point of each joint, shape (joints, 2) or (joints, 3)."""
         return self.point[self.last_point]
 
+    @property
+    def axes(self) -> np.ndarray:
+        """Normal and tangent of each joint, in space also their product, shape (dim, joints, dim)."""
+        axes = [self.normal, self.tangent]
+        if self.normal.shape[1] > 2:
+            axes.append(np.cross(*axes))
+        return np.stack(axes)
+
     @cached_property
     def middle(self) -> np.ndarray:
         """Middle of each joint, of a polygon the centroid of its area, relative to the shapes' origin."""

@@ -14,13 +14,6 @@ from masonry_opt.scene.space.surfaces import place
 #: some six neighbours; of blocks that lie on one another each is a neighbour of all.
 _MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
 
-#: Pairs of solids that overlap, each a linear program, after which no more are looked for: the scene is
-#: refused anyway.
-_ENOUGH = 100
-
-#: Share of a block's volume that lies within another from which on it lies there wholly.
-_INSIDE = 0.999
-
 
 def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
     """Index pairs (i < j) of blocks whose boxes touch or nearly do, sorted, shape (pairs, 2).
@@ -60,12 +53,10 @@ def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
     (low, high), (i, j) = shapes.boxes, pairs.T
     inside = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
     pairs = pairs[(inside > shapes.contact_tolerance).all(axis=1)]
-    solid = scene.dimension == 3
-    enough = _ENOUGH if solid else np.inf
     found: dict[int, list[Common]] = {}
     for number, piece in shapes.overlaps(pairs):
         found.setdefault(number, []).append(piece)
-        if len(found) == enough:
+        if len(found) == shapes.enough:
             break
     if not found:
         return
@@ -75,17 +66,16 @@ def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
     names = [repr(scene.blocks[index].name) for index in pairs[worst]]
     most = rounded_up(max(piece.depth for pieces in found.values() for piece in pieces), 2)
     # Rounding leaves slivers; what is deeper is no matter of tolerance.
-    remedy = f", or raise 'contact_tolerance' to {most} if they are meant to" if solid else ""
-    if solid and size[worst] > _INSIDE * shapes.size[pairs[worst]].min():
+    remedy = shapes.remedy.format(most)
+    if size[worst] > shapes.inside * shapes.size[pairs[worst]].min():
         remedy = ", or leave one out: one lies within the other"
     elif deepest.depth <= shapes.reach[pairs[worst]].min():
         remedy = f", or raise 'tolerance' to {most} if their coordinates were rounded"
-    where = "in a volume" if solid else "over an area"
     others = len(found) - 1
-    least = "at least " if len(found) == enough else ""
+    least = "at least " if len(found) == shapes.enough else ""
     more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
     raise CaseError(
-        f"{scene.origin}: blocks {names[0]} and {names[1]} overlap {where} of {size[worst]:.6g} round "
-        f"{place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep: move "
-        f"them apart{remedy}{more}"
+        f"{scene.origin}: blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g} "
+        f"round {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep: "
+        f"move them apart{remedy}{more}"
     )

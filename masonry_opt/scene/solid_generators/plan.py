@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
+from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every, spaces
 from masonry_opt.scene.solid_generators.generator import SolidGenerator
 from masonry_opt.scene.solid_generators.stretches import WallStretch, conflicts, crossed
@@ -140,8 +141,7 @@ class Plan(SolidGenerator):
         yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
-        names = [wall.name for wall in self.walls]
-        for name in {name for name in names if names.count(name) > 1}:
+        for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one"
         for wall in self.walls:
             for number, (one, other) in enumerate(pairwise(wall.axis), start=1):

@@ -37,6 +37,13 @@ class Shapes(Extents):
     parts: ConvexParts
     faces: OuterFaces
 
+    within = "in a volume"
+    remedy = ", or raise 'contact_tolerance' to {} if they are meant to"
+    meeting = "along edges or at corners alone, where a joint needs a face"
+    inside = 0.999
+    mortar = 0.2
+    enough = 100  # each a linear program
+
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
         return self.parts.points, self.parts.block[self.parts.of_point]
