@@ -13,14 +13,13 @@ from masonry_opt.errors import CaseError
 from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing, write_whole
 from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import MOST_BLOCKS, Name, NonNegative, Number, Positive, Record, Text
-from masonry_opt.scene.drawings.supports import FIXED
-from masonry_opt.scene.generator import AnyGenerator, Generator
+from masonry_opt.scene.drawings.stones import FIXED
+from masonry_opt.scene.generator import AnyGenerator, Generator, SolidGenerator
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import wrong_file
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solid_generators.barrel import Barrel
 from masonry_opt.scene.solid_generators.dome import Dome
-from masonry_opt.scene.solid_generators.generator import SolidGenerator
 from masonry_opt.scene.solid_generators.groin import Groin
 from masonry_opt.scene.solid_generators.plan import Plan
 from masonry_opt.scene.solid_generators.shaft import Shaft

@@ -6,15 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.contacts import edges, faces, solids
-from masonry_opt.scene.contacts.floating import refuse_floating
 from masonry_opt.scene.contacts.joints import Joints, joint_properties, outline_sides
-from masonry_opt.scene.contacts.pairs import near_pairs, refuse_overlaps
+from masonry_opt.scene.contacts.pairs import near_pairs, refuse_floating, refuse_overlaps
 from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
 from masonry_opt.scene.extents import Extents
 from masonry_opt.scene.geometry import geometry
-from masonry_opt.scene.rows import lengths
+from masonry_opt.scene.rows import lengths, ranges
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.shapes import shapes
 

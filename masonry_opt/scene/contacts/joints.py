@@ -9,9 +9,8 @@ from typing import Any, Self
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.combinations import following
 from masonry_opt.scene.joints import JointDefaults
-from masonry_opt.scene.rows import dots, sums
+from masonry_opt.scene.rows import dots, following, sums
 from masonry_opt.scene.scene import Scene
 
 

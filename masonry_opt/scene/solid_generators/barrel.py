@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 from masonry_opt.scene.arch_ring import ArchRing
 from masonry_opt.scene.blocks import Point, Positive
+from masonry_opt.scene.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solid_generators.bond import cut, every
-from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solids import Solid, prism
 
 
@@ -30,7 +30,7 @@ class Barrel(ArchRing, SolidGenerator):
     unit_weight:
         Weight per unit volume.
     name, at, live_per_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is that of the
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of the
         arch, at y = 0.
 
     Raises

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Number, Positive, YesNo
-from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator, polar
+from masonry_opt.scene.generator import PartKeys, SolidGenerator, polar
 from masonry_opt.scene.solids import Solid, prism
 from masonry_opt.scene.walls import Count
 
@@ -45,7 +45,7 @@ class Dome(SolidGenerator):
     base:
         Whether a fixed ring, as high as the dome is thick, is built under it.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is the centre of
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the centre of
         the spheres.
 
     Raises

@@ -10,8 +10,8 @@ from pydantic import Field, Strict
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.arch_ring import ArchRing
 from masonry_opt.scene.blocks import Point, Positive, YesNo
+from masonry_opt.scene.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
-from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solids import Solid, prism
 
 
@@ -34,7 +34,7 @@ class Groin(SolidGenerator):
     abutments:
         Whether a fixed abutment is built under each corner.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is the middle of
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle of
         the square, at the height of the springing points.
 
     Raises

@@ -11,9 +11,9 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
+from masonry_opt.scene.generator import SolidGenerator
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every, spaces
-from masonry_opt.scene.solid_generators.generator import SolidGenerator
 from masonry_opt.scene.solid_generators.stretches import WallStretch, conflicts, crossed
 from masonry_opt.scene.solids import Solid
 from masonry_opt.scene.walls import Count
@@ -103,7 +103,7 @@ class Plan(SolidGenerator):
     base:
         Whether a fixed base is built under all, which reaches a leaf's thickness farther.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is that of the
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of the
         axes, at the foot of the walls.
 
     Raises

@@ -9,7 +9,7 @@ from typing import Annotated
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Positive, YesNo
-from masonry_opt.scene.solid_generators.generator import SolidGenerator, polar
+from masonry_opt.scene.generator import SolidGenerator, polar
 from masonry_opt.scene.solids import Solid, prism
 from masonry_opt.scene.walls import Count, Widths
 
@@ -30,7 +30,7 @@ class Shaft(SolidGenerator):
     base:
         Whether a fixed base is built under it, with the foot's outline and as high as a drum.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is the middle
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle
         of the foot.
 
     Raises

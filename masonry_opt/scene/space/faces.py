@@ -7,12 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.geometry import STRAIGHT
-from masonry_opt.scene.rows import dots, lengths
-from masonry_opt.scene.space.clipping import GRID, sound, valid
+from masonry_opt.scene.rows import dots, lengths, ranges
 from masonry_opt.scene.space.frames import Frames, OuterFaces
-from masonry_opt.scene.space.outlines import wide, without_cracks, without_slivers, without_straight_corners
+from masonry_opt.scene.space.outlines import (
+    GRID,
+    sound,
+    valid,
+    wide,
+    without_cracks,
+    without_slivers,
+    without_straight_corners,
+)
 from masonry_opt.scene.space.surfaces import Surfaces
 
 

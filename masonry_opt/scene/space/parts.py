@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_opt.scene.combinations import chunks, combine, ranges
 from masonry_opt.scene.extents import Common
-from masonry_opt.scene.rows import dots
+from masonry_opt.scene.rows import chunks, combine, dots, ranges
 from masonry_opt.scene.space.faces import Planes
 from masonry_opt.scene.space.surfaces import Surfaces
 

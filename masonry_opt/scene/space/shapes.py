@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
 
-from masonry_opt.scene.combinations import combine
 from masonry_opt.scene.extents import Common, Extents
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, raise_for
-from masonry_opt.scene.rows import dots, lengths, sums
+from masonry_opt.scene.rows import combine, dots, lengths, sums
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.distance import nearest
 from masonry_opt.scene.space.faces import outer_faces, planes
 from masonry_opt.scene.space.frames import OuterFaces
 from masonry_opt.scene.space.parts import ConvexParts, overlapping
@@ -63,7 +62,24 @@ class Shapes(Extents):
         return nearest
 
     def nearest(self, block: int) -> tuple[int, float]:
-        return nearest(self.faces, self.boxes, block)
+        low, high = self.boxes
+        at_least = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
+        at_least[block] = np.inf
+        found, gap = block, np.inf
+        for other in np.argsort(at_least).tolist():
+            if at_least[other] >= gap:
+                break
+            apart = min(
+                _from_hull((one[:, None] - own[None]).reshape(-1, 3))
+                for one, own in product(*map(self._parts_of, (block, other)))
+            )
+            found, gap = (other, apart) if apart < gap else (found, gap)
+        return found, gap
+
+    def _parts_of(self, block: int) -> list[np.ndarray]:
+        """Corners of each part of a block."""
+        parts = np.flatnonzero(self.parts.block == block)
+        return [self.parts.points[self.parts.of_point == part] for part in parts]
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
         count = np.bincount(self.parts.block, minlength=len(self.size))

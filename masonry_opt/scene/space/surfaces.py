@@ -9,8 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.combinations import following, ranges
-from masonry_opt.scene.rows import first_alike, linked, sums
+from masonry_opt.scene.rows import first_alike, following, linked, ranges, sums
 from masonry_opt.scene.scene import Scene
 
 
