@@ -10,12 +10,29 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from masonry_opt.scene.scene import Scene
+
+#: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps,
+#: joints, corners.
+RELATIVE_TOLERANCE = 1e-6
+
 #: Neighbours nearer than this, over the width of the smaller block, were surely meant to touch, and overlaps
 #: no deeper come of rounded coordinates.
 NEAR_MISS = 1e-2
 
 #: So are those within so many tolerances: coordinates that need one are now and then off by a little more.
 _NEAR_TOLERANCES = 3
+
+
+def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
+    """Origin and tolerance of the shapes of a scene, given corners and the block of each. Supports may reach
+    far beyond what stands on them: the movable blocks give both."""
+    fixed = np.array([block.fixed for block in scene.blocks])
+    movable = corners[~fixed[block]]
+    low, high = movable.min(axis=0), movable.max(axis=0)
+    tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot.reduce(high - low))
+    # Digits already lost in the coordinates themselves bound what can be told apart.
+    return (low + high) / 2, max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
 
 
 class Common(NamedTuple):

@@ -11,36 +11,28 @@ from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_v
 from masonry_opt.scene.blocks import SHAPES, Block, Body, Name, NonNegative, Number, Point, Record, YesNo
 
 
-def _three(value: Any) -> Any:
-    """Lists of three told apart from others in words of their own: pydantic's would be those of the plane."""
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        raise ValueError("needs three numbers, [x, y, z]")
-    return value
+def _list_of(count: int, entries: str) -> BeforeValidator:
+    """Refuses other lists in words of its own: pydantic's would be those of the plane."""
 
+    def checked(value: Any) -> Any:
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise ValueError(f"needs {entries}")
+        return value
 
-def _interval(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise ValueError("needs two numbers, [from, to]")
-    return value
-
-
-def _three_intervals(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        raise ValueError("needs three intervals, [[x0, x1], [y0, y1], [z0, z1]]")
-    return value
+    return BeforeValidator(checked)
 
 
 #: A point, force, moment or direction in space.
-Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_three)]
+Vector = Annotated[tuple[Number, Number, Number], _list_of(3, "three numbers, [x, y, z]")]
 #: In the plane or in space, as the blocks of a scene are.
 PlaneOrSpaceVector = Annotated[
     Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
-    Discriminator(
-        lambda value: "<space>" if isinstance(value, list | tuple) and len(value) > 2 else "<plane>"
-    ),
+    Discriminator(lambda value: "<space>" if len(_entries(value)) > 2 else "<plane>"),
 ]
-Interval = Annotated[tuple[Number, Number], BeforeValidator(_interval)]
-Box = Annotated[tuple[Interval, Interval, Interval], BeforeValidator(_three_intervals)]
+Interval = Annotated[tuple[Number, Number], _list_of(2, "two numbers, [from, to]")]
+Box = Annotated[
+    tuple[Interval, Interval, Interval], _list_of(3, "three intervals, [[x0, x1], [y0, y1], [z0, z1]]")
+]
 #: Indices of vertices, in order round the face.
 Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3)]
 #: The fewest of either that enclose a volume.

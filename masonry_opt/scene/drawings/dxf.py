@@ -26,8 +26,9 @@ from masonry_opt.scene.drawings.stones import (
     naming,
     scene_of,
 )
+from masonry_opt.scene.extents import RELATIVE_TOLERANCE
 from masonry_opt.scene.extrude import extrude
-from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
+from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector
 from masonry_opt.scene.tables import reason

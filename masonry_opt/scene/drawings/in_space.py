@@ -13,8 +13,7 @@ from pydantic import ConfigDict
 from masonry_opt.scene.drawings.convex_parts import convex_parts
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, polyhedron, used
 from masonry_opt.scene.drawings.stones import Drawing, listed, naming, scene_of
-from masonry_opt.scene.extents import NEAR_MISS
-from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
+from masonry_opt.scene.extents import NEAR_MISS, RELATIVE_TOLERANCE
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, Vector, prism
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import nnls
 
-from masonry_opt.scene.extents import Common, Extents
-from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, raise_for
+from masonry_opt.scene.extents import Common, Extents, frame_of
+from masonry_opt.scene.geometry import raise_for
 from masonry_opt.scene.rows import combine, dots, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import outer_faces, planes
@@ -111,14 +111,7 @@ def shapes(scene: Scene) -> Shapes:
         of a block overlap; the message names the block.
     """
     given = surfaces(scene)
-    fixed = np.array([block.fixed for block in scene.blocks])
-    # Supports may reach far beyond what stands on them: the movable blocks give the size.
-    movable = given.corners[~fixed[given.block[given.part[given.face]]]]
-    low, high = movable.min(axis=0), movable.max(axis=0)
-    origin = (low + high) / 2
-    tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.linalg.norm(high - low))
-    # Digits already lost in the coordinates themselves bound what can be told apart.
-    tolerance = max(tolerance, 8 * float(np.spacing(np.abs(given.corners).max())))
+    origin, tolerance = frame_of(scene, given.corners, given.block[given.part[given.face]])
     given = replace(given, points=given.points - origin)
     masses = _masses(given)
     block = given.block[np.abs(masses.volume) <= tolerance * masses.surface / 2]
