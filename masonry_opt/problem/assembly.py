@@ -101,16 +101,13 @@ class Assembly:
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6).
 
+    Raises CaseError if a block, joint, edge load or fill of the scene is wrong (see ``geometry``,
+    ``find_joints``, ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or loads differ by more than
+    double precision carries.
+
     Parameters
     ----------
     floating: as of ``find_joints``.
-
-    Raises
-    ------
-    CaseError
-        If a block, joint, edge load or fill of the scene is wrong (see ``geometry``, ``find_joints``,
-        ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or loads differ by
-        more than double precision carries.
     """
     found = shapes_of(scene)
     joints, movable = find_joints(scene, found, floating=floating), _movable(scene)

@@ -31,6 +31,8 @@ class PointLoad(Record):
 class Arch(ArchRing, Generator):
     """An arch in the plane.
 
+    Raises CaseError if the measures make no arch, or a point load names no voussoir.
+
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight:
@@ -40,11 +42,6 @@ class Arch(ArchRing, Generator):
     name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`; the origin is the centre of ``radius``, or the
         middle of the line between the springing points of ``span``, at the inner ends of the feet.
-
-    Raises
-    ------
-    CaseError
-        If the measures make no arch, or a point load names no voussoir.
     """
 
     point_loads: list[PointLoad] = []

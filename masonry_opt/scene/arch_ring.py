@@ -62,6 +62,8 @@ class ArchRing(AnyGenerator):
     two arcs with centres on the springing line, of radius (span²/4 + rise²)/span within, that meet in an
     upright joint at the crown.
 
+    Raises CaseError if the measures make no arch.
+
     Parameters
     ----------
     radius:
@@ -91,11 +93,6 @@ class ArchRing(AnyGenerator):
         them the arch stands on other blocks.
     name:
         See :class:`~masonry_opt.scene.generator.AnyGenerator`.
-
-    Raises
-    ------
-    CaseError
-        If the measures make no arch.
     """
 
     radius: Positive | None = None

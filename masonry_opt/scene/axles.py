@@ -53,6 +53,9 @@ SETS = {
 class Axles(Record):
     """A group of axles that moves along a road over a scene in the plane: see :func:`~masonry_opt.crossing`.
 
+    Raises CaseError if loads are missing or not positive, distances are not one fewer, a set is unknown or
+    given beside them, or the road does not run from left to right.
+
     Parameters
     ----------
     name:
@@ -70,12 +73,6 @@ class Axles(Record):
     travels:
         "right", "left" or "both" (the default), of which one is enough for a group that is the same from
         behind.
-
-    Raises
-    ------
-    CaseError
-        If loads are missing or not positive, distances are not one fewer, a set is unknown or given beside
-        them, or the road does not run from left to right.
     """
 
     name: Name

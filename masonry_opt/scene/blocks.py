@@ -99,10 +99,8 @@ class _RecordType(_ModelType):
 class Record(BaseModel, metaclass=_RecordType):
     """A frozen record that refuses unknown keys and finds aliases by either name.
 
-    Raises
-    ------
-    CaseError
-        If it is called with values that are wrong; the message names the class, the key and the remedy.
+    Raises CaseError if it is called with values that are wrong; the message names the class, the key and the
+    remedy.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
@@ -263,6 +261,9 @@ class Block(Body):
 
     Lengths and forces are in any consistent units.
 
+    Raises CaseError if a key is unknown, a value is no finite number, or shape or weight are missing or
+    doubled.
+
     Parameters
     ----------
     name:
@@ -288,11 +289,6 @@ class Block(Body):
         Further dead force beside the weight, and the point where it acts (default: the centroid).
     fixed:
         A support: it does not move and needs no weight.
-
-    Raises
-    ------
-    CaseError
-        If a key is unknown, a value is no finite number, or shape or weight are missing or doubled.
     """
 
     name: Name

@@ -138,6 +138,9 @@ def _table(generator: AnyGenerator) -> str:
 def load(path: str | Path) -> Scene:
     """Read a case file.
 
+    Raises CaseError if the file cannot be read or does not describe a scene; the message names the file, the
+    key and the block.
+
     Parameters
     ----------
     path:
@@ -147,12 +150,6 @@ def load(path: str | Path) -> Scene:
     -------
     Scene
         With generators expanded to blocks; unexpanded they are in its ``case``.
-
-    Raises
-    ------
-    CaseError
-        If the file cannot be read or does not describe a scene; the message names the file, the
-        key and the block.
     """
     path = as_path(path, "a case file")
     case = read_tables(path)

@@ -24,6 +24,9 @@ class Fill(Record):
     weight is a dead load on them; loads on the road spread through it; and it presses against faces with
     what holds them best between its active limit and a share of its passive one.
 
+    Raises CaseError if the road does not run from left to right, a value is out of range, or the share of the
+    passive pressure lies below the active one.
+
     Parameters
     ----------
     road:
@@ -42,12 +45,6 @@ class Fill(Record):
         down to one aside); or False: loads go straight down.
     pressure:
         Whether it presses on faces. If not, ``friction_angle`` and ``mobilised`` are not needed.
-
-    Raises
-    ------
-    CaseError
-        If the road does not run from left to right, a value is out of range, or the share of the passive
-        pressure lies below the active one.
     """
 
     road: RoadLine

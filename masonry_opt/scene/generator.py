@@ -22,16 +22,13 @@ PartKeys = dict[str, Any]
 class AnyGenerator(Record):
     """A table of a case file that stands for many blocks, in the plane or in space.
 
+    Raises CaseError if the values make nothing that can be built, or more than 100,000 blocks; all that is
+    wrong is told at once.
+
     Parameters
     ----------
     name:
         Its blocks are named after it, "left 3-2" in place of "3-2": for several generators in one scene.
-
-    Raises
-    ------
-    CaseError
-        If the values make nothing that can be built, or more than 100,000 blocks; all that is wrong is told
-        at once.
     """
 
     name: Name | None = None

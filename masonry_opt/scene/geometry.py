@@ -76,10 +76,8 @@ def geometry(scene: Scene) -> Geometry:
     a tenth of the tolerance of the outline without them are dropped for finding joints; area and centroid are
     those of the polygons as given.
 
-    Raises
-    ------
-    CaseError
-        If a polygon has no area or crosses itself, or a hole is not inside; the message names the block.
+    Raises CaseError if a polygon has no area or crosses itself, or a hole is not inside; the message names
+    the block.
     """
     blocks = scene.in_plane()
     corners_of = [block.corners() for block in blocks]

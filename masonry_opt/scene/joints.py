@@ -62,6 +62,8 @@ class _InDegrees(Record):
 class JointDefaults(_InDegrees):
     """Properties of every joint found, unless an exception names it.
 
+    Raises CaseError if a value is out of range.
+
     Parameters
     ----------
     friction:
@@ -80,11 +82,6 @@ class JointDefaults(_InDegrees):
     strength:
         Compressive strength f_c, as force per unit length, or area, as cohesion: |m| ≤ n (L/2 − n / (2 f_c)).
         Default: joints carry any pressure. (So does a corner on an edge, which has no length.)
-
-    Raises
-    ------
-    CaseError
-        If a value is out of range.
     """
 
     friction: Friction
@@ -105,17 +102,14 @@ class JointDefaults(_InDegrees):
 class Joint(_InDegrees):
     """An exception: the properties of the joint between two named blocks.
 
+    Raises CaseError if a value is out of range.
+
     Parameters
     ----------
     between:
         Names of the two blocks; they must touch.
     friction, cohesion, dilatancy, dilatancy_stress, strength, friction_angle, dilatancy_angle:
         As in :class:`JointDefaults`; those not given keep the scene's defaults.
-
-    Raises
-    ------
-    CaseError
-        If a value is out of range.
     """
 
     between: tuple[Name, Name]

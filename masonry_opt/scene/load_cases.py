@@ -35,6 +35,8 @@ class Earthquake(Record):
     Every weight pushes where it acts, and of dead forces what is along gravity; of a :class:`Load` and
     :class:`EdgeLoad` its ``mass``, if that is given.
 
+    Raises CaseError if a value is none of these.
+
     Parameters
     ----------
     direction:
@@ -48,11 +50,6 @@ class Earthquake(Record):
     dead_as_mass:
         False: of dead forces, a block's own ``dead`` among them, nothing pushes but what is given as
         ``mass``.
-
-    Raises
-    ------
-    CaseError
-        If a value is none of these.
     """
 
     direction: Push
@@ -91,6 +88,9 @@ class LoadCase(Record):
     "live" (loads given so, of blocks too, that name no group), and "axles" (live alone, for
     :func:`~masonry_opt.crossing`).
 
+    Raises CaseError if nothing is live, both ``live`` and ``earthquake`` are given, or axles are dead, or
+    pull.
+
     Parameters
     ----------
     name:
@@ -102,11 +102,6 @@ class LoadCase(Record):
         Factors by group of the loads that λ scales.
     earthquake:
         In place of ``live``: :class:`Earthquake`. Masses count times the factor of their group in ``dead``.
-
-    Raises
-    ------
-    CaseError
-        If nothing is live, both ``live`` and ``earthquake`` are given, or axles are dead, or pull.
     """
 
     name: Name

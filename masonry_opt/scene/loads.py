@@ -19,6 +19,8 @@ Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<se
 class Load(Record):
     """Forces on one block, added to its own; several on one block add up.
 
+    Raises CaseError if it says nothing, gives a point without a force, or both kinds of force in one group.
+
     Parameters
     ----------
     block:
@@ -38,11 +40,6 @@ class Load(Record):
         what of the forces that act as dead is along gravity; 0: none of them).
     group:
         A name by which a :class:`LoadCase` calls it.
-
-    Raises
-    ------
-    CaseError
-        If it says nothing, gives a point without a force, or both kinds of force in one group.
     """
 
     block: Name
@@ -87,6 +84,8 @@ class EdgeLoad(Record):
 
     Intensities are forces per unit length, or per unit area where the scene has a ``thickness``.
 
+    Raises CaseError if the line has no length, or both or neither of pressure and force are given.
+
     Parameters
     ----------
     start, end:
@@ -100,11 +99,6 @@ class EdgeLoad(Record):
     mass, group:
         As of :class:`Load`, the mass per unit length (default: what of a ``force`` is along gravity; of a
         ``pressure`` none).
-
-    Raises
-    ------
-    CaseError
-        If the line has no length, or both or neither of pressure and force are given.
     """
 
     start: Annotated[Point, Field(alias="from")]

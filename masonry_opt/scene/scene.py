@@ -21,6 +21,12 @@ _B = TypeVar("_B", bound=Body)
 class Scene(SceneKeys):
     """Rigid blocks and their joint properties; the joints are found from the geometry.
 
+    Raises CaseError if names repeat, no block is fixed or none can move, an exception or load names no block,
+    a load a fixed one, a scene to be tilted has what does not tilt, one of an earthquake live loads, a load
+    case names a group that no load has, or a scene in space what belongs in the plane (edge loads, fills,
+    ``thickness``, ``strength``, ``dilatancy_stress``) or the other way round; if fills lie above each other,
+    or gravity is not straight down.
+
     Parameters
     ----------
     blocks:
@@ -67,15 +73,6 @@ class Scene(SceneKeys):
         What the scene is and where it comes from.
     reference:
         Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
-
-    Raises
-    ------
-    CaseError
-        If names repeat, no block is fixed or none can move, an exception or load names no block, a load a
-        fixed one, a scene to be tilted has what does not tilt, one of an earthquake live loads, a load case
-        names a group that no load has, or a scene in space what belongs in the plane (edge loads, fills,
-        ``thickness``, ``strength``, ``dilatancy_stress``) or the other way round; if fills lie above each
-        other, or gravity is not straight down.
     """
 
     _origin: str = PrivateAttr(default="scene")
@@ -96,10 +93,8 @@ class Scene(SceneKeys):
         ``scene.replace(joints={"friction": 0.3}, blocks={"A": {"weight": 3}})``. A key of ``joints`` or of
         ``earthquake`` needs no mapping if nothing else in the scene has it: ``scene.replace(friction=0.3)``.
 
-        Raises
-        ------
-        CaseError
-            If a key is unknown or may be one of several, or a call with these values would raise it.
+        Raises CaseError if a key is unknown or may be one of several, or a call with these values would raise
+        it.
         """
         return super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
 

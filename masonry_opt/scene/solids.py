@@ -57,10 +57,7 @@ class Polyhedron(NamedTuple):
 class Part(Record):
     """One of several convex parts of a solid, by ``vertices`` and ``faces``, or by a ``box``, as there.
 
-    Raises
-    ------
-    CaseError
-        If the shape is missing, doubled, or no shape.
+    Raises CaseError if the shape is missing, doubled, or no shape.
     """
 
     vertices: Corners | None = None
@@ -80,6 +77,9 @@ class Solid(Body):
     """One rigid block in space, or a fixed support.
 
     Lengths and forces are in any consistent units.
+
+    Raises CaseError if a key is unknown, a value is no finite number, shape or weight are missing or doubled,
+    or a face names a corner twice or one that there is not.
 
     Parameters
     ----------
@@ -111,12 +111,6 @@ class Solid(Body):
         moment.
     fixed:
         A support: it does not move and needs no weight.
-
-    Raises
-    ------
-    CaseError
-        If a key is unknown, a value is no finite number, shape or weight are missing or doubled, or a face
-        names a corner twice or one that there is not.
     """
 
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "live_moment", "dead", "dead_moment")

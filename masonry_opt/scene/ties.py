@@ -38,6 +38,8 @@ class Tie(_Strut):
 
     It may pass through blocks between its anchors, which it does not touch. It carries no shear.
 
+    Raises CaseError if the anchors are one point, or the prestress exceeds the strength.
+
     Parameters
     ----------
     between:
@@ -50,11 +52,6 @@ class Tie(_Strut):
         Least tension, which it has however short it becomes (default 0).
     name:
         What results call it (default: the names of its blocks).
-
-    Raises
-    ------
-    CaseError
-        If the anchors are one point, or the prestress exceeds the strength.
     """
 
     prestress: NonNegative = 0.0
@@ -69,15 +66,12 @@ class Tie(_Strut):
 class Prop(_Strut):
     """A prop: a compression up to its strength, along the line of its two ends.
 
+    Raises CaseError if the ends are one point.
+
     Parameters
     ----------
     between, at, name:
         As of a :class:`Tie`.
     strength:
         Largest compression, a force (default: it never yields).
-
-    Raises
-    ------
-    CaseError
-        If the ends are one point.
     """

@@ -73,15 +73,12 @@ def falling_mechanism(
     Every analysis asks first, since a largest λ may exist where λ = 0 is no equilibrium. A scene stands at
     its limit, and beyond it by as little as ``DRIVES``.
 
+    Raises DeadLoadUndecided if neither is borne out.
+
     Parameters
     ----------
     solver: what the analysis was asked to use; see :func:`~masonry_opt.solvers.registry.in_cvxpy`.
     kept: programs of the analyses before this one.
-
-    Raises
-    ------
-    DeadLoadUndecided
-        If neither is borne out.
     """
     by_cone, limits, kept = problem.by_cone, ShearLimits.true(problem), kept or Kept()
     chosen = taking_cones(solver, by_cone.by_friction.conic)
@@ -216,10 +213,7 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
     them, which bears out forces, and round them, which bears out mechanisms, in turn. Each gets corners and
     sides where the last slips and shears point to, so that the two meet.
 
-    Raises
-    ------
-    DeadLoadUndecided
-        If neither is borne out.
+    Raises DeadLoadUndecided if neither is borne out.
     """
     problem, senses = problem.by_cone, None
     solver = taking_cones(solver, problem.by_friction.conic)

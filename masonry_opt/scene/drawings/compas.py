@@ -63,6 +63,9 @@ def read_compas(
     plane across, with z upwards. Polygons are taken as they are; those in the plane z = constant with y
     upwards. In space blocks are whole, of any shape; a support of one face is the top of a slab.
 
+    Raises CaseError if the file cannot be read, a block is no prism, the blocks make no scene, or ``along``
+    is given of a scene in space; the message names the file and the block.
+
     Parameters
     ----------
     path:
@@ -93,12 +96,6 @@ def read_compas(
         of gaps as in :class:`Scene`).
     contact_tolerance:
         In space: gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
-
-    Raises
-    ------
-    CaseError
-        If the file cannot be read, a block is no prism, the blocks make no scene, or ``along`` is given of a
-        scene in space; the message names the file and the block.
     """
     path = drawing_path(path, ".json")
     data = parse_file(path)

@@ -16,6 +16,8 @@ class Barrel(ArchRing, SolidGenerator):
     """A barrel vault along y, the point (x, y) of its arch being (x, t, y), t from 0 to its
     length: without ``stone`` that arch, extruded.
 
+    Raises CaseError if the measures make no arch, or the stones are longer than the vault.
+
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments:
@@ -32,11 +34,6 @@ class Barrel(ArchRing, SolidGenerator):
     name, at, live_per_weight:
         See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of the
         arch, at y = 0.
-
-    Raises
-    ------
-    CaseError
-        If the measures make no arch, or the stones are longer than the vault.
     """
 
     length: Positive

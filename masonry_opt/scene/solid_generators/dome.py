@@ -25,6 +25,8 @@ class Dome(SolidGenerator):
     Faces are flat and shared whole: voussoirs of "running" bond have further corners in the middle, at those
     of the rings above and below, and are two convex parts.
 
+    Raises CaseError if the measures make no dome.
+
     Parameters
     ----------
     radius:
@@ -47,11 +49,6 @@ class Dome(SolidGenerator):
     name, at, live_per_weight, unit_weight:
         See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the centre of
         the spheres.
-
-    Raises
-    ------
-    CaseError
-        If the measures make no dome.
     """
 
     radius: Positive

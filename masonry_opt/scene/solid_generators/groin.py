@@ -21,6 +21,8 @@ class Groin(SolidGenerator):
     On each groin a course is one stone with a leg in either barrel, two convex parts; from there courses go
     on in running bond to the ends of the barrels.
 
+    Raises CaseError if the measures make no arch, or the bay leaves no room for stones beside the corners.
+
     Parameters
     ----------
     span, rise, thickness:
@@ -36,11 +38,6 @@ class Groin(SolidGenerator):
     name, at, live_per_weight, unit_weight:
         See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle of
         the square, at the height of the springing points.
-
-    Raises
-    ------
-    CaseError
-        If the measures make no arch, or the bay leaves no room for stones beside the corners.
     """
 
     span: Positive

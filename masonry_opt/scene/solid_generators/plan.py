@@ -83,6 +83,9 @@ class Plan(SolidGenerator):
     beyond the other's face. Pieces beside ends and openings are no shorter than a quarter of a block: where
     one would be, its neighbour is as much longer.
 
+    Raises CaseError if an axis turns by other than right angles, walls overlap, an opening does not fit, or a
+    piece would be shorter than a quarter of a block.
+
     Parameters
     ----------
     block:
@@ -105,12 +108,6 @@ class Plan(SolidGenerator):
     name, at, live_per_weight, unit_weight:
         See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of the
         axes, at the foot of the walls.
-
-    Raises
-    ------
-    CaseError
-        If an axis turns by other than right angles, walls overlap, an opening does not fit, or a piece would
-        be shorter than a quarter of a block.
     """
 
     block: tuple[Positive, Positive]

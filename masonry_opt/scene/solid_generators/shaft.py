@@ -17,6 +17,8 @@ from masonry_opt.scene.walls import Count, Widths
 class Shaft(SolidGenerator):
     """Equally high drums, prisms or frusta of a regular polygon, on a fixed base whose top is z = 0.
 
+    Raises CaseError if a value is none that can be built.
+
     Parameters
     ----------
     diameter:
@@ -32,11 +34,6 @@ class Shaft(SolidGenerator):
     name, at, live_per_weight, unit_weight:
         See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle
         of the foot.
-
-    Raises
-    ------
-    CaseError
-        If a value is none that can be built.
     """
 
     diameter: Widths

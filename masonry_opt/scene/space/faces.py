@@ -43,10 +43,7 @@ class Planes:
 def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     """The planes of all faces, those of the largest faces first.
 
-    Raises
-    ------
-    CaseError
-        If a face is not flat within the tolerance.
+    Raises CaseError if a face is not flat within the tolerance.
     """
     corners, count, face = surfaces.corners, surfaces.count, surfaces.face
     middle = surfaces.sum_by_face(corners) / np.maximum(count, 1)[:, None]
@@ -106,10 +103,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
 def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFaces:
     """The outer faces of the blocks.
 
-    Raises
-    ------
-    CaseError
-        If a face crosses itself.
+    Raises CaseError if a face crosses itself.
     """
     corner = planes.of_face[surfaces.face] >= 0
     face = surfaces.face[corner]

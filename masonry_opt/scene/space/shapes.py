@@ -104,11 +104,8 @@ def shapes(scene: Scene) -> Shapes:
     Parts given inside out are turned, and faces against the others. Coplanar pieces of a block are made one
     face; where its parts meet is no outer face.
 
-    Raises
-    ------
-    CaseError
-        If a part is not closed, not convex, or has no volume, a face is not flat or crosses itself, or parts
-        of a block overlap; the message names the block.
+    Raises CaseError if a part is not closed, not convex, or has no volume, a face is not flat or crosses
+    itself, or parts of a block overlap; the message names the block.
     """
     given = surfaces(scene)
     origin, tolerance = frame_of(scene, given.corners, given.block[given.part[given.face]])

@@ -70,10 +70,7 @@ class Surfaces:
 def surfaces(scene: Scene) -> Surfaces:
     """The blocks' surfaces as given, turned consistently within each part.
 
-    Raises
-    ------
-    CaseError
-        If an edge is not in exactly two faces, or faces cannot be turned consistently.
+    Raises CaseError if an edge is not in exactly two faces, or faces cannot be turned consistently.
     """
     bodies = [block.polyhedra for block in scene.in_space()]
     parts = list(chain.from_iterable(bodies))
