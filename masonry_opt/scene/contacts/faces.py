@@ -11,7 +11,7 @@ from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.sides import Items, near_items, stacked
 from masonry_opt.scene.rows import dots, lengths
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.frames import Frames
+from masonry_opt.scene.space.faces import Frames
 from masonry_opt.scene.space.outlines import (
     common_to,
     rolled,

@@ -14,13 +14,14 @@ from pydantic import ConfigDict
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import compas_data
-from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh, Side, area_vector, polyhedron
 from masonry_opt.scene.drawings.stones import (
     FlatDrawing,
+    SolidDrawing,
     Supports,
     drawing_path,
     naming,
+    scene_in_space,
     scene_of,
     with_supports,
 )

@@ -14,9 +14,16 @@ from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Positive
-from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh, shells, used
-from masonry_opt.scene.drawings.stones import FIXED, Supports, block_name, naming, with_supports
+from masonry_opt.scene.drawings.stones import (
+    FIXED,
+    SolidDrawing,
+    Supports,
+    block_name,
+    naming,
+    scene_in_space,
+    with_supports,
+)
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, read_bytes

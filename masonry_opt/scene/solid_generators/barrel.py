@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
-from masonry_opt.scene.arch_ring import ArchRing
+from masonry_opt.scene.arch import ArchRing
 from masonry_opt.scene.blocks import Point, Positive
 from masonry_opt.scene.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solid_generators.bond import cut, every
@@ -21,7 +21,7 @@ class Barrel(ArchRing, SolidGenerator):
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments:
-        Of its ring: see :class:`~masonry_opt.scene.arch_ring.ArchRing`.
+        Of its ring: see :class:`~masonry_opt.scene.arch.ArchRing`.
     length:
         Of the vault, along y.
     stone:

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, Strict
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.arch_ring import ArchRing
+from masonry_opt.scene.arch import ArchRing
 from masonry_opt.scene.blocks import Point, Positive, YesNo
 from masonry_opt.scene.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
@@ -26,7 +26,7 @@ class Groin(SolidGenerator):
     Parameters
     ----------
     span, rise, thickness:
-        Of the barrels' arch: see :class:`~masonry_opt.scene.arch_ring.ArchRing`.
+        Of the barrels' arch: see :class:`~masonry_opt.scene.arch.ArchRing`.
     voussoirs:
         Of that, an even number: a joint runs along the crown.
     bay:
