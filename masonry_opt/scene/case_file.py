@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 import tomli_w
-from pydantic import BeforeValidator, ConfigDict, ValidationError, model_validator
+from pydantic import BeforeValidator, ConfigDict, ValidationError
 
 from masonry_opt.errors import CaseError
 from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing, write_whole
@@ -80,21 +81,19 @@ class CaseFile(SceneKeys):
     shaft: OneOrMore[Shaft] = []
     mesh: MeshTable | None = None
 
-    @model_validator(mode="after")
-    def _can_be_built(self) -> CaseFile:
+    def _mistakes(self) -> Iterator[str]:
         flat, solid = self._in_plane(), self._in_space()
         if (size := sum(generator.size for generator in [*flat, *solid])) > MOST_BLOCKS:
-            raise ValueError(f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}")
+            yield f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}"
         if flat and self.dimension == 3:
             if solid:
                 other = f"{_table(solid[0])} is"
             else:
                 other = "those of the [mesh] are" if self.mesh else f"block '{self.blocks[0].name}' is"
-            raise ValueError(f"{_table(flat[0])} builds blocks in the plane; {other} of solids")
+            yield f"{_table(flat[0])} builds blocks in the plane; {other} of solids"
         if (solid or self.mesh) and self.blocks and not isinstance(self.blocks[0], Solid):
             given = _table(solid[0]) if solid else "[mesh]"
-            raise ValueError(f"{given} is of solids; block '{self.blocks[0].name}' lies in the plane")
-        return self
+            yield f"{given} is of solids; block '{self.blocks[0].name}' lies in the plane"
 
     @property
     def dimension(self) -> Literal[2, 3]:

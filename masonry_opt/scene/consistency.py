@@ -20,12 +20,8 @@ _LIVE = ("live", "live_per_weight", "live_moment")
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
 
 
-def inconsistency(scene: SceneKeys) -> str | None:
-    """What is wrong with a scene of these keys; None if nothing is."""
-    return next(_mistakes(scene), None)
-
-
-def _mistakes(scene: SceneKeys) -> Iterator[str]:
+def inconsistencies(scene: SceneKeys) -> Iterator[str]:
+    """What is wrong with a scene of these keys, of which the first is to be told."""
     if not any(scene.gravity):
         yield "'gravity' needs a direction, such as [0, -1], of solids [0, 0, -1]"
     if not scene.blocks:

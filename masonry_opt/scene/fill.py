@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, PlainValidator, model_validator
+from pydantic import Field, PlainValidator
 
 from masonry_opt.scene.blocks import Number, Positive, Record, RoadLine, YesNo
 
@@ -55,18 +56,16 @@ class Fill(Record):
     spread: Annotated[float | Literal["2:1", False], PlainValidator(_spread)] = 30.0
     pressure: YesNo = True
 
-    @model_validator(mode="after")
-    def _can_be_laid(self) -> Self:
+    def _mistakes(self) -> Iterator[str]:
         if self.pressure:
             for key in ("friction_angle", "mobilised"):
                 if getattr(self, key) is None:
-                    raise ValueError(f"give '{key}', or 'pressure = false' for a fill that does not press")
+                    yield f"give '{key}', or 'pressure = false' for a fill that does not press"
             active, _, passive = self.coefficients
             if active > passive:
-                raise ValueError(
+                yield (
                     f"'mobilised' times K_p, {passive:.4g}, is below K_a, {active:.4g}: give a larger share"
                 )
-        return self
 
     @property
     def coefficients(self) -> tuple[float, float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, Strict, model_validator
@@ -90,13 +90,11 @@ class JointDefaults(_InDegrees):
     dilatancy_stress: Stresses | None = None
     strength: Positive | None = None
 
-    @model_validator(mode="after")
-    def _dissipative(self) -> JointDefaults:
+    def _mistakes(self) -> Iterator[str]:
         if self.dilatancy > self.friction:
-            raise ValueError("'dilatancy' must not exceed 'friction': sliding would create energy")
+            yield "'dilatancy' must not exceed 'friction': sliding would create energy"
         if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
-            raise ValueError("'dilatancy_stress' needs two rising stresses: [full up to, none from]")
-        return self
+            yield "'dilatancy_stress' needs two rising stresses: [full up to, none from]"
 
 
 class Joint(_InDegrees):

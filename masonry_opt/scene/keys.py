@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, Tag, model_validator
+from pydantic import Field, Tag
 
 from masonry_opt.scene.axles import Axles
 from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, Positive, Record, Reference, Text
@@ -48,12 +48,11 @@ class SceneKeys(Record):
     earthquake: Earthquake | None = None
     reference: dict[Name, Reference] = {}
 
-    @model_validator(mode="after")
-    def _down_by_default(self) -> Self:
+    def model_post_init(self, _: Any) -> None:
+        """Sets gravity straight down by default."""
         if "gravity" not in self.model_fields_set:
             # Records are frozen once they are made.
             self.__dict__["gravity"] = (*[0.0] * (self.dimension - 1), -1.0)
-        return self
 
     @property
     def dimension(self) -> Literal[2, 3]:

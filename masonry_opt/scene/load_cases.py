@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 
 from masonry_opt.scene.blocks import Name, Number, Positive, Record, YesNo
 from masonry_opt.scene.solids import Vector
@@ -109,19 +110,17 @@ class LoadCase(Record):
     live: dict[Name, Number] = {}
     earthquake: Earthquake | None = None
 
-    @model_validator(mode="after")
-    def _has_one_live_load(self) -> LoadCase:
+    def _mistakes(self) -> Iterator[str]:
         if "axles" in self.dead:
-            raise ValueError("'dead' names 'axles', which move: give them in 'live'")
+            yield "'dead' names 'axles', which move: give them in 'live'"
         if self.live.get("axles", 0.0) < 0:
-            raise ValueError("axles press down: give 'axles' in 'live' a positive factor")
+            yield "axles press down: give 'axles' in 'live' a positive factor"
         if any(self.live.values()) == (self.earthquake is not None):
-            raise ValueError(
+            yield (
                 "give 'live' or 'earthquake', not both: of both, λ is no one number"
                 if self.earthquake
                 else "nothing is live: give 'live = { live = 1 }', the factors of groups, or an 'earthquake'"
             )
-        return self
 
     def factor(self, kind: Kind, group: str) -> float:
         """What a group's loads are multiplied by as dead or as live."""

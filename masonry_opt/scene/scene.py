@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, PrivateAttr, model_validator
+from pydantic import BaseModel, PrivateAttr
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import Block, Body
-from masonry_opt.scene.consistency import inconsistency, wrong_direction
+from masonry_opt.scene.consistency import inconsistencies, wrong_direction
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase
 from masonry_opt.scene.solids import Solid
@@ -79,11 +80,8 @@ class Scene(SceneKeys):
     _case: SceneKeys | None = PrivateAttr(default=None)
     _load_case: LoadCase | None = PrivateAttr(default=None)
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if mistake := inconsistency(self):
-            raise ValueError(mistake)
-        return self
+    def _mistakes(self) -> Iterator[str]:
+        return inconsistencies(self)
 
     def replace(self, **changes: Any) -> Self:
         """A scene with other values, checked as a call checks them, read from the same file and in the same

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag
 
 from masonry_opt.scene.blocks import SHAPES, Block, Body, Name, NonNegative, Number, Point, Record, YesNo
 
@@ -64,13 +64,10 @@ class Part(Record):
     faces: FaceLists | None = None
     box: Box | None = None
 
-    @model_validator(mode="after")
-    def _one_shape(self) -> Part:
+    def _mistakes(self) -> Iterator[str]:
         if (self.vertices is None) == (self.box is None):
-            raise ValueError(f"give {SHAPES}")
-        if mistake := _wrong_faces(self):
-            raise ValueError(mistake)
-        return self
+            yield f"give {SHAPES}"
+        yield from _wrong_faces(self)
 
 
 class Solid(Body):
@@ -133,11 +130,12 @@ class Solid(Body):
     dead_moment: Vector = (0.0, 0.0, 0.0)
     fixed: YesNo = False
 
-    def _wrong_shape(self) -> str | None:
+    def _mistakes(self) -> Iterator[str]:
         given = [shape for shape in (self.vertices, self.box, self.parts) if shape is not None]
         if len(given) != 1:
-            return f"give {'one' if given else 'a'} shape: {SHAPES}, or 'parts', several convex ones"
-        return _wrong_faces(self)
+            yield f"give {'one' if given else 'a'} shape: {SHAPES}, or 'parts', several convex ones"
+        yield from _wrong_faces(self)
+        yield from super()._mistakes()
 
     @property
     def polyhedra(self) -> list[Polyhedron]:
@@ -206,22 +204,21 @@ def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> 
     return {"vertices": [*front, *back], "faces": faces}
 
 
-def _wrong_faces(shape: Part | Solid) -> str | None:
+def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
     """What is wrong with the faces or the box of a shape, of which there is one kind."""
     if shape.vertices is not None and shape.faces is None:
-        return "'vertices' of a solid need 'faces', lists of their numbers round each face (or give a 'box')"
+        yield "'vertices' of a solid need 'faces', lists of their numbers round each face (or give a 'box')"
     if shape.faces is not None and shape.vertices is None:
-        return "'faces' go with 'vertices' alone: take them away"
+        yield "'faces' go with 'vertices' alone: take them away"
     for axis, (low, high) in zip("xyz", shape.box or (), strict=False):
         if not low < high:
-            return f"'box' has no extent along {axis}: give rising numbers (found [{low:g}, {high:g}])"
+            yield f"'box' has no extent along {axis}: give rising numbers (found [{low:g}, {high:g}])"
     count = len(shape.vertices or ())
     for number, face in enumerate(shape.faces or (), start=1):
         if beyond := [index for index in face if index >= count]:
-            return f"face no. {number} has a corner {beyond[0]}; there are 'vertices' 0 to {count - 1}"
+            yield f"face no. {number} has a corner {beyond[0]}; there are 'vertices' 0 to {count - 1}"
         if len(set(face)) < len(face):
-            return f"face no. {number} has a corner twice: 'faces' have each once, in order round the face"
-    return None
+            yield f"face no. {number} has a corner twice: 'faces' have each once, in order round the face"
 
 
 def _polyhedron(shape: Part | Solid) -> Polyhedron:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
 
 from masonry_opt.scene.blocks import Name, NonNegative, Positive, Record
 from masonry_opt.scene.solids import PlaneOrSpaceVector
@@ -21,16 +19,14 @@ class _Strut(Record):
     strength: Positive | None = None
     name: Name | None = None
 
-    @model_validator(mode="after")
-    def _has_two_ends(self) -> Self:
+    def _mistakes(self) -> Iterator[str]:
         first, second = self.at
         if len(first) != len(second):
-            raise ValueError("'at' needs two points of as many numbers each")
+            yield "'at' needs two points of as many numbers each"
         if first == second:
-            raise ValueError("'at' gives one point twice: give the two ends of its line")
+            yield "'at' gives one point twice: give the two ends of its line"
         if self.between[0] == self.between[1]:
-            raise ValueError("'between' needs two different blocks, or a block and \"ground\"")
-        return self
+            yield "'between' needs two different blocks, or a block and \"ground\""
 
 
 class Tie(_Strut):
@@ -56,11 +52,10 @@ class Tie(_Strut):
 
     prestress: NonNegative = 0.0
 
-    @model_validator(mode="after")
-    def _is_as_strong_as_stressed(self) -> Self:
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
         if self.strength is not None and self.prestress > self.strength:
-            raise ValueError("'prestress' must not exceed 'strength'")
-        return self
+            yield "'prestress' must not exceed 'strength'"
 
 
 class Prop(_Strut):
