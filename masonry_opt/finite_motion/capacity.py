@@ -14,13 +14,13 @@ import pandas as pd
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
-from masonry_opt.finite_motion.kinematic_check import KinematicCheck, Oscillator, kinematic_check
+from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.path import HingingPath, Step
 from masonry_opt.finite_motion.point_forces import moved, placed, point_forces
 from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths
-from masonry_opt.words.names import some
+from masonry_opt.words.names import labelled, some
 from masonry_opt.words.sentences import message, numeral
 
 if TYPE_CHECKING:
@@ -288,8 +288,6 @@ class Capacity:
                 f"this one is {share:.3g} times the weight of the blocks that it pushes, or not level: give "
                 "'live_per_weight = [1, 0]', or a level [earthquake]"
             )
-        weights, curve = np.hypot(*self.live.force.T), self.table[["displacement", "load_factor"]].to_numpy()
-        of = Oscillator.of(weights, self.live_rates, self.control_rate, curve, self.reaches_zero)
         values = {
             "behaviour_factor": behaviour_factor,
             "confidence_factor": confidence_factor,
@@ -297,7 +295,9 @@ class Capacity:
             "ultimate": ultimate,
             "secant": secant,
         }
-        return kinematic_check(of, spectrum, values)
+        onset = lengths(self.live.force), self.live_rates, self.control_rate
+        curve = self.table[["displacement", "load_factor"]].to_numpy()
+        return kinematic_check(onset, curve, self.reaches_zero, spectrum, values)
 
     def _share_of_weight(self) -> float | None:
         """The live load over the weight of the blocks that it pushes; None if it is that, and level."""
@@ -347,7 +347,7 @@ class Capacity:
             told = ", ".join(f"{one!r}–{other!r}" for one, other in row["pairs"][:3])
             at = f"{numeral(row['displacement'], '.4g')}, λ = {numeral(row['load_factor'], '.4g')}"
             lines[f"at {at}"] = f"{row['event']} {told}".strip()
-        return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items()))
+        return printable(labelled(lines))
 
     def as_dict(self) -> dict[str, Any]:
         """The curve as plain numbers, strings and lists."""
