@@ -8,6 +8,7 @@ from base64 import b64encode
 from html import escape
 from importlib.metadata import version
 from importlib.resources import files
+from pathlib import Path
 from string import Template
 from typing import Any
 
@@ -18,15 +19,42 @@ from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.colours import UTILISATION
 from masonry_opt.drawing.curve import curve_picture
-from masonry_opt.drawing.elements import KINDS, START, Elements, result_elements, utilisation_label
+from masonry_opt.drawing.elements import (
+    KINDS,
+    START,
+    Elements,
+    refuse_kind,
+    result_elements,
+    utilisation_label,
+)
+from masonry_opt.drawing.figure import is_page, refuse_file
 from masonry_opt.drawing.found import counts
 from masonry_opt.drawing.pictures import result_picture
 from masonry_opt.drawing.solid_figure import Figure, three
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
-from masonry_opt.drawing.view import ViewAngles, best_view
-from masonry_opt.errors import printable
+from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
+from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER
+from masonry_opt.scene.scene import Scene
 from masonry_opt.words.page import answer, certificate, described, text
+
+
+def refuse_saving(
+    scene: Scene,
+    path: str | Path,
+    kind: str,
+    names: bool = False,
+    force: bool = False,
+    view: ViewAngles | None = None,
+) -> None:
+    """Raise OptionError if a result of a scene could not be written so, before long work."""
+    refuse_kind(kind, names)
+    refuse_view(scene, view)
+    if is_page(path) and names:
+        raise OptionError(f"{path}: a page tells the blocks of each joint: leave names to pictures")
+    refuse_file(path, force)
+    if is_page(path) and scene.dimension == 3:
+        three()
 
 
 def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = None) -> str:
