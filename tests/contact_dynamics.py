@@ -24,9 +24,9 @@ DAMPING, REST = 0.98, 1e-4
 #: 1 where it slows down as 1/t; slow walls that come to rest reach 1.82.
 FIRST, FALLS, MOST = 5_000, 1.9, 2_000_000
 #: Of a load that grows: what it gains a step, over the highest to expect; forces out of balance, over the
-#: largest load, above which it waits; steps between two looks at these. A scene falls where it has gained so
-#: little of that load in so many steps; looked at up to so many times that load.
-GAIN, WAITS, LOOK = 2e-5, 1e-3, 10
+#: largest of that load, above which it waits; steps between two looks at these. A scene falls where the load
+#: has gained so little in so many steps; it is looked at up to so many times the highest to expect.
+GAIN, WAITS, LOOK = 2e-5, 2e-3, 10
 LITTLE, WINDOW, UP_TO = 5e-3, 100_000, 1.3
 #: Friction of joints that cannot slide.
 ROUGH = 1e9
@@ -125,9 +125,10 @@ def onset(
     motion = _Motion(problems, [1 / compliance(of) for of in problems], settled, damping)
     sizes = [of.dead.size for of in problems]
     starts, of_row = np.cumsum([0, *sizes[:-1]]), np.repeat(np.arange(len(problems)), sizes)
-    unit = np.array([of.force_sizes(of.dead).max() or np.abs(of.live).max() for of in problems])
+    top = np.array(highest)
+    unit = top * np.array([of.force_sizes(of.live).max() for of in problems])
     dead, live = (np.concatenate([getattr(of, name) for of in problems]) for name in ("dead", "live"))
-    gains, found = LOOK * GAIN * np.array(highest), np.full(len(problems), np.nan)
+    gains, found = LOOK * GAIN * top, np.full(len(problems), np.nan)
     λ = np.zeros(len(problems))
     since, before = np.zeros((2, len(problems)))
     looked_at = np.ones(len(problems), bool)
@@ -136,11 +137,11 @@ def onset(
             force = motion.step(dead + λ[of_row] * live)
         left = np.maximum.reduceat(np.abs(force), starts) / unit
         λ += np.where(looked_at & (left < WAITS), gains, 0.0)
-        gained = λ > before + LITTLE * np.array(highest)
+        gained = λ > before + LITTLE * top
         before, since = np.where(gained, λ, before), np.where(gained, number, since)
         falls = looked_at & (number > since + WINDOW)
         found[falls] = λ[falls]
-        looked_at &= ~falls & (λ < UP_TO * np.array(highest))
+        looked_at &= ~falls & (λ < UP_TO * top)
         if not looked_at.any():
             break
     return found
