@@ -104,9 +104,10 @@ def main() -> None:
         told = [on_the_way(found) for *_, found in some]
         problems, settled = [of[2] for of in some], [of[3].settled for of in some]
         at = onset(problems, settled, [of[0] for of in told], chosen.damping, chosen.steps)
-        for (family, seed, problem, found), (highest, fall, deep), by_time in zip(some, told, at, strict=True):
-            of = f"{family},{seed},{problem.joints},{found.load_factor:.5f},{highest:.5f},{fall:.3f},{deep:.5f}"
-            print(f"{of},{by_time:.5f}", flush=True)
+        for (family, seed, problem, found), numbers, by_time in zip(some, told, at, strict=True):
+            load_factors = found.load_factor, *numbers, by_time
+            of = ",".join(f"{number:.5f}" for number in load_factors)
+            print(f"{family},{seed},{problem.joints},{of}", flush=True)
 
 
 if __name__ == "__main__":

@@ -27,7 +27,8 @@ _TOLD = (
     *("case", "load_case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind"),
     *("crushing", "friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters"),
     *("iterations", "lp_solves", "nlp_solves", "stationary", "expected", "end", "expected_reasons"),
-    *("associative", "exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility", "size", "history"),
+    *("associative", "exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility"),
+    *("size", "history"),
 )
 
 

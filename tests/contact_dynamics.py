@@ -1,8 +1,8 @@
 """Scenes in the plane pushed by damped motion in time: blocks on springs that only press, with Coulomb slip.
 
 A program beside the package, of whose code it takes the matrix of equilibrium and what contacts give. Slip is
-remembered, and nothing is known of paths: :func:`load_carried` loads a wall by steps, and it must come to rest
-under each; :func:`onset` raises the load of several scenes at once, slowly, and only while they rest.
+remembered, and nothing is known of paths: :func:`load_carried` loads a wall by steps, and it must come to
+rest under each; :func:`onset` raises the loads of several scenes side by side, slowly, and while they rest.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class _Motion:
         settled: Sequence[np.ndarray],
         damping: float = DAMPING,
     ) -> None:
-        kinds = [np.append(np.repeat(range(3), of.joints), 3 * np.ones(of.matrices.limited)) for of in problems]
+        kinds = [np.repeat(range(4), [of.joints] * 3 + [of.matrices.limited]) for of in problems]
         order = np.argsort(np.concatenate(kinds), kind="stable")
         self.A = sp.csr_array(sp.block_diag([of.B for of in problems], "csc")[:, order])
         self.At, self.damping = sp.csr_array(self.A.T), damping
