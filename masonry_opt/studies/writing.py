@@ -80,8 +80,8 @@ def study_page(
     parts: Mapping[str, str],
     tables: Mapping[str, dict[str, Any]],
 ) -> str:
-    """What a study found, its pictures (SVG) by what they show, and parts (HTML) and tables by their headings,
-    as HTML that stands by itself.
+    """What a study found, its pictures (SVG) by what they show, and parts (HTML) and tables by headings, as
+    HTML that stands by itself.
 
     Raises OptionError if Jinja2, of the extra "studies", is not installed.
     """
