@@ -21,8 +21,9 @@ from masonry_opt.methods.push.law import Rounded
 #: First length of a step, in mean forces, and the least, over the length so far, at which a path is given up.
 _FIRST, _LEAST = 0.3, 1e-9
 
-#: What is left of equilibrium, over the mean force, at points of the path, and at a state.
-_ON_PATH, _EXACT = 1e-7, 1e-11
+#: What is left of equilibrium, over the mean force: at points of the path, and at a state, which is taken to the
+#: second, and must come to the first.
+_ON_PATH, _STATE, _EXACT = 1e-6, 1e-9, 1e-12
 
 #: Corrections of a step at most, and those up to which the next is four times, and twice as long.
 _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
@@ -123,12 +124,12 @@ class Curve:
                     break
                 length /= 2
             else:
-                return (d, load_factor) if size < _ON_PATH else None
-            slow = size < _ON_PATH and after > size / 4
+                break
+            slow = size < _STATE and after > size / 4
             d, load_factor, size, done = further, load, after, done + 1
             if slow:
                 break
-        return (d, load_factor) if size < _ON_PATH else None
+        return (d, load_factor) if size < _STATE else None
 
     def points(self, d: np.ndarray, load_factor: float, most: int) -> Iterator[Point]:
         """Points from one on, λ growing at first, until steps are too short."""

@@ -27,7 +27,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
-ROUNDING, _FALLS, _LAST = 0.1, 0.2, 1e-9
+ROUNDING, _FALLS, _LAST = 0.1, 0.1, 1e-9
 
 #: Points of a path at most; and displacement from which on the end is looked for, and up to which.
 _POINTS, _END, _BEYOND = 1500, 1e6, 1e10
@@ -182,7 +182,7 @@ class Elastic:
         return Curve(self._law, self._matrix, rest, problem.dead, live, self._unit)
 
     def _end(self, point: Point, u: float) -> tuple[Ended, Answer | None]:
-        """Whether a point lies on a ray, and the best of the exact states there under ever sharper laws: in
+        """Whether a point lies on a ray, and the last exact state there under ever sharper laws: in
         space the direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
         problem, best = self.problem.by_cone, None
         last: tuple[Curve, np.ndarray, float] | None = None
@@ -192,8 +192,7 @@ class Elastic:
             answer = certified(
                 problem, load / problem.live_norm, self._law.of_problem(curve.forces(d)), along[:-1]
             )
-            if answer.exact and (best is None or answer.certificate.worst <= 10 * best.certificate.worst):
-                best = answer
+            best = answer if answer.exact else best
         if best is not None:
             return Ended.RAY, best
         if last is None or u * along[-1] < _GROWS * abs(load):
