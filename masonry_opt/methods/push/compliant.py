@@ -21,7 +21,7 @@ from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elastic_of
 from masonry_opt.methods.task import Options, Task
 
-#: Joints, in space contact points, up to which the load to expect is told beside the answers of other methods.
+#: Joints, in space contact points, up to which the load to expect is told beside other methods' answers.
 PUSHED_UP_TO = 3000
 
 #: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load

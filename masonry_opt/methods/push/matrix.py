@@ -21,7 +21,7 @@ _REGULARISATION = 1e-15
 
 
 class BlockMatrix:
-    """[[S, -f], [c, 0]] with S = B J k Bᵀ, for a load f and a row c, shape (3b,) each; [[S, 0], [0, 1]] without.
+    """[[S, -f], [c, 0]] with S = B J k Bᵀ, for a load f and a row c, shape (3b,) each; else [[S, 0], [0, 1]].
 
     Attributes
     ----------

@@ -120,8 +120,8 @@ class Elastic:
 
     @cached_property
     def settled(self) -> np.ndarray | None:
-        """Forces under the dead load from rest, shape (3c + t,), which contacts give from; None if they do not
-        come to carry it."""
+        """Forces under the dead load from rest, shape (3c + t,), which contacts give from; None if they do
+        not come to carry it."""
         problem, still = self.problem, np.zeros_like(self.problem.dead)
         if problem.settled is not None:
             return problem.settled
@@ -144,9 +144,7 @@ class Elastic:
         there does so only where from rest these do not carry the dead load either."""
         return not weightless(self.problem, load_factor, d) or self.settled is None
 
-    def pushed(
-        self, follow: Callable[[PushStep], None] = lambda _: None, until: float = inf
-    ) -> Pushed:
+    def pushed(self, follow: Callable[[PushStep], None] = lambda _: None, until: float = inf) -> Pushed:
         """The push, followed to its end, or until it comes to a displacement."""
         if self.settled is None:
             return Pushed(Ended.NOT_SETTLED)
@@ -182,8 +180,8 @@ class Elastic:
         return Curve(self._law, self._matrix, rest, problem.dead, live, self._unit)
 
     def _end(self, point: Point, u: float) -> tuple[Ended, Answer | None]:
-        """Whether a point lies on a ray, and the last exact state there under ever sharper laws: in
-        space the direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
+        """Whether a point lies on a ray, and the last exact state there under ever sharper laws: in space the
+        direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
         problem, best = self.problem.by_cone, None
         last: tuple[Curve, np.ndarray, float] | None = None
         for last in _sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0):
@@ -204,7 +202,10 @@ class Elastic:
     def _state(self, point: Point, u: float) -> Answer | None:
         """The state at u next to a point of the path, certified for its contacts."""
         short = u - float(self._curve.live @ point.d)
-        *_, last = (None, *_sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, short))
+        *_, last = (
+            None,
+            *_sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, short),
+        )
         if last is None:
             return None
         curve, d, load = last
