@@ -3,7 +3,7 @@
 Normal forces n of trial forces n~ minimise |n - n~|²/2 - τ² Σ log z over the faces z ≥ 0 that bound them:
 without crushing n = (n~ + √(n~² + 4 τ²)) / 2. A slip P takes k P off the size r of the trial shear, and opens
 points by ψ P: k P = r - r L/M, with the limit L = c + μ Σ n and M = (L + r + √((L - r)² + 4 τ²)) / 2, which
-is the larger of both but near the corner. Forces keep within all limits; n·opening and (L - |s|)·P are some τ².
+is the larger of both but near the corner. Forces keep within limits; n·opening and (L - |s|)·P are some τ².
 """
 
 from __future__ import annotations

@@ -201,11 +201,9 @@ class Elastic:
 
     def _state(self, point: Point, u: float) -> Answer | None:
         """The state at u next to a point of the path, certified for its contacts."""
+        curve, still = self._curve.moved(point.d), np.zeros_like(point.d)
         short = u - float(self._curve.live @ point.d)
-        *_, last = (
-            None,
-            *_sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, short),
-        )
+        *_, last = (None, *_sharper(curve, still, point.load_factor, short))
         if last is None:
             return None
         curve, d, load = last
