@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Self
 
@@ -95,3 +95,15 @@ def chunks(sizes: np.ndarray) -> Iterator[slice]:
         end = max(first + 1, int(np.searchsorted(total, before + _MOST_AT_ONCE, side="right")))
         yield slice(first, end)
         first = end
+
+
+def spaces(
+    start: float, end: float, gaps: Iterable[Sequence[float]], least: float = 0.0
+) -> list[tuple[float, float]]:
+    """What gaps, in any order, leave of the length from one place to another, in pieces longer than so."""
+    left, at = [], start
+    for low, high in [*sorted(map(tuple, gaps)), (end, end)]:
+        if min(low, end) - at > least:
+            left.append((at, float(min(low, end))))
+        at = max(at, high)
+    return left
