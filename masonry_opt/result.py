@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 _TOLD = (
     *("case", "load_case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind"),
     *("crushing", "friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters"),
-    *("iterations", "lp_solves", "nlp_solves", "stationary", "expected", "expected_reasons", "associative"),
-    *("exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility", "size", "history"),
+    *("iterations", "lp_solves", "nlp_solves", "stationary", "expected", "end", "expected_reasons"),
+    *("associative", "exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility"),
+    *("size", "history"),
 )
 
 
@@ -132,9 +133,9 @@ class Result(Outcome):
         OSError
             If the file cannot be written.
         """
-        from masonry_opt.drawing import figure, page, pictures, saved
+        from masonry_opt.drawing import figure, page, pictures
 
-        saved.refuse_saving(self.assembly.scene, path, kind, names, force, view)
+        page.refuse_saving(self.assembly.scene, path, kind, names, force, view)
         drawn = partial(pictures.result_picture, self, kind, names, view)
         figure.save_as(path, force, partial(page.page, self, kind, view), drawn)
 
