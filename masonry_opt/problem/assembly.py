@@ -241,8 +241,8 @@ def with_supports_freed(
     problem = Problem(matrices, before.law, dead.ravel(), live.ravel(), before.force_unit)
     problem = _with_limited(scene, problem, limited)
     pieces = tuple(one for one in assembly.loaded_pieces if one.kind == "dead")
-    changes = {"problem": problem, "scene": scene, "movable": movable, "limited": limited.each}
-    return replace(assembly, **changes, loaded_pieces=pieces)
+    changed = replace(assembly, problem=problem, scene=scene, movable=movable)
+    return replace(changed, loaded_pieces=pieces, limited=limited.each)
 
 
 def _law(joints: Joints, joint: np.ndarray, thickness: float, force_unit: float) -> Law:

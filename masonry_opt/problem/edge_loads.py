@@ -103,7 +103,7 @@ def edge_forces(
         for edge, span in zip(found[movable], spans[movable], strict=True):
             block = edges.owner[edge]
             over = covered[covers.owner[covering] == block]
-            free = spaces(*span, over, shapes.tolerance)
+            free = spaces(span[0], span[1], over, shapes.tolerance)
             met += free
             for piece in free:
                 direction = edges.tip[edge] - edges.tail[edge]

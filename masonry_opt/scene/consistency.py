@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Iterator, Mapping
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.joints import Joint
+from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.load_cases import Earthquake
 from masonry_opt.scene.loads import GROUPS
@@ -173,7 +173,8 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
     yield from ["'axles' do not tilt"] * len(scene.axles)
     yield from ["a 'fill' does not tilt"] * len(scene.fills)
     yield from ["a tie or prop does not grow with the weights"] * len([*scene.ties, *scene.props])
-    for joint in (scene.joints, *scene.exceptions):
+    properties: list[JointDefaults | Joint] = [scene.joints, *scene.exceptions]
+    for joint in properties:
         for key in ("cohesion", "strength", "dilatancy_stress"):
             if getattr(joint, key) and (key != "dilatancy_stress" or joint.dilatancy):
                 yield f"'{key}' does not grow with the weights"
@@ -181,8 +182,8 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
 
 def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
     """What is wrong with the load cases of a scene, or with its earthquake."""
-    groups = {load.group for load in [*scene.loads, *scene.edge_loads] if load.group is not None}
-    known, seen = [*GROUPS, *sorted(groups)], set[str]()
+    named = {load.group for load in scene.loads} | {load.group for load in scene.edge_loads}
+    known, seen = [*GROUPS, *sorted(name for name in named if name is not None)], set[str]()
     quakes = [("'earthquake'", scene.earthquake)]
     for number, case in enumerate(scene.load_cases, start=1):
         where = f"load_case no. {number} ('{case.name}')"

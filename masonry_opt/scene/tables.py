@@ -59,10 +59,8 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 def parse_file(path: Path) -> Any:
     """Content of a ``.toml`` or ``.json`` file, of any kind. Raises CaseError as :func:`read_tables` does."""
-    remedy = (
-        ", more than a scene that can be solved needs: split the scene, or generate its blocks with [wall]"
-    )
-    data = read_bytes(path, LARGEST_FILE, remedy)
+    remedy = "split the scene, or generate its blocks with [wall]"
+    data = read_bytes(path, LARGEST_FILE, f", more than a scene that can be solved needs: {remedy}")
     if path.suffix.lower() not in _PARSERS:
         raise CaseError(f"{path}: a case file's name ends in .toml or .json")
     try:
@@ -102,12 +100,12 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
     return data
 
 
-def library(name: str, what: str, extra: str) -> Any:
-    """A library that something needs. Raises OptionError if it, of an extra, is not installed."""
+def library(name: str, hint: str) -> Any:
+    """A library of an extra. Raises OptionError, with a hint at that, if it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise OptionError(f"{what} {name}; install it with: pip install '.[{extra}]'") from None
+        raise OptionError(hint) from None
 
 
 def said(error: Exception) -> str:

@@ -94,7 +94,7 @@ class Joints:
         """Normal and tangent of each joint, in space also their product, shape (dim, joints, dim)."""
         axes = [self.normal, self.tangent]
         if self.normal.shape[1] > 2:
-            axes.append(np.cross(*axes))
+            axes.append(np.cross(self.normal, self.tangent))
         return np.stack(axes)
 
     @cached_property

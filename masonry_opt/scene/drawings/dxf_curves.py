@@ -46,7 +46,7 @@ def ezdxf() -> Any:
 
     Raises OptionError if ezdxf, of the extra "drawings", is not installed.
     """
-    found = library("ezdxf", "DXF needs", "drawings")
+    found = library("ezdxf", "DXF needs ezdxf; install it with: pip install '.[drawings]'")
     # What it logs goes where the user's handlers take it, not to standard error.
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())
     return found

@@ -178,7 +178,7 @@ def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
 
     Raises OptionError if trimesh, of the extra "meshes", is not installed.
     """
-    trimesh = library("trimesh", "PLY and STL need", "meshes")
+    trimesh = library("trimesh", "PLY and STL need trimesh; install it with: pip install '.[meshes]'")
     try:
         # Nothing joined or dropped: blocks that touch keep corners of their own.
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
