@@ -48,12 +48,8 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
 
 def first_alike(rows: np.ndarray) -> np.ndarray:
     """Of each row the first one with the same numbers."""
-    order = np.lexsort(rows.T)
-    new = np.ones(len(order), dtype=bool)
-    new[1:] = (np.diff(rows[order], axis=0) != 0).any(axis=1)
-    first = np.empty_like(order)
-    first[order] = order[new][np.cumsum(new) - 1]
-    return first
+    _, first, own = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first[own.reshape(-1)]
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
