@@ -16,8 +16,9 @@ from masonry_opt.scene.ties import GROUND
 #: Keys of a block that are live loads.
 _LIVE = ("live", "live_per_weight", "live_moment")
 
-#: What a point is, by dimension.
+#: What a point is, and the direction of an earthquake, by dimension.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
+_DIRECTION = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
 
 
 def inconsistencies(scene: SceneKeys) -> Iterator[str]:
@@ -214,8 +215,7 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
     """What is wrong with the direction of an earthquake in a scene."""
     if isinstance(quake.direction, str) == (scene.dimension == 3):
-        needed = "an angle in plan or [x, y, z]" if scene.dimension == 3 else '"left" or "right"'
-        return f"'direction' needs {needed}"
+        return f"'direction' needs {_DIRECTION[scene.dimension]}"
     if scene.sideways(quake.direction, quake.vector) is None:
         return "'direction' needs one that is not that of gravity"
     return None
