@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -24,7 +23,8 @@ from masonry_opt.drawing.view import ViewAngles, refuse_view
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes
+from masonry_opt.methods.push.compliant import PUSHED_UP_TO
+from masonry_opt.methods.push.push import Elastic
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble
@@ -35,7 +35,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.answer import StudyAnswer
 from masonry_opt.studies.settle.freed import freed
-from masonry_opt.studies.writing import frame_table, render
+from masonry_opt.studies.writing import frame_table, study_page
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
@@ -247,16 +247,13 @@ class Settlement(StudyAnswer):
         save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
 
     def _page(self, view: ViewAngles | None) -> str:
-        """Both ends with their pictures, and the table, as HTML that stands by itself.
-
-        Raises OptionError if Jinja2, of the extra "studies", is not installed.
-        """
         ends = list(self.ends) or ["least"]
-        drawn = {end: b64encode(self.plot(end, view=view).image("svg")).decode() for end in ends}
+        drawn = {end: self.plot(end, view=view).image("svg") for end in ends}
+        pictures = {f"what moves at the {end} reaction": picture for end, picture in drawn.items()}
         columns = {"end": "end", "kind": "flow", "reaction": "reaction", "status": "status"}
         rows = frame_table(self.table, {"reaction": "{:.6g}"}, columns | {"moves": "moves, fastest first"})
         title = title_of((self.fallen or next(iter(self.ends.values())).result).assembly.scene)
-        return render("settlement.html", title=title, facts=self.facts(), pictures=drawn, rows=rows)
+        return study_page(title, self.facts(), pictures, {}, {"Reactions": rows})
 
 
 def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
@@ -417,13 +414,12 @@ def _refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -
 
 def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
     """Forces under the dead load of contacts that give while the supports are held, as those of supports that
-    settle, shape (3c + t,); None if no pass tells them, or these do not carry the dead load. The first, so
+    settle, shape (3c + t,); None if these do not come to carry it. The first, so
     many, are the scene's own; the others hold supports."""
-    if held.joints > PASSES_UP_TO or held.dilatancy_depends_on_stress:
+    if held.joints > PUSHED_UP_TO or held.dilatancy_depends_on_stress:
         return None
-    passes = Passes(held)
-    q = passes.settled_forces()
-    if q is None or not carries(held, q, ZERO) or not passes.carry_dead_load():
+    q = Elastic(held).settled
+    if q is None or not carries(held, q, ZERO):
         return None
     return np.append(q[:own], np.zeros(settling.B.shape[1] - own))
 
