@@ -132,16 +132,16 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
 
     Raises ValueError if no face is left.
     """
-    points, faces = mesh.points, _turned(_joined(mesh.points, mesh.faces, tolerance))
-    faces = _outwards(points, faces)
+    points, faces = mesh.points, outwards(mesh.points, _joined(mesh.points, mesh.faces, tolerance))
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
     if not faces:
         raise ValueError(f"is smaller than the tolerance of {tolerance:.3g}: is it drawn in another unit?")
     return MeshSolid(points, _sides(points, faces, tolerance))
 
 
-def _outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
-    """The faces of a surface that are turned one way, counter-clockwise seen from outside."""
+def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
+    """The faces of a closed surface turned one way, counter-clockwise seen from outside."""
+    faces = _turned(faces)
     return [face[::-1] for face in faces] if _volume(points, faces) < 0 else faces
 
 
@@ -155,7 +155,8 @@ def shells(mesh: Mesh) -> list[Mesh]:
     faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
     at = np.zeros((int(corner.max()) + 1, 3))
     at[corner.reshape(-1)] = points
-    faces = _outwards(at, faces)
+    if _volume(at, faces) < 0:
+        faces = [face[::-1] for face in faces]
     links: list[list[int]] = []
     for edge, having in _by_edge(faces).items():
         links += _through_inside(at, edge, having, faces) if len(having) > 2 else [having[:1] + having[-1:]]
