@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 _TOLD = (
     *("case", "load_case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind"),
     *("crushing", "friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters"),
-    *("iterations", "lp_solves", "nlp_solves", "stationary", "expected", "expected_reasons", "associative"),
-    *("exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility", "size", "history"),
+    *("iterations", "lp_solves", "nlp_solves", "stationary", "expected", "end", "expected_reasons"),
+    *("associative", "exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility"),
+    *("size", "history"),
 )
 
 

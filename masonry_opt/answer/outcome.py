@@ -51,8 +51,11 @@ class Outcome:
         (without the check of the dead load).
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
-    expected: load factor to expect of a scene that stands and is then pushed, that of method "compliant";
-        None of an associative answer, where it was not asked for, and where there is none.
+    expected: load factor to expect of a scene that stands and is then pushed by a load that grows: by method
+        "compliant" the highest on the path to its ray, or where no path is followed that of its state; None
+        of an associative answer, where it was not asked for, and where there is none.
+    end: load factor at that ray, of an exact state: what the scene carries once it moves on; None where the
+        path ends in none, or was not followed.
     expected_reasons: in codes whether it depends on how stiff contacts are, or why there is none.
     at_expected: the result of the state to expect, with its mechanism, tables and pictures, and the seconds
         and solvers of all; None where it was not asked for.
@@ -223,6 +226,10 @@ class Outcome:
     @property
     def expected(self) -> float | None:
         return _unsigned(self.solution.expected_value)
+
+    @property
+    def end(self) -> float | None:
+        return _unsigned(self.solution.end_value)
 
     @property
     def expected_reasons(self) -> tuple[Reason, ...]:

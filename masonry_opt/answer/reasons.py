@@ -63,7 +63,8 @@ class Code(StrEnum):
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
     NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
-    # Events and folds of the push, peak: a higher load factor on its way, or None; begun: u, 0 at rest.
+    # Events and folds of the push, peak: a higher load factor on its way, or None; drop: the share by which
+    # it falls deep before the highest, or None; begun: u, 0 at rest.
     RAY = "ray"
     JAMS = "jams"  # the same
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
@@ -153,4 +154,4 @@ def reason(code: Code, **values: Any) -> Reason:
 
 def size_of(problem: Problem) -> dict[str, int]:
     """How many joints a problem has, as a value of a reason; in space they are ``contacts``, points."""
-    return {"contacts" if problem.layout.round else "joints": problem.joints}
+    return {problem.layout.called: problem.joints}

@@ -104,11 +104,27 @@ class Solution:
         return self.load_factor if self.kind is Kind.ASSOCIATIVE else self.associative
 
     @property
+    def at_expected(self) -> Solution | None:
+        """The state that leads to the load to expect: itself if it is that; None if it was not computed."""
+        return self if self.kind is Kind.COMPLIANT else self.expected
+
+    @property
     def expected_value(self) -> float | None:
-        """Load factor to expect: its own if it is that; None if there is none, or it was not computed."""
-        if self.kind is Kind.COMPLIANT:
-            return self.load_factor
-        return self.expected.load_factor if self.expected else None
+        """Load factor to expect: the highest on the path to a ray, else that of contacts that give; None if
+        there is none, or it was not computed."""
+        return None if (state := self.at_expected) is None else state.peak or state.load_factor
+
+    @property
+    def end_value(self) -> float | None:
+        """Load factor at the ray of the path; None if it ends in none, or was not followed."""
+        state = self.at_expected
+        return state.load_factor if state and any(said.code is Code.RAY for said in state.reasons) else None
+
+    @property
+    def peak(self) -> float | None:
+        """Highest load factor on the way to its own, on a ray, where that is lower."""
+        peaks = (said.values["peak"] for said in self.reasons if said.code is Code.RAY)
+        return next(peaks, None)
 
     @property
     def proven_none(self) -> bool:

@@ -12,7 +12,7 @@ from masonry_opt.drawing.elements import Elements, movable_box, size_of
 from masonry_opt.drawing.marks import hatching, moved
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.rows import dots
-from masonry_opt.scene.space.frames import Frames, OuterFaces
+from masonry_opt.scene.space.faces import Frames, OuterFaces
 from masonry_opt.scene.space.shapes import Shapes
 
 #: How far supports are shown beyond the movable blocks, and the distance of the lines that hatch them, over

@@ -46,7 +46,9 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
     load from rest: ``rests`` tells whether it does, and would fall with the forces found alone, or is held by
     wedging alone."""
     if rests:
-        return solution.withdrawn(Status.SOLVER_FAILED, Code.BELOW_ZERO)
+        # The way to a ray below zero may lead over a load that the scene carries.
+        rays = [said for said in solution.reasons if said.code is Code.RAY and said.values["peak"]]
+        return solution.withdrawn(Status.SOLVER_FAILED, Code.BELOW_ZERO).telling(*rays)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)
     return solution.withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 

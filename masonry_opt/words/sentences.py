@@ -288,6 +288,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         ("an exact state beyond a pass, " if v["begun"] else "proven by its push from rest, ")
         + f"in {counted(v['events'], 'event')} to where blocks move on for ever"
         + ("" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}")
+        + ("" if v["drop"] is None else f"; λ fell by {v['drop']:.0%} on the way and rose again")
     ),
     Code.JAMS: lambda v: (
         f"pushed from rest it bears any load: friction jams, proven in {counted(v['events'], 'event')}"

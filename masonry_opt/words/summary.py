@@ -221,12 +221,13 @@ def load_factors(result: Outcome) -> str:
     if result.kind is Kind.ASSOCIATIVE or result.status is Status.UNSTABLE:
         return ""
     said, found, expected = [], result.load_factor, result.expected
+    lowest = expected if result.end is None else result.end
     if found is not None and result.kind is not Kind.COMPLIANT:
         # In space the load to expect is by sides, which may lie below the cone by so much.
         least = found * result.assembly.problem.layout.factor
         if result.solution.below_zero < 0:
             said.append(f"found {_known(found)} (with the worst self-stress or fit it falls by itself)")
-        elif expected is None or expected >= least or same(expected, found):
+        elif lowest is None or lowest >= least or same(lowest, found):
             said.append(f"least known {_known(found)} (with the worst self-stress or fit)")
         else:
             said.append(f"found {_known(found)} (lower ones are likely)")
@@ -240,12 +241,12 @@ def load_factors(result: Outcome) -> str:
 
 
 def _doubt(result: Outcome) -> str:
-    """What is not shown of the load to expect, or was higher on the way."""
+    """What is not shown of the load to expect, or is left of it once blocks move."""
     for why in result.expected_reasons:
         if why.code is Code.NO_PLATEAU:
             return f"; {message([why])}"
         if why.code is Code.RAY and why.values["peak"] is not None:
-            return f"; on the way up to {_known(why.values['peak'])}"
+            return f"; {_known(result.end) if result.end is not None else 'nothing'} as it moves on"
     return ""
 
 

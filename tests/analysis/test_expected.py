@@ -6,6 +6,7 @@ import json
 
 import pandas as pd
 import pytest
+from atlas.random_scenes import random_scene
 from atlas.small_scenes import confined
 from scenes import (
     CASES,
@@ -29,6 +30,9 @@ from masonry_opt.methods import associative
 from masonry_opt.methods.mcp import compliant
 from masonry_opt.methods.mcp.interior_point import Outcome
 from masonry_opt.methods.mcp.passes import Passes
+from masonry_opt.methods.push.push import push
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.words.summary import facts
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 
@@ -66,7 +70,7 @@ def test_where_forces_are_determinate_all_three_are_one(scene, by_hand):
 @pytest.mark.parametrize("wall", WALLS, ids=lambda wall: wall.stem)
 def test_on_the_walls_it_is_what_method_compliant_finds(wall):
     result, alone = solved(wall, expected=True), solved(wall, "compliant")
-    assert result.expected == alone.load_factor == alone.expected
+    assert result.expected == result.end == alone.load_factor == alone.expected == alone.end
     assert result.expected_reasons == alone.reasons
     assert result.load_factor * (1 - 1e-6) <= result.expected < result.associative
     state = result.at_expected
@@ -77,6 +81,25 @@ def test_on_the_walls_it_is_what_method_compliant_finds(wall):
     )
     pd.testing.assert_frame_equal(state.joints, alone.joints, check_exact=True)
     assert (state.iterations, alone.at_expected) == (alone.iterations, alone)
+
+
+def test_a_load_that_grows_comes_to_the_highest_on_the_way_to_a_ray():
+    scene = random_scene("tessellation", 910061)
+    result, found = mo.solve(scene), push(assemble(scene).problem)
+    assert (result.expected, result.end) == (found.peak, found.load_factor)
+    # Events are of limits a little looser.
+    assert result.expected == pytest.approx(max(event.load_factor for event in found.events), rel=2e-5)
+    assert result.end < 0.5 * result.expected < result.associative
+    assert result.at_expected.exact
+    assert (result.at_expected.load_factor, result.at_expected.expected) == (result.end, result.expected)
+    assert f"contacts alike; {result.end:.5g} as it moves on" in facts(result)["load factors"]
+
+
+def test_a_ray_below_zero_takes_nothing_from_the_load_on_the_way():
+    result = mo.solve(random_scene("tessellation", 910064), "compliant")
+    assert (result.load_factor, result.end) == (None, None)
+    assert 1.5 < result.expected < result.associative
+    assert "contacts alike; nothing as it moves on" in facts(result)["load factors"]
 
 
 @pytest.mark.parametrize("method", ["mcp", "nonassociative", "mpec", "refined", "global"])
@@ -147,11 +170,11 @@ def test_an_associative_load_factor_that_is_none_is_looked_for_once(monkeypatch)
 
 def test_json_has_it_and_how_it_is_known():
     told = json.loads(solved(WALLS[0], expected=True).to_json())
-    assert told["expected"] == solved(WALLS[0], "compliant").load_factor
+    assert told["expected"] == told["end"] == solved(WALLS[0], "compliant").load_factor
     (why,) = told["expected_reasons"]
     assert (why["code"], why["folds"], why["peak"]) == ("ray", 0, None)
     off = json.loads(mo.solve(two_blocks(), expected=False).to_json())
-    assert (off["expected"], off["expected_reasons"]) == (None, [])
+    assert (off["expected"], off["end"], off["expected_reasons"]) == (None, None, [])
 
 
 def test_the_command_tells_it_and_leaves_it_out(monkeypatch, capsys, tmp_path):

@@ -7,7 +7,9 @@ from itertools import product
 
 import numpy as np
 import pytest
+from atlas.large_scenes import rubble
 from atlas.random_scenes import random_scene
+from contact_dynamics import onset
 from mappings import mapped, mirrored
 from scenes import (
     CASES,
@@ -139,6 +141,7 @@ def test_walls_of_table_1_end_on_a_ray(wall, by):
     found = assert_exact(problem_of(mo.load(wall)))
     assert found.load_factor == pytest.approx(by, abs=6e-7)
     assert found.peak == pytest.approx(found.load_factor, rel=1e-6)
+    assert found.drop < 0.05
 
 
 @pytest.mark.parametrize("case", AT_RAY)
@@ -205,6 +208,19 @@ def test_an_end_with_the_load_drawn_back_is_told():
     assert found.ended is Ended.BACK
     assert found.folds > 0
     assert found.peak > found.load_factor
+
+
+@pytest.mark.slow
+def test_a_load_that_grows_passes_the_falls_of_the_path_up_to_its_highest():
+    """In contact dynamics, whatever the ray is, here of a ninth less, of far less, and below zero."""
+    scenes = [random_scene("tessellation", seed) for seed in (910017, 910061, 910064)]
+    problems = [problem_of(scene) for scene in (*scenes, rubble(40, 910006))]
+    found = [push(problem) for problem in problems]
+    assert [of.drop > 0.3 for of in found] == [True, False, False, True]
+    assert [of.load_factor < 0.9 * of.peak for of in found] == [True, True, True, False]
+    highest = [of.peak for of in found]
+    brought_down = onset(problems, [of.settled for of in found], highest)
+    assert highest == pytest.approx(brought_down, rel=0.01)
 
 
 def test_events_tell_what_joints_do():

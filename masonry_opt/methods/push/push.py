@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.answer.solution import GivingState
+from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.push.blocks import Blocks
 from masonry_opt.methods.push.laws import Law, compliance
 from masonry_opt.methods.push.path import End, Event, Path
@@ -28,6 +29,9 @@ NOISE = 1e-7, 1e-9
 
 #: Forces beyond limits, over the same, that a state may have.
 EXACT = 1e-9
+
+#: Share of the largest λ on the way below which λ may fall without being told.
+_TRIFLE = 1e-2
 
 
 class Ended(StrEnum):
@@ -50,7 +54,7 @@ class Pushed:
     ----------
     ended: how.
     load_factor: λ at the ray; None where there is none.
-    peak: largest λ on the way.
+    peak: largest λ on the way, to which a load comes that grows.
     q, d: forces, shape (3c + t,), and mechanism, shape (3b,), scaled so that f_L·d = Σ|f_L|, at the ray.
     settled: forces under the dead load, shape (3c + t,).
     beyond: largest force beyond a limit, in these and in q.
@@ -76,6 +80,14 @@ class Pushed:
         moves = np.diff([self.begun, *(event.at for event in self.events), *ahead])
         way = np.sign(moves[moves != 0])
         return int((way[1:] != way[:-1]).sum())
+
+    @property
+    def drop(self) -> float:
+        """Largest share by which λ falls from its highest so far, if that is no trifle, before its peak."""
+        path = np.array([0.0, *(event.load_factor for event in self.events)])
+        highest = np.maximum.accumulate(path)
+        drops = (highest - path) / np.maximum(highest, max(_TRIFLE * path.max(), ZERO))
+        return float(drops[: path.argmax() + 1].max())
 
 
 def push(problem: Problem, events: int = EVENTS, seed: int = 0) -> Pushed:

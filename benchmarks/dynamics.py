@@ -1,0 +1,114 @@
+"""Which λ of its path brings a scene down, where the path falls and rises again? Asks contact dynamics.
+
+    python benchmarks/dynamics.py --damping 0.98
+
+60 random scenes whose path folds and 20 whose path does not (tests/atlas; seeds from 910000 on, the first of
+each family), pushed by a growing load in tests/contact_dynamics.py from the same forces at rest. Prints a row
+a scene: joints, λ at the ray, highest λ of the path, the deepest fall before it, λ from which the path first
+falls by a tenth, and λ at which the load brings the scene down; some 20 minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from atlas.held_scenes import held  # noqa: E402
+from atlas.large_scenes import large_scene  # noqa: E402
+from atlas.random_scenes import random_scene  # noqa: E402
+from contact_dynamics import onset  # noqa: E402
+
+import masonry_opt as mo  # noqa: E402
+from masonry_opt.errors import CaseError  # noqa: E402
+from masonry_opt.methods.push.laws import takes  # noqa: E402
+from masonry_opt.methods.push.push import Ended, Pushed, push  # noqa: E402
+from masonry_opt.problem.assembly import assemble  # noqa: E402
+from masonry_opt.problem.problem import Problem  # noqa: E402
+
+#: By family, scenes that fold and that do not.
+FAMILIES = {
+    "tessellation": (29, 6),
+    "wall": (1, 4),
+    "arch": (0, 3),
+    "held wall": (1, 2),
+    "held filled": (0, 1),
+    "openings 40": (2, 1),
+    "piers 40": (0, 1),
+    "rubble 40": (9, 1),
+    "rubble 50": (9, 1),
+    "rubble 60": (9, 0),
+}
+FIRST = 910_000
+#: λ on the way over the ray's, and a fall on the way over the highest λ before, of a path that folds.
+HIGHER, FALL, DEEP = 0.01, 0.02, 0.1
+#: Scenes in motion side by side.
+STACK = 10
+
+
+def scene_of(family: str, seed: int) -> mo.Scene:
+    """A random scene."""
+    kind, _, of = family.partition(" ")
+    if kind == "held":
+        return held(of, seed)
+    return large_scene(kind, int(of), seed) if of else random_scene(kind, seed)
+
+
+def on_the_way(found: Pushed) -> tuple[float, float, float]:
+    """Highest λ of a path, the deepest fall before it, and λ from which it first falls by a tenth."""
+    path = np.array([0.0, *(event.load_factor for event in found.events), found.load_factor])
+    highest = np.maximum.accumulate(path)
+    fallen = (highest - path) / np.maximum(highest, 1e-9)
+    deep = highest[np.argmax(fallen > DEEP)] if fallen.max() > DEEP else highest[-1]
+    return float(highest[-1]), float(fallen[: path.argmax() + 1].max()), float(deep)
+
+
+def scenes() -> Iterator[tuple[str, int, Problem, Pushed]]:
+    """Family, seed, problem and push of all."""
+    for family, numbers in FAMILIES.items():
+        left = list(numbers)
+        for seed in count(FIRST):
+            try:
+                problem = assemble(scene_of(family, seed)).problem
+            except CaseError:
+                continue
+            found = push(problem, 25 * problem.joints) if takes(problem) else Pushed(Ended.LOST)
+            if found.ended is not Ended.RAY or found.load_factor is None:
+                continue
+            highest, fall, _ = on_the_way(found)
+            folds = highest > found.load_factor + HIGHER * abs(found.load_factor) or fall > FALL
+            if highest > 1e-3 and left[not folds]:
+                left[not folds] -= 1
+                yield family, seed, problem, found
+            if not any(left):
+                break
+
+
+def main() -> None:
+    """Print the table."""
+    options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    options.add_argument("--damping", type=float, default=0.98)
+    options.add_argument("--steps", type=int, default=1_000_000)
+    chosen = options.parse_args()
+    print("family,seed,joints,ray,highest,fall,deep,onset", flush=True)
+    of_all = sorted(scenes(), key=lambda of: of[2].joints)
+    for start in range(0, len(of_all), STACK):
+        some = of_all[start : start + STACK]
+        told = [on_the_way(found) for *_, found in some]
+        problems, settled = [of[2] for of in some], [of[3].settled for of in some]
+        at = onset(problems, settled, [of[0] for of in told], chosen.damping, chosen.steps)
+        for (family, seed, problem, found), numbers, by_time in zip(some, told, at, strict=True):
+            load_factors = found.load_factor, *numbers, by_time
+            of = ",".join(f"{number:.5f}" for number in load_factors)
+            print(f"{family},{seed},{problem.joints},{of}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
