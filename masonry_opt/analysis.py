@@ -60,7 +60,7 @@ def solve(
     load_case:
         Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves all.
     progress:
-        Called with every step of the method: :class:`~.mcp.schedule.NewtonStep`,
+        Called with every step of the method: :class:`~.push.push.PushStep`,
         :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
         :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
     phases:

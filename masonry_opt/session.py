@@ -17,7 +17,8 @@ from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.how_to_solve import HowToSolve
-from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes
+from masonry_opt.methods.push.compliant import PUSHED_UP_TO
+from masonry_opt.methods.push.push import Elastic
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
@@ -155,7 +156,7 @@ class Session:
         method, problem = METHODS[_EXPECTED], assembly.problem
         if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
             return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, (reason(Code.DILATANCY_FALLS),))
-        if problem.joints > PASSES_UP_TO:
+        if problem.joints > PUSHED_UP_TO:
             why = reason(Code.NOT_EXPECTED, **size_of(problem))
             return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, (why,))
         effort.begins("load to expect")
@@ -247,7 +248,7 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     expected = solution.expected
     if expected is not None and expected.status in (Status.CONVERGED, Status.UNSTABLE):
         return expected.status.usable
-    return min(load_factor, solution.below_zero) > SMALLEST or Passes(problem).carry_dead_load()
+    return min(load_factor, solution.below_zero) > SMALLEST or Elastic(problem).settled is not None
 
 
 def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:

@@ -153,7 +153,7 @@ class Outcome:
     @cached_property
     def history(self) -> pd.DataFrame:
         """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
-        (:class:`~.mcp.schedule.NewtonStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
+        (:class:`~.push.push.PushStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
         a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
         from masonry_opt.answer.frames import history_frame
 

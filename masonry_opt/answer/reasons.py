@@ -52,23 +52,20 @@ class Code(StrEnum):
     LOCKED_ALL_THE_SAME = "locked all the same"
     LEAST_BORNE_OUT = "least borne out"  # load_factor, None if there is none
 
-    # Passes.
-    ONE_PASS = "one pass"  # steps of all attempts, attempt: the last
-    PASS_STOPPED = "pass stopped"  # word, attempts
-    PASS_LOST = "pass lost"
+    # The push.
+    ONE_PASS = "one pass"  # steps
+    PUSH_STOPPED = "push stopped"  # word, steps
     DILATANCY_FALLS = "dilatancy falls"
     TOO_LARGE = "too large"  # joints, in space contacts: points
-    LOOP_FAR = "loop far"  # joints (in space contacts), count: of sub-problems, off: share of λ
 
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
     NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
-    # Events and folds of the push, peak: a higher load factor on its way, or None; drop: the share by which
-    # it falls deep before the highest, or None; begun: u, 0 at rest.
+    # Steps and folds of the push, peak: a higher load factor on its way, or None; drop: the share by which
+    # it falls deep before the highest, or None.
     RAY = "ray"
     JAMS = "jams"  # the same
-    GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
-    STILL_ELASTIC = "still elastic"  # the same
+    STILL_ELASTIC = "still elastic"  # give, load_factor, elastic: share of the work
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for passes
     CURVE = "curve"  # states, left_out: passes that ended in none; peak, last: load factors
 

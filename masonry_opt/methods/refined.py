@@ -17,7 +17,7 @@ from masonry_opt.methods.exact.cone_refiner import ConeRefiner
 from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, StateFinder, refiner_of
 from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
-from masonry_opt.methods.mcp.passes import passes_of
+from masonry_opt.methods.push.push import elastic_of
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
@@ -86,7 +86,7 @@ def refined(task: Task) -> Solution:
         return first
     refiner: StateFinder = ConeRefiner(problem, task.effort) if problem.layout.round else refiner_of(task)
     lowest = _Lowest(task, refiner)
-    search = Search(refiner, passes_of(task).over, lowest.met)
+    search = Search(refiner, elastic_of(task), lowest.met)
     if options.search is not None:
         refiner.deadline = time.perf_counter() + options.search
     try:
@@ -127,7 +127,7 @@ class _Lowest:
     def see(self, candidate: Candidate) -> None:
         """Keep a candidate's state if it is the lowest."""
         state = candidate.state
-        if state is None or not passes_of(self._task).tells(state.load_factor, state.d):
+        if state is None or not elastic_of(self._task).tells(state.load_factor, state.d):
             return
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
         if lower_of(self.state, state) is not state:

@@ -24,8 +24,8 @@ _ALL = (
     ),
     Method(
         "compliant",
-        "mcp.compliant:compliant",
-        "mcp.compliant:CompliantOptions",
+        "push.compliant:compliant",
+        "push.compliant:CompliantOptions",
         {MATRICES: ("newton",)},
         own_tolerances=True,
         constant_dilatancy=True,

@@ -258,40 +258,31 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "without dilatancy they can move, but no run of the loop tells at which load"
     ),
     Code.LEAST_BORNE_OUT: _least_borne_out,
-    Code.ONE_PASS: lambda v: (
-        f"in {counted(v['steps'], 'Newton step')}"
-        + (f" of {v['attempt']} passes" if v["attempt"] > 1 else "")
+    Code.ONE_PASS: lambda v: f"from a push in {counted(v['steps'], 'step')}",
+    Code.PUSH_STOPPED: (
+        "pushed from rest the scene came to no state ({word}; {steps} steps): method 'nonassociative' goes "
+        "another way"
     ),
-    Code.PASS_STOPPED: (
-        "no pass ended in a state ({attempts} tried, the last: {word}): method 'nonassociative' "
-        "goes another way"
-    ),
-    Code.PASS_LOST: "the load factor of a pass grew without end",
-    Code.LOOP_FAR: lambda v: (
-        f"with {_joints_or_points(v)} the loop began, and left the scene to passes: after "
-        f"{counted(v['count'], 'sub-problem')} its sliding was off the true law by {v['off']:.0%} of λ"
-    ),
-    Code.TOO_LARGE: lambda v: f"with {_joints_or_points(v)} the loop is quicker than passes",
+    Code.TOO_LARGE: lambda v: f"with {_joints_or_points(v)} the loop is quicker than a push",
     Code.DILATANCY_FALLS: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
     Code.PLATEAU: lambda v: (
-        f"in {counted(v['steps'], 'Newton step')}, with contacts that give by {v['give']:.0e} of the motion; "
+        f"in {counted(v['steps'], 'step')}, with contacts that give by {v['give']:.0e} of the motion; "
         + _other_contacts(v)
     ),
     Code.NO_PLATEAU: lambda v: (
         f"with contacts that give by {v['give']:.0e} of the motion; that λ does not depend on their "
         "stiffness is not shown: "
-        + ("no pass ended with softer or stiffer ones" if v["change"] is None else _other_contacts(v))
+        + ("no softer ones came to a state" if v["change"] is None else _other_contacts(v))
     ),
     Code.RAY: lambda v: (
-        ("an exact state beyond a pass, " if v["begun"] else "proven by its push from rest, ")
-        + f"in {counted(v['events'], 'event')} to where blocks move on for ever"
+        f"proven by its push from rest, in {counted(v['steps'], 'step')} to where blocks move on for ever"
         + ("" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}")
         + ("" if v["drop"] is None else f"; λ fell by {v['drop']:.0%} on the way and rose again")
     ),
     Code.JAMS: lambda v: (
-        f"pushed from rest it bears any load: friction jams, proven in {counted(v['events'], 'event')}"
+        f"pushed from rest it bears any load: friction jams, proven in {counted(v['steps'], 'step')}"
     ),
     Code.NOT_EXPECTED: lambda v: f"not looked for with {_joints_or_points(v)}: method 'compliant' takes long",
     Code.CURVE: lambda v: (
@@ -302,10 +293,6 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
             if v["peak"] - v["last"] > PLATEAU * v["peak"]
             else ", does not fall"
         )
-    ),
-    Code.GROWS_WITH_STIFFNESS: (
-        "the load factor grows with the stiffness of contacts (the last was {load_factor:.4g}), as it does "
-        "where nothing collapses"
     ),
     Code.STILL_ELASTIC: (
         "with contacts that give by {give:.0e} of the motion {elastic:.0%} of the load's work is elastic "

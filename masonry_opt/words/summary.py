@@ -32,7 +32,7 @@ _BOUNDS = (
 )
 
 #: Codes that tell what was tried, and nothing of the scene.
-_TRIED = (Code.PASS_LOST, Code.GROWS_WITH_STIFFNESS, Code.STILL_ELASTIC, Code.BEGAN_AGAIN, Code.CURVE)
+_TRIED = (Code.STILL_ELASTIC, Code.BEGAN_AGAIN, Code.CURVE)
 
 #: Ties and props that are told of.
 _TIES = 4

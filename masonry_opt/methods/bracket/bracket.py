@@ -19,7 +19,7 @@ from masonry_opt.methods.bracket.relaxation import BoundStep
 from masonry_opt.methods.bracket.rising import Rising, a_little_above, assumed_rates, closed, sum_of_rates
 from masonry_opt.methods.exact.refiner import refiner_of
 from masonry_opt.methods.exact.search import lower_of
-from masonry_opt.methods.mcp.passes import passes_of
+from masonry_opt.methods.push.push import elastic_of
 from masonry_opt.methods.refined import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
@@ -96,7 +96,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Sol
             answer = state.answer if state else None
             if answer is None or lower_of(solution.answer, answer) is not answer:
                 continue
-            if passes_of(task).tells(answer.load_factor, answer.d):
+            if elastic_of(task).tells(answer.load_factor, answer.d):
                 rising.best = min(rising.best, answer.load_factor)
                 solution = replace(solution, found=answer)
     return replace(solution, bound=rising.bound, history=tuple(history))

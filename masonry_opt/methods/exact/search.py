@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from math import inf
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
 from masonry_opt.methods.exact.refiner import ExactState, StateFinder
+from masonry_opt.methods.push.push import Elastic
 from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
 
 #: Standard deviation of the logarithm by which random starts change loads and frictions: of loads this, of
 #: frictions one between these, so that both near and far states are found.
@@ -29,12 +29,11 @@ _NOTHING_NEW = 15
 #: Share of the faces that hold λ up which a neighbour lets go of, one at least.
 _LET_GO = 0.02
 
+#: Displacements at which forces of a push are taken: in space softer contacts lead lower.
+_STIFF, _STIFF_IN_SPACE = 1e4, 1e2
+
 #: Programs of a fixed point at most, and the relative change of its costs at which it ends.
 _FIXED_POINT, _SETTLED = 15, 1e-7
-
-
-#: The end of a pass over a problem of other loads or law, None if it has none; it reports every step.
-OtherPass = Callable[[Problem, Callable[[Any], None]], State | None]
 
 
 @dataclass(frozen=True)
@@ -80,11 +79,11 @@ class Met:
 
 
 class Search:
-    """Candidates of one problem: ``other_pass`` starts those of other loads and frictions."""
+    """Candidates of one problem; its contacts start those of other loads and frictions."""
 
-    def __init__(self, finder: StateFinder, other_pass: OtherPass, met: Met) -> None:
+    def __init__(self, finder: StateFinder, elastic: Elastic, met: Met) -> None:
         self._finder, self.problem, self.met = finder, finder.problem, met
-        self._other_pass = other_pass
+        self._elastic = elastic
 
     def start(self, q: np.ndarray) -> Candidate:
         """The state that forces (3c,) lead to."""
@@ -124,26 +123,28 @@ class Search:
     def _settled(self, q: np.ndarray | None) -> ExactState | None:
         return None if q is None else self._finder.state_near(q)
 
-    def _of_pass(self, problem: Problem) -> np.ndarray | None:
+    def _pushed(self, problem: Problem) -> np.ndarray | None:
+        until = _STIFF_IN_SPACE if problem.layout.round else _STIFF
         with self._finder.effort.measure("solve"):
-            state = self._other_pass(problem, lambda _: self._finder.check_time())
-        return None if state is None else state.q
+            elastic = self._elastic.again_for(problem)
+            state = elastic.at(elastic.pushed(lambda _: self._finder.check_time(), until), until)
+        return None if state is None else state.answer.q
 
     def with_other_friction(self, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a pass with each joint's friction changed."""
+        """Forces of a push with each joint's friction changed."""
         problem = self.problem
         spread = np.exp(rng.uniform(*np.log(_FRICTIONS)))
         factor = np.exp(spread * rng.standard_normal(problem.joints))[problem.sliding]
         friction = np.maximum(problem.friction * factor, problem.dilatancy)
-        return self._of_pass(replace(problem, law=replace(problem.law, friction=friction)))
+        return self._pushed(replace(problem, law=replace(problem.law, friction=friction)))
 
     def with_other_loads(self, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a pass with each load changed."""
+        """Forces of a push with each load changed."""
         problem = self.problem
         dead, live = (
             load * np.exp(_LOADS * rng.standard_normal(load.size)) for load in (problem.dead, problem.live)
         )
-        return self._of_pass(replace(problem, dead=dead, live=live))
+        return self._pushed(replace(problem, dead=dead, live=live))
 
     def fixed_point(self, rng: np.random.Generator) -> np.ndarray | None:
         """Forces at which the cost of a normal force is the dilation that Coulomb's joints lack,

@@ -1,34 +1,40 @@
 """The load that a scene bears as it is pushed from rest: it settles, then a live load grows with its
-displacement until forces no longer change, on a ray.
+displacement until blocks move on for ever.
 
-On a ray blocks move on for ever: that is a collapse mechanism, and the state is exact.
+Both are paths of contacts that give: the dead load grows from nothing, then the live load. Where λ no longer
+changes along the path, on a ray, its direction is a collapse mechanism, and the state is exact.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Any
+from functools import cached_property
+from math import inf
 
 import numpy as np
 
+from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.solution import GivingState
 from masonry_opt.answer.thresholds import ZERO
-from masonry_opt.methods.push.blocks import Blocks
-from masonry_opt.methods.push.laws import Law, compliance
-from masonry_opt.methods.push.path import End, Event, Path
-from masonry_opt.methods.push.settling import settling
+from masonry_opt.effort import Effort
+from masonry_opt.methods.push.law import Rounded, compliance
+from masonry_opt.methods.push.matrix import BlockMatrix
+from masonry_opt.methods.push.path import Curve, Point
+from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
+from masonry_opt.standing.weightless import weightless
 
-#: Events of settling and of the push, each, at most.
-EVENTS = 40_000
+#: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
+ROUNDING, _FALLS, _LAST = 0.1, 0.2, 1e-9
 
-#: By how much limits are looser at random, over the largest dead load of a block, so that no two events
-#: coincide. It is taken off at the end; the second where that leaves forces beyond limits.
-NOISE = 1e-7, 1e-9
+#: Points of a path at most; and displacement from which on the end is looked for, and up to which.
+_POINTS, _END, _BEYOND = 1500, 1e6, 1e10
 
-#: Forces beyond limits, over the same, that a state may have.
-EXACT = 1e-9
+#: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight
+#: on then, and what it may leave there of equilibrium, over the forces there.
+_GROWS, _FAR, _STRAIGHT = 0.5, 1e3, 1e-9
 
 #: Share of the largest λ on the way below which λ may fall without being told.
 _TRIFLE = 1e-2
@@ -36,14 +42,31 @@ _TRIFLE = 1e-2
 
 class Ended(StrEnum):
     """How a push ends: on a ray on which the scene collapses, or friction jams, or the live load is drawn
-    back; without a state under the dead load; before an end is found; in rounding."""
+    back; without a state under the dead load; before an end is found."""
 
     RAY = "ray"
     JAM = "jam"
-    BACK = "back"
-    NOT_SETTLED = "not settled"
-    BUDGET = "budget"
-    LOST = "lost"
+    BACK = "the live load is drawn back"
+    NOT_SETTLED = "its contacts do not come to carry the dead load"
+    STOPPED = "no end was found"
+
+
+@dataclass(frozen=True)
+class PushStep:
+    """A point of the push.
+
+    Attributes
+    ----------
+    iteration: counted from 1.
+    displacement: u, in motions of a contact of mean size under the mean force.
+    load_factor: λ.
+    corrections: Newton's steps from the tangent onto the path.
+    """
+
+    iteration: int
+    displacement: float
+    load_factor: float
+    corrections: int
 
 
 @dataclass(frozen=True)
@@ -53,120 +76,184 @@ class Pushed:
     Attributes
     ----------
     ended: how.
-    load_factor: λ at the ray; None where there is none.
-    peak: largest λ on the way, to which a load comes that grows.
-    q, d: forces, shape (3c + t,), and mechanism, shape (3b,), scaled so that f_L·d = Σ|f_L|, at the ray.
-    settled: forces under the dead load, shape (3c + t,).
-    beyond: largest force beyond a limit, in these and in q.
-    settling, events: what was met, the first at tensions of bonds, the second at displacements.
-    begun: u that the path was followed from, 0 at rest.
+    steps, points: that it went through.
+    answer: the exact state at the ray.
+    peak: largest λ on the way, to which a load comes that grows; None without a load factor.
     """
 
     ended: Ended
-    load_factor: float | None = None
+    steps: tuple[PushStep, ...] = ()
+    points: tuple[Point, ...] = ()
+    answer: Answer | None = None
     peak: float | None = None
-    q: np.ndarray | None = None
-    d: np.ndarray | None = None
-    settled: np.ndarray | None = None
-    beyond: float = 0.0
-    settling: tuple[Event, ...] = ()
-    events: tuple[Event, ...] = ()
-    begun: float = 0.0
 
     @property
     def folds(self) -> int:
-        """How often the displacement turned: at the last event too, from where on it grows on a ray."""
-        ahead = [np.inf] if self.ended in (Ended.RAY, Ended.JAM) else []
-        moves = np.diff([self.begun, *(event.at for event in self.events), *ahead])
+        """How often the displacement turned."""
+        moves = np.diff([0.0, *(step.displacement for step in self.steps)])
         way = np.sign(moves[moves != 0])
         return int((way[1:] != way[:-1]).sum())
 
     @property
     def drop(self) -> float:
         """Largest share by which λ falls from its highest so far, if that is no trifle, before its peak."""
-        path = np.array([0.0, *(event.load_factor for event in self.events)])
+        path = np.array([0.0, *(step.load_factor for step in self.steps)])
         highest = np.maximum.accumulate(path)
         drops = (highest - path) / np.maximum(highest, max(_TRIFLE * path.max(), ZERO))
         return float(drops[: path.argmax() + 1].max())
 
 
-def push(problem: Problem, events: int = EVENTS, seed: int = 0) -> Pushed:
-    """Settle and push a problem that the laws take, for so many events at most."""
-    law = Law.of(problem, compliance(problem))
-    noise = _noise(problem, law, seed)
-    for share in NOISE:
-        found = _pushed(problem, law, share * noise, events)
-        if found.beyond <= EXACT * _unit(problem):
-            return found
-    return replace(found, ended=Ended.LOST)
+class Elastic:
+    """A problem whose contacts give."""
+
+    def __init__(self, problem: Problem, matrix: BlockMatrix | None = None) -> None:
+        """The matrix is one of the same B."""
+        self.problem, self._compliance = problem, compliance(problem)
+        self._law = Rounded.of(problem, self._compliance, 0.0)
+        self._matrix = matrix or BlockMatrix(problem, self._law)
+        extent = problem.matrices.extent
+        self._unit = float(extent.mean() / (extent * self._compliance[: problem.joints]).mean())
+
+    def again_for(self, problem: Problem, effort: Effort | None = None) -> Elastic:
+        """The same of a problem of other loads or law."""
+        return Elastic(problem, self._matrix)
+
+    @cached_property
+    def settled(self) -> np.ndarray | None:
+        """Forces under the dead load from rest, shape (3c + t,), which contacts give from; None if they do not
+        come to carry it."""
+        problem, still = self.problem, np.zeros_like(self.problem.dead)
+        if problem.settled is not None:
+            return problem.settled
+        if not problem.dead.any():
+            return np.zeros(problem.B.shape[1])
+        nothing = np.zeros_like(self._law.stiffness)
+        curve = Curve(self._law, self._matrix, nothing, still, problem.dead, self._unit).rounded_by(ROUNDING)
+        # Rounded forces of nothing are in equilibrium with a little load.
+        curve = replace(curve, dead=-curve.left(still, 0.0))
+        for point in curve.points(still, 0.0, _POINTS):
+            if point.load_factor >= 1:
+                d = point.d + (1 - point.load_factor) / point.along[-1] * point.along[:-1]
+                whole = replace(curve, dead=problem.dead, live=still)
+                *_, last = (None, *_sharper(whole, d, 0.0, None))
+                return None if last is None else self._law.of_problem(last[0].forces(last[1]))
+        return None
+
+    def tells(self, load_factor: float, d: np.ndarray) -> bool:
+        """Whether a mechanism (3b,) at a load factor tells of the load. One of blocks that weigh nothing
+        there does so only where from rest these do not carry the dead load either."""
+        return not weightless(self.problem, load_factor, d) or self.settled is None
+
+    def pushed(
+        self, follow: Callable[[PushStep], None] = lambda _: None, until: float = inf
+    ) -> Pushed:
+        """The push, followed to its end, or until it comes to a displacement."""
+        if self.settled is None:
+            return Pushed(Ended.NOT_SETTLED)
+        curve, still, unit = self._curve, np.zeros_like(self.problem.dead), self.problem.live_norm
+        rounded = curve.rounded_by(ROUNDING)
+        start = replace(rounded, live=still).state(still, 0.0, None)
+        points: list[Point] = []
+        steps: list[PushStep] = []
+        ended, answer = Ended.STOPPED, None
+        for point in rounded.points(start[0], 0.0, _POINTS) if start else ():
+            points.append(point)
+            u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
+            steps.append(PushStep(len(steps) + 1, u, point.load_factor / unit, point.corrections))
+            follow(steps[-1])
+            if u < -_END:
+                ended = Ended.BACK
+            elif u > _END and grows:
+                ended, answer = self._end(point, u)
+            if ended is not Ended.STOPPED or not -_END <= u <= min(until, _BEYOND):
+                break
+        peak = max((step.load_factor for step in steps), default=None)
+        if answer is not None and steps and (highest := max(steps, key=lambda step: step.load_factor)):
+            # Rounding blurs the highest point a little.
+            state = self._state(points[highest.iteration - 1], highest.displacement)
+            peak = max(answer.load_factor, state.load_factor if state else -inf)
+        return Pushed(ended, tuple(steps), tuple(points), answer, peak)
+
+    @cached_property
+    def _curve(self) -> Curve:
+        problem, settled = self.problem, self.settled
+        assert settled is not None
+        rest, live = self._law.of_sliders(settled), problem.live / problem.live_norm
+        return Curve(self._law, self._matrix, rest, problem.dead, live, self._unit)
+
+    def _end(self, point: Point, u: float) -> tuple[Ended, Answer | None]:
+        """Whether a point lies on a ray, and the best of the exact states there under ever sharper laws: in
+        space the direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
+        problem, best = self.problem.by_cone, None
+        last: tuple[Curve, np.ndarray, float] | None = None
+        for last in _sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0):
+            curve, d, load = last
+            along = curve.along(d, load)
+            answer = certified(
+                problem, load / problem.live_norm, self._law.of_problem(curve.forces(d)), along[:-1]
+            )
+            if answer.exact and (best is None or answer.certificate.worst <= 10 * best.certificate.worst):
+                best = answer
+        if best is not None:
+            return Ended.RAY, best
+        if last is None or u * along[-1] < _GROWS * abs(load):
+            return Ended.STOPPED, None
+        far = curve.left(d + _FAR * u * along[:-1], load + _FAR * u * along[-1])
+        straight = np.abs(far).max() <= _STRAIGHT * _FAR * u * abs(along[-1])
+        return Ended.JAM if straight else Ended.STOPPED, None
+
+    def _state(self, point: Point, u: float) -> Answer | None:
+        """The state at u next to a point of the path, certified for its contacts."""
+        short = u - float(self._curve.live @ point.d)
+        *_, last = (None, *_sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, short))
+        if last is None:
+            return None
+        curve, d, load = last
+        q, moved = self._law.of_problem(curve.forces(d)), (point.d + d) / u
+        return certified(self.giving(1 / u), load / self.problem.live_norm, q, moved)
+
+    def giving(self, give: float) -> Problem:
+        """The problem with contacts that give so much, over the motion of the live load."""
+        return replace(self.problem, compliance=give * self._compliance, settled=self.settled)
+
+    def at(self, pushed: Pushed, u: float) -> GivingState | None:
+        """The state of a push as it first comes to u; None if it does not."""
+        beyond = (step.iteration - 1 for step in pushed.steps if step.displacement >= u)
+        number = next(beyond, None)
+        if number is None:
+            return None
+        before, after = pushed.points[max(number - 1, 0)], pushed.points[number]
+        was, comes = (float(self._curve.live @ point.d) for point in (before, after))
+        share = (u - was) / (comes - was) if comes > was else 1.0
+        between = replace(
+            after,
+            d=before.d + share * (after.d - before.d),
+            load_factor=before.load_factor + share * (after.load_factor - before.load_factor),
+        )
+        states = (self._giving_state(point, u) for point in (between, after))
+        return next((state for state in states if state is not None), None)
+
+    def next_to(self, pushed: Pushed, step: PushStep) -> GivingState | None:
+        """The state at a step of a push."""
+        return self._giving_state(pushed.points[step.iteration - 1], step.displacement)
+
+    def _giving_state(self, point: Point, u: float) -> GivingState | None:
+        found = self._state(point, u)
+        return None if found is None else GivingState(1 / u, self.giving(1 / u), found)
 
 
-def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int) -> Pushed:
-    loose = law.loosened(noise)
-    told: dict[str, Any] = {"settled": np.zeros(problem.B.shape[1])}
-    if problem.settled is not None:
-        told["settled"] = problem.settled
-    elif problem.dead.any():
-        path = settling(problem, loose)
-        end = path.follow(-1, most)
-        told["settling"] = tuple(path.events)
-        if end is not End.FREE:
-            ended = Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED
-            return Pushed(ended, **told | {"settled": None})
-        told["settled"] = law.of_problem(path.by(law).forces)
-    rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
-    still = np.zeros(problem.dead.size)
-    path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, law.inside, still)
-    return _ended(problem, law, path, path.follow(1, most), told)
+def _sharper(
+    curve: Curve, d: np.ndarray, load_factor: float, u: float | None
+) -> Iterator[tuple[Curve, np.ndarray, float]]:
+    """States at the same u, or under the same load, under laws that are less and less rounded."""
+    rounding = ROUNDING
+    while (found := (sharper := curve.rounded_by(rounding)).state(d, load_factor, u)) is not None:
+        yield sharper, *found
+        if rounding <= _LAST:
+            return
+        rounding, (d, load_factor) = max(_FALLS * rounding, _LAST), found
 
 
-def push_on(problem: Problem, state: GivingState, most: int) -> Pushed:
-    """Go on from a state of contacts that give, at u = 1 / give, for so many events at most."""
-    answer, giving, live = state.answer, state.problem, problem.live / problem.live_norm
-    assert giving.compliance is not None
-    law = Law.of(problem, giving.compliance / state.give)
-    unit = _unit(problem)
-    loose = law.loosened(NOISE[0] * _noise(problem, law))
-    settled = np.zeros_like(answer.q) if giving.settled is None else giving.settled
-    rest, d = law.of_sliders(settled), answer.d / state.give
-    load = answer.load_factor * problem.live_norm
-    path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, None, d, load, 1 / state.give)
-    if not path.comes_into_its_cell():
-        return Pushed(Ended.LOST)
-    told = {"settled": settled, "begun": path.drive}
-    found = _ended(problem, law, path, path.follow(1, most), told)
-    return found if found.beyond <= EXACT * unit else replace(found, ended=Ended.LOST)
-
-
-def _ended(problem: Problem, law: Law, path: Path, end: End, told: dict[str, Any]) -> Pushed:
-    """What a path that has ended tells, beside what is told of how it began."""
-    unit = problem.live_norm
-    events = tuple(replace(event, load_factor=event.load_factor / unit) for event in path.events)
-    told |= {"events": events, "beyond": _beyond(problem, told["settled"])}
-    if path.highest is not None:
-        told["peak"] = path.by(law, *path.highest[1:]).load_factor / unit
-    if path.ahead is None:
-        return Pushed(Ended.BUDGET, **told)
-    along, drive = path.ahead
-    if end is End.JAM:
-        return Pushed(Ended.JAM if drive > 0 else Ended.BACK, **told)
-    ray = path.by(law)
-    told |= {"load_factor": ray.load_factor / unit, "q": law.of_problem(ray.forces)}
-    told |= {"d": along / drive, "beyond": max(told["beyond"], _beyond(problem, told["q"]))}
-    return Pushed(Ended.RAY if drive > 0 else Ended.BACK, **told)
-
-
-def _unit(problem: Problem) -> float:
-    """Largest load of a block."""
-    return float(problem.force_sizes(problem.dead).max() or np.abs(problem.live).max())
-
-
-def _noise(problem: Problem, law: Law, seed: int = 0) -> np.ndarray:
-    """Random forces of half that size to all of it, shape (3, m)."""
-    random: np.ndarray = np.random.default_rng(seed).uniform(0.5, 1, law.stiffness.shape)
-    return _unit(problem) * random
-
-
-def _beyond(problem: Problem, q: np.ndarray) -> float:
-    """Largest force beyond a limit."""
-    return max(0.0, -float((problem.slacks(q) / problem.steep).min()))
+def elastic_of(task: Task) -> Elastic:
+    """A task's problem with contacts that give, its matrix kept."""
+    return task.kept.of("elastic", task.problem, task.effort, lambda: Elastic(task.problem))

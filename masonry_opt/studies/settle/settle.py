@@ -24,7 +24,8 @@ from masonry_opt.drawing.view import ViewAngles, refuse_view
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes
+from masonry_opt.methods.push.compliant import PUSHED_UP_TO
+from masonry_opt.methods.push.push import Elastic
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble
@@ -417,13 +418,12 @@ def _refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -
 
 def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
     """Forces under the dead load of contacts that give while the supports are held, as those of supports that
-    settle, shape (3c + t,); None if no pass tells them, or these do not carry the dead load. The first, so
+    settle, shape (3c + t,); None if these do not come to carry it. The first, so
     many, are the scene's own; the others hold supports."""
-    if held.joints > PASSES_UP_TO or held.dilatancy_depends_on_stress:
+    if held.joints > PUSHED_UP_TO or held.dilatancy_depends_on_stress:
         return None
-    passes = Passes(held)
-    q = passes.settled_forces()
-    if q is None or not carries(held, q, ZERO) or not passes.carry_dead_load():
+    q = Elastic(held).settled
+    if q is None or not carries(held, q, ZERO):
         return None
     return np.append(q[:own], np.zeros(settling.B.shape[1] - own))
 

@@ -1,0 +1,195 @@
+"""The law of contacts that give, its corners rounded: one formula for joints in the plane and contact points.
+
+Normal forces n of trial forces n~ minimise |n - n~|²/2 - τ² Σ log z over the faces z ≥ 0 that bound them: without
+crushing n = (n~ + √(n~² + 4 τ²)) / 2. A slip P takes k P off the size r of the trial shear, and opens points
+by ψ P: k P = r - r L/M, with the limit L = c + μ Σ n and M = (L + r + √((L - r)² + 4 τ²)) / 2, which is the larger
+of both but near the corner. Forces keep within all limits; n·opening and (L - |s|)·P are some τ².
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import spsolve
+
+from masonry_opt.problem.chords import CHORDS
+from masonry_opt.problem.problem import Problem
+
+#: Newton's steps for the slip of joints that dilate, and for forces between chords, at most; and what ends them.
+_STEPS, _FOUND = 60, 1e-13
+
+#: Added to the diagonal of B Bᵀ, for blocks that some motion finds no force against.
+_REGULARISATION = 1e-12
+
+
+def compliance(problem: Problem) -> np.ndarray:
+    """Motion of each force of the problem per unit, shape (3c + t,): under the mean force that points bear, a
+    joint of mean length, in space area, moves by one along its normal. Stiffness grows with length or area,
+    and is half as large in shear as along the normal, as of stone."""
+    c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
+    of_blocks = problem.B @ problem.B.T + _REGULARISATION * sp.eye_array(problem.dead.size)
+    least = problem.B.T @ spsolve(of_blocks.tocsc(), -problem.dead)
+    extent = np.append(problem.matrices.extent, np.ones(t))
+    of_point = extent.mean() / extent / (np.abs(problem.at_points(least)).mean() or 1.0)
+    of_shears = np.tile(2 / points * of_point[:c], 3 - points)
+    return np.concatenate([np.tile(of_point[:c], points), of_shears, of_point[c:] / 2])
+
+
+@dataclass(frozen=True)
+class Rounded:
+    """The law of the c joints of a problem, then of its t limited forces, m sliders in all.
+
+    Their forces, n1, n2 and s, in space n, s and t, are of shape (3, m); limited forces are in the last row.
+
+    Attributes
+    ----------
+    joints: their number c.
+    stiffness: 1/E, shape (3, m), the same at both points of a joint.
+    points: of a joint.
+    slides: which joints can slide, shape (c,).
+    friction, dilatancy, cohesion: zero where they cannot, shape (c,).
+    lowest, highest: limits of limited forces, shape (t,).
+    crushing: joints of limited strength; their chords have ``normals`` · n + room ≥ 0, shapes (faces, 2) and
+        (faces, joints), the first two n ≥ 0.
+    rounding: τ.
+    """
+
+    joints: int
+    stiffness: np.ndarray
+    points: int
+    slides: np.ndarray
+    friction: np.ndarray
+    dilatancy: np.ndarray
+    cohesion: np.ndarray
+    lowest: np.ndarray
+    highest: np.ndarray
+    crushing: np.ndarray
+    normals: np.ndarray
+    room: np.ndarray
+    rounding: float
+
+    @classmethod
+    def of(cls, problem: Problem, compliance: np.ndarray, rounding: float) -> Rounded:
+        """The law of a problem, its contacts giving by the compliance, shape (3c + t,)."""
+        c = problem.joints
+        friction, dilatancy, cohesion = np.zeros((3, c))
+        friction[problem.sliding], dilatancy[problem.sliding] = problem.friction, problem.dilatancy
+        cohesion[problem.sliding] = problem.cohesion
+        both = np.stack([1 + CHORDS.slope, CHORDS.slope - 1], axis=1)
+        constant = np.concatenate([np.zeros(2), CHORDS.constant, CHORDS.constant])
+        return cls(
+            c,
+            1 / _of_sliders(compliance, c, 1.0),
+            problem.layout.points,
+            np.isin(np.arange(c), problem.sliding),
+            friction,
+            dilatancy,
+            cohesion,
+            problem.lowest,
+            problem.highest,
+            problem.crushing,
+            np.concatenate([np.eye(2), both, both[:, ::-1]]),
+            np.outer(constant, problem.crushing_force),
+            rounding,
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of sliders, m."""
+        return self.stiffness.shape[1]
+
+    def of_sliders(self, q: np.ndarray) -> np.ndarray:
+        """Forces of a problem, shape (3c + t,), by slider, shape (3, m)."""
+        return _of_sliders(q, self.joints, 0.0)
+
+    def of_problem(self, forces: np.ndarray) -> np.ndarray:
+        """The other way round."""
+        return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
+
+    def forces(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Forces, shape (3, m), of trial forces, and their rates by these, shape (3, 3, m)."""
+        forces, rates = np.zeros_like(trial), np.zeros((3, *trial.shape))
+        c = self.joints
+        forces[:, :c], rates[:, :, :c] = self._of_joints(trial[:, :c])
+        if c < self.count:
+            above, over = self._positive(trial[2, c:] - self.highest)
+            below, under = self._positive(self.lowest - trial[2, c:])
+            forces[2, c:], rates[2, 2, c:] = trial[2, c:] - above + below, 1 - over - under
+        return forces, rates
+
+    def _positive(self, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The positive part of numbers, rounded, and its derivative."""
+        root = np.hypot(of, 2 * self.rounding)
+        finite = np.isfinite(of)
+        part = np.where(of > 0, (of + root) / 2, 2 * self.rounding**2 / np.where(of > 0, 1.0, root - of))
+        return np.where(finite, part, 0.0), np.divide(part, root, out=np.zeros_like(part), where=finite)
+
+    def _pressed(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Normal forces, shape (points, c), and their rates, shape (points, points, c)."""
+        forces, own = self._positive(trial)
+        rates = np.zeros((self.points, *trial.shape))
+        for point in range(self.points):
+            rates[point, point] = own[point]
+        if len(self.crushing):
+            forces[:, self.crushing], rates[:, :, self.crushing] = self._crushed(trial[:, self.crushing])
+        return forces, rates
+
+    def _crushed(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The same of joints of limited strength, by Newton's steps from a point inside."""
+        inside = self.room[2:].max(axis=0) / 8
+        n, pull = np.stack([inside, inside]), self.rounding**2
+        for _ in range(_STEPS):
+            z = self.normals @ n + self.room
+            downhill = trial - n + pull * np.einsum("fp,fj->pj", self.normals, 1 / z)
+            bend = np.einsum("fp,fq,fj->jpq", self.normals, self.normals, pull / z**2) + np.eye(2)
+            step = np.linalg.solve(bend, downhill.T[..., None])[..., 0].T
+            change = self.normals @ step
+            longest = np.where(change < 0, -z / np.where(change < 0, change, -1.0), np.inf).min(axis=0)
+            n = n + np.minimum(1.0, 0.95 * longest) * step
+            if np.abs(step).max() <= _FOUND * np.abs(self.room).max():
+                break
+        z = self.normals @ n + self.room
+        bend = np.einsum("fp,fq,fj->jpq", self.normals, self.normals, pull / z**2) + np.eye(2)
+        return n, np.linalg.inv(bend).transpose(1, 2, 0)
+
+    def _of_joints(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        normal, shear = slice(self.points), slice(self.points, 3)
+        stiff = self.stiffness[2 if self.points == 2 else 1, : self.joints]
+        opens = self.stiffness[0, : self.joints] * self.dilatancy
+        size = np.sqrt((trial[shear] ** 2).sum(axis=0) + self.rounding**2)
+        slip = np.zeros_like(size)
+        for _ in range(_STEPS):
+            n, pressed = self._pressed(trial[normal] + opens * slip)
+            by_normal = pressed.sum(axis=0)
+            limit = self.cohesion + self.friction * n.sum(axis=0)
+            apart = limit - size
+            root = np.hypot(apart, 2 * self.rounding)
+            most = (limit + size + root) / 2
+            share = limit / most
+            by_size = 1 - share + size * share / most * (1 - apart / root) / 2
+            by_limit = -size / most * (1 - share * (1 + apart / root) / 2)
+            stiffer = stiff - by_limit * self.friction * opens * by_normal.sum(axis=0)
+            change = self.slides * (size * (1 - share) - stiff * slip) / stiffer
+            slip = slip + change
+            if not opens.any() or np.abs(stiff * change).max() <= _FOUND * size.max():
+                break
+        share = stiff * slip / size
+        along = trial[shear] / size
+        of_slip = np.concatenate([by_limit * self.friction * by_normal, by_size * along])
+        of_slip = self.slides * of_slip / stiffer
+        rates = np.zeros((3, *trial.shape))
+        rates[normal, normal] = pressed
+        rates[normal] += (opens * by_normal)[:, None] * of_slip
+        for kind in range(self.points, 3):
+            rates[kind, kind] = 1 - share
+        rates[shear, shear] += share * along[:, None] * along
+        rates[shear] -= stiff * along[:, None] * of_slip
+        return np.concatenate([n, (1 - share) * trial[shear]]), rates
+
+
+def _of_sliders(q: np.ndarray, joints: int, none: float) -> np.ndarray:
+    forces = np.full((3, len(q) - 2 * joints), none)
+    forces[:2, :joints], forces[2] = q[: 2 * joints].reshape(2, joints), q[2 * joints :]
+    return forces
