@@ -13,6 +13,7 @@ from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.exports.program_files import WRITERS
+from masonry_opt.exports.program_names import legal, names_in, readable
 from masonry_opt.exports.solid_files import SOLID_ENDS, solid_file
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
 from masonry_opt.methods.bracket.bounds import bounds_of
@@ -181,15 +182,16 @@ def export(
     if end not in _ends(method):
         raise OptionError(f"{path}: {_instead(method, end)}")
     refuse_unwritable(path, force)
-    for names in (".row", ".col") if end == ".nl" else ():
-        refuse_replacing(path.with_suffix(names), force)
+    for beside in (".row", ".col") if end == ".nl" else ():
+        refuse_replacing(path.with_suffix(beside), force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
     # Where dilatancy falls with stress mcp asks the loop: the program that it declares has a constant one.
     known = METHODS[method]
     refuse_unsuited(replace(known, constant_dilatancy=True) if method == "mcp" else known, assembly)
     program, said = _EXPORTS[method](assembly)
     program.name = method
-    files = WRITERS[end](program, assembly, [*_header(method, assembly), *said])
+    names = names_in(program, assembly.problem, (readable if end == ".nl" else legal)(assembly))
+    files = WRITERS[end](program, names, [*_header(method, assembly), *said])
     written = [
         _written(path.with_suffix(path.suffix if of == end else of), text) for of, text in files.items()
     ]
