@@ -63,8 +63,8 @@ class Code(StrEnum):
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
     NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
-    # Events and folds of the push, peak: a higher load factor on its way, or None; drop: the share by which
-    # it falls deep before the highest, or None; begun: u, 0 at rest.
+    # Events and folds of the push, peak: a higher load factor on its way, or None; deep_fall: that from which
+    # it first falls deep before the highest, and the largest share, or None; begun: u, 0 at rest.
     RAY = "ray"
     JAMS = "jams"  # the same
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work

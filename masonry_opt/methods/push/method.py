@@ -25,10 +25,6 @@ PATH_UP_TO, EVENTS_A_JOINT = 500, 25
 #: openings 59. On façades of 2 × 6 its cell is not found.
 ON_UP_TO, EVENTS_ON = 3000, 200
 
-#: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load
-#: brings three down in contact dynamics at less than .92 of the highest λ; of 31 others none.
-DEEP = 0.1
-
 
 def by_push(task: Task) -> Solution | None:
     """The exact state at the ray that a path from rest ends in, or that none does, for λ grows without end on
@@ -75,10 +71,9 @@ def _ending(task: Task, found: Pushed) -> Solution | None:
 
 
 def _told(found: Pushed) -> dict[str, Any]:
-    """The number of events and folds, the highest load factor on the path, where that is higher, a deep drop
-    of it before, and the displacement from which it was followed, 0 at rest."""
-    peak, end, drop = found.peak or 0.0, found.load_factor, found.drop
+    """The number of events and folds, the highest load factor on the path, where that is higher, a deep fall
+    before, and the displacement from which it was followed, 0 at rest."""
+    peak, end = found.peak or 0.0, found.load_factor
     higher = end is not None and peak > end * (1 + PLATEAU) + ZERO
-    told = {"peak": peak if higher else None, "drop": drop if drop > DEEP else None}
-    events = len(found.settling) + len(found.events)
-    return {"events": events, "folds": found.folds, "begun": found.begun} | told
+    told = {"peak": peak if higher else None, "deep_fall": found.deep_fall, "begun": found.begun}
+    return told | {"events": len(found.settling) + len(found.events), "folds": found.folds}
