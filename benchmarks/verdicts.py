@@ -18,12 +18,12 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from atlas.made_scenes import write_atlas, write_large, write_random  # noqa: E402
+from atlas.made_scenes import made_scenes, write_atlas, write_large, write_random  # noqa: E402
 
-from masonry_opt.studies.compare.answer import Comparison, RunLimits  # noqa: E402
-from masonry_opt.studies.compare.comparison import run_plan  # noqa: E402
-from masonry_opt.studies.compare.plan import find_scenes, plan  # noqa: E402
-from masonry_opt.studies.compare.report import summary_text, write_report  # noqa: E402
+from masonry_opt.studies.compare.best_known import FILE  # noqa: E402
+from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan  # noqa: E402
+from masonry_opt.studies.compare.plan import plan  # noqa: E402
+from masonry_opt.studies.compare.report import write_report  # noqa: E402
 
 
 def verdicts(asked: argparse.Namespace) -> Comparison:
@@ -31,11 +31,11 @@ def verdicts(asked: argparse.Namespace) -> Comparison:
     made = asked.out / "scenes"
     expected = write_atlas(made, ROOT / "cases") if asked.atlas else {}
     large = write_large(made, [int(count) for count in asked.stones.split(",") if count], asked.seeds)
-    paths = [*expected, *write_random(made, asked.random), *large]
-    scenes = find_scenes(paths, ROOT / "tests" / "atlas", expected, made)
+    scenes = made_scenes(expected, [*write_random(made, asked.random), *large])
     planned = plan(asked.methods.split(","), ["cvxpy"], asked.solvers.split(","), [1e-9])
-    limits = RunLimits(asked.time_limit, 4000.0, 1)
-    comparison = run_plan(scenes, planned, limits, asked.out, asked.progress, asked.update_best_known)
+    limits, registry = RunLimits(asked.time_limit, 4000.0, 1), ROOT / "tests" / "atlas" / FILE
+    update = asked.update_best_known
+    comparison = run_plan(scenes, planned, limits, asked.out, asked.progress, registry, update)
     write_report(comparison, asked.out)
     return comparison
 
@@ -59,5 +59,5 @@ def arguments(given: list[str] | None = None) -> argparse.Namespace:
 
 if __name__ == "__main__":
     comparison = verdicts(arguments())
-    print(summary_text(comparison))
+    print(comparison)
     sys.exit(int((comparison.summary["verdict"] == "wrong").any()))

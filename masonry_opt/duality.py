@@ -132,10 +132,10 @@ def check(scene: Scene | str | Path) -> DualityReport:
     table = pd.DataFrame(rows)
     middle = float(table["load_factor"].median())
     table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), SMALLEST))
-    friction = by_sides(problem.layout) if problem.layout.round and len(problem.sliding) else ""
+    friction = by_sides(problem.layout) if problem.by_friction.word and len(problem.sliding) else ""
     cones = None
-    if problem.layout.round:
-        static, kinematic = (solved(problem.by_cone, each, "cvxpy") for each in ("static", "kinematic"))
+    if (by_cone := problem.by_cone).by_friction.conic:
+        static, kinematic = (solved(by_cone, each, "cvxpy") for each in ("static", "kinematic"))
         cones = static.load_factor, kinematic.load_factor
     crushing = bool(result.crushing)
     fills = tuple(of_fills(result.assembly))

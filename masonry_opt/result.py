@@ -133,9 +133,9 @@ class Result(Outcome):
         OSError
             If the file cannot be written.
         """
-        from masonry_opt.drawing import figure, page, pictures, saved
+        from masonry_opt.drawing import figure, page, pictures
 
-        saved.refuse_saving(self.assembly.scene, path, kind, names, force, view)
+        page.refuse_saving(self.assembly.scene, path, kind, names, force, view)
         drawn = partial(pictures.result_picture, self, kind, names, view)
         figure.save_as(path, force, partial(page.page, self, kind, view), drawn)
 

@@ -34,6 +34,13 @@ _BESIDE_UP_TO = 8000
 #: The method whose answer is the load to expect.
 _EXPECTED = "compliant"
 
+#: Ways to give a live load, by dimension.
+_WAYS = {
+    2: "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its weight), "
+    'an [[edge_load]] of kind "live", an [earthquake], or \'tilt = "right"\' to tilt the ground',
+    3: "'live = [fx, fy, fz]', there or in a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'",
+}
+
 
 @dataclass
 class Session:
@@ -177,14 +184,7 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
                 f"{scene.origin}: {named}nothing that it makes live ({case}) loads a block: give another "
                 "group of loads, or loads of these"
             )
-        ways = (
-            "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its "
-            'weight), an [[edge_load]] of kind "live", an [earthquake], or \'tilt = "right"\' to tilt the '
-            "ground"
-        )
-        if scene.dimension == 3:
-            ways = "'live = [fx, fy, fz]', there or in a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'"
-        raise CaseError(f"{scene.origin}: no block carries a live load: give one {ways}")
+        raise CaseError(f"{scene.origin}: no block carries a live load: give one {_WAYS[scene.dimension]}")
     if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
         raise OptionError(
             f"method '{method.name}' does not know dilatancy that falls with stress: use 'nonassociative', "

@@ -49,15 +49,15 @@ def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     """A row a joint: its blocks, middle, length, forces and rates (NaN without forces, or mechanism); in
     space area, normal and resultants, by components, and where they act."""
-    joints, solid = assembly.joints, assembly.scene.dimension == 3
+    joints, (extent, forces) = assembly.joints, _OF_JOINTS[assembly.scene.dimension]
     q, u = _known(assembly, solution)
     used = assembly.most_of_joints(np.nan_to_num(_utilisation(assembly, q), nan=-1.0))
     columns = {
         "first": assembly.names(joints.first),
         "second": assembly.names(joints.second),
         **_columns("", joints.middle + assembly.geometry.origin),
-        "area" if solid else "length": joints.extent,
-        **(_resultants if solid else _forces)(assembly, q, u, solution.d),
+        extent: joints.extent,
+        **forces(assembly, q, u, solution.d),
         "utilisation": np.where(used < 0, np.nan, used),
     }
     return unsigned(pd.DataFrame(columns))
@@ -131,9 +131,7 @@ def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:
 
 def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
     """Forces on the first block, or its motion against the second, at contact points in space."""
-    joints = assembly.joints
-    normal, tangent = joints.normal[joints.joint], joints.tangent[joints.joint]
-    axes = np.stack([normal, tangent, np.cross(normal, tangent)])
+    axes = assembly.joints.axes[:, assembly.joints.joint]
     vectors: np.ndarray = np.einsum("kp,kpi->pi", assembly.problem.by_kind(of_kinds), axes)
     return vectors
 
@@ -183,6 +181,10 @@ def _resultants(
         **_columns("w", turned / problem.length_unit),
         **_columns("a", on_axis + origin),
     }
+
+
+#: By dimension: what the extent of a joint is, and its forces and rates.
+_OF_JOINTS = {2: ("length", _forces), 3: ("area", _resultants)}
 
 
 def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:

@@ -154,4 +154,4 @@ def reason(code: Code, **values: Any) -> Reason:
 
 def size_of(problem: Problem) -> dict[str, int]:
     """How many joints a problem has, as a value of a reason; in space they are ``contacts``, points."""
-    return {"contacts" if problem.layout.round else "joints": problem.joints}
+    return {problem.layout.called: problem.joints}

@@ -35,6 +35,10 @@ _OUTSIDE = 0.02
 #: Share of a block's weight up to which a difference of forces is rounding.
 _ROUNDING = 1e-9
 
+#: By dimension: blocks that meet without a joint, and what their weights are per, beside areas.
+_MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
+_PER = {2: {}, 3: {"per": "volume"}}
+
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
     """What looks unintended in a scene and, if given, its solution, as codes with values."""
@@ -117,9 +121,8 @@ def _small_gaps(assembly: Assembly) -> list[Reason]:
 
 def _corners(assembly: Assembly) -> list[Reason]:
     """Blocks that meet corner on corner, where no joint of each holds it; in space with an edge too."""
-    code = Code.CORNERS_MEET if assembly.scene.dimension == 2 else Code.WITHOUT_NORMAL
     pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
-    return [reason(code, pairs=pairs)] if pairs else []
+    return [reason(_MEETING[assembly.scene.dimension], pairs=pairs)] if pairs else []
 
 
 def _turned_faces(assembly: Assembly) -> list[Reason]:
@@ -236,8 +239,8 @@ def _weights(assembly: Assembly) -> list[Reason]:
         return []
     usual = np.quantile(density[heavy], 0.5, method="lower")
     ratio = np.where(heavy, density / usual, 1.0)
-    per = {} if scene.dimension == 2 else {"per": "volume"}
-    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, (_OTHER_UNITS, _OTHER_UNITS), **per)
+    most = (_OTHER_UNITS, _OTHER_UNITS)
+    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, **_PER[scene.dimension])
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))

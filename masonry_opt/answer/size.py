@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from masonry_opt.answer.reasons import size_of as size_as_values
 from masonry_opt.answer.solution import Solution
 from masonry_opt.problem.assembly import Assembly
 
@@ -33,5 +34,5 @@ def size_of(assembly: Assembly, solution: Solution) -> Size:
     """The sizes of a scene and of the program of its solution."""
     problem, lp = assembly.problem, solution.size
     rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
-    points = problem.joints if problem.layout.round else None
-    return Size(problem.blocks, len(assembly.joints.first), rows, columns, nonzeros, contacts=points)
+    sizes = {"joints": len(assembly.joints.first)} | size_as_values(problem)
+    return Size(problem.blocks, rows=rows, columns=columns, nonzeros=nonzeros, **sizes)

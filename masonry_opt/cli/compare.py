@@ -9,10 +9,11 @@ from rich.console import Console
 from rich.markup import escape
 
 import masonry_opt as mo
+from masonry_opt.cli.shared import numbers
 from masonry_opt.cli.signatures import Given, command
-from masonry_opt.errors import InterruptedByUserError, OptionError
+from masonry_opt.errors import InterruptedByUserError
 from masonry_opt.studies.cases import CASES_HELP
-from masonry_opt.studies.compare.comparison import OUT
+from masonry_opt.studies.compare.report import OUT
 from masonry_opt.studies.process import ended_by_kill
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
@@ -26,19 +27,14 @@ def _names(text: str) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _numbers(text: str) -> list[float]:
-    try:
-        return [float(name) for name in _names(text)]
-    except ValueError:
-        raise OptionError(f"--tolerances '{text}': numbers separated by commas, such as 1e-6,1e-9") from None
-
-
 @command(
     mo.compare,
     methods=typer.Option(help="Separated by commas; also: global.", parser=_names),
     solvers=typer.Option(help=_SOLVERS, parser=_names),
     models=typer.Option(help="Modelling languages.", parser=_names),
-    tolerances=typer.Option(parser=_numbers),
+    tolerances=typer.Option(
+        parser=numbers("--tolerances '{}': numbers separated by commas, such as 1e-6,1e-9")
+    ),
     repeats=typer.Option(min=1),
     time_limit=typer.Option(min=0.1),
     memory_limit=typer.Option(min=1),

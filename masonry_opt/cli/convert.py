@@ -16,10 +16,8 @@ from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import OptionError, OutputError, counted
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, save
-from masonry_opt.scene.contacts.find import find_joints
+from masonry_opt.scene.contacts.find import find_joints, shapes_of
 from masonry_opt.scene.drawings.mesh_files import MESHES
-from masonry_opt.scene.geometry import geometry
-from masonry_opt.scene.space.shapes import shapes
 from masonry_opt.scene.tables import parse_file
 from masonry_opt.words.terminal import print_text
 
@@ -94,7 +92,7 @@ def convert(
     options = given | ({"live_layers": dict(given["live_layers"])} if "live_layers" in given else {})
     scene = read(drawing, **options)
     # What is written can be solved as far as its geometry goes.
-    joints = len(find_joints(scene, geometry(scene) if scene.dimension == 2 else shapes(scene)).first)
+    joints = len(find_joints(scene, shapes_of(scene)).first)
     large = sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
     beside = large and read is mo.read_mesh
     save(_beside(drawing, out, scene, options) if beside else scene, out, force)

@@ -51,7 +51,7 @@ def command(
     Parameters
     ----------
     functions: whose parameters become options.
-    labels: by function, what help begins with of an option that not all take; then none is required.
+    labels: by function, what help begins with of an option that not all of these take; then none is required.
     leave: names of parameters that do not become options.
     **asked: typer options by parameter, for what signatures do not say; a ``parser`` reads one text.
     """
@@ -112,8 +112,8 @@ def _option(one: Parameter, info: OptionInfo, read: bool, required: bool) -> Par
 
 def _help(one: Parameter, functions: Sequence[Function], labels: Sequence[str]) -> str:
     """What begins and ends an option's help, and between the first sentence that a docstring says of it."""
-    taking = [one.name in inspect.signature(function).parameters for function in functions]
-    of = [label for label, takes in zip(labels, taking, strict=False) if takes and label]
+    taking = [one.name in inspect.signature(of).parameters for of, _ in zip(functions, labels, strict=False)]
+    of = [label for label, takes in zip(labels, taking, strict=True) if takes and label]
     said = next(filter(None, (_said(one.name, function) for function in (*functions, solve))), "")
     if of and not all(taking):
         return f"{', '.join(of)}: {said}"

@@ -58,7 +58,7 @@ def solve(
         raise OptionError(f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-expected")
     scene, drawing = as_scene(case, load_case), {"kind": "mechanism"} | drawing
     if plot is not None:  # refused now, not after the solve
-        from masonry_opt.drawing.saved import refuse_saving
+        from masonry_opt.drawing.page import refuse_saving
 
         refuse_saving(scene, plot, **drawing)
     options = given.rest()

@@ -16,8 +16,8 @@ from masonry_opt.drawing.view import refuse_view
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.load_cases.cases import Cases
+from masonry_opt.studies.many.least import Trial
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.threshold import Trial
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import changing_line, frame_text, print_result, print_text
 
@@ -39,7 +39,7 @@ _DIRECTION = typer.Option(
 _GREATEST = typer.Option("--greatest", help="With --plot: at the greatest reaction, not the least.")
 
 
-@command(mo.crossing, mo.Crossing.save, leave="position", axles=_AXLES)
+@command(mo.crossing, mo.solve, mo.Crossing.save, leave="position", axles=_AXLES)
 def crossing(
     given: Given, case: Case, plot: PlotOrPage = None, table: Table = False, json: Json = False
 ) -> None:
@@ -108,7 +108,7 @@ def least(
     print_text(found.to_json() if json else f"{'number':<16} {name}\n{found}")
 
 
-@command(mo.settle, mo.Settlement.save, leave="end kind", direction=_DIRECTION)
+@command(mo.settle, mo.solve, mo.Settlement.save, leave="end kind", direction=_DIRECTION)
 def settle(
     given: Given,
     case: Case,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
+from inspect import signature
 from pathlib import Path
 from typing import Annotated
 
@@ -61,6 +61,7 @@ def _values(text: str) -> tuple[str, list[float]]:
 @command(
     mo.sweep,
     mo.sample,
+    mo.solve,
     labels=("", "With --sample"),
     vary=typer.Option("--vary", help=_VARY, parser=_values),
     distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
@@ -84,8 +85,9 @@ def sweep(
     vary, drawn = given.pop("vary", None), given.pop("distributions", None)
     if bool(vary) == bool(drawn):
         raise OptionError("give --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
-    if vary and (others := given.keys() - inspect.signature(mo.sweep).parameters.keys()):
-        named = ", ".join("--runs" if name == "n" else f"--{name}" for name in given if name in others)
+    of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
+    if vary and (others := [name for name in given if name in of_sample]):
+        named = ", ".join("--runs" if name == "n" else f"--{name}" for name in others)
         raise OptionError(f"{named}: goes with --sample, not with --vary, whose values are given")
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):

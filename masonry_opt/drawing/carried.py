@@ -25,19 +25,20 @@ _LONGEST_IN_SPACE = 0.3
 
 
 def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
-    """Resultants on the joints' first blocks in the case's unit of force, and the points where they act, at
-    m / n from the middle, in the case's coordinates, each of shape (c, 2).
+    """Resultants on the joints' first blocks in the case's unit of force, and the points where they act, in
+    the plane at m / n from the middle, in the case's coordinates, each of shape (c, 2), in space (c, 3).
 
     NaN without forces; points are NaN too where nothing presses the joint together.
     """
     joints, frame = result.assembly.joints, result.joints
+    if result.contacts is not None:
+        force, point = (frame[[f"{kind}{axis}" for axis in "xyz"]].to_numpy() for kind in "fp")
+        return force, point
     n, s, m = (frame[name].to_numpy() for name in ("n", "s", "m"))
-    # The direction of s: from the start of a joint that has length to its end.
-    along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
-    force = n[:, None] * joints.normal + s[:, None] * along
+    force = n[:, None] * joints.normal + s[:, None] * joints.tangent
     pressed = n > CARRIES_NOTHING * np.abs(n).max(initial=0.0)
     off = np.divide(m, n, out=np.full_like(n, np.nan), where=pressed)
-    return force, frame[["x", "y"]].to_numpy() + off[:, None] * along
+    return force, frame[["x", "y"]].to_numpy() + off[:, None] * joints.tangent
 
 
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
@@ -64,62 +65,55 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
 
 
 def thrust_marks(result: Outcome, size: float, shrink: float) -> Iterable[Marks]:
-    """The line of thrust through rows of blocks that have two joints, resultants, and their scale.
-
-    Along a line only the resultants on supports are drawn: they say how large all are.
-    """
-    assembly, joints = result.assembly, result.assembly.joints
-    force, point = thrust(result)
-    acts = np.isfinite(point).all(axis=1)
-    point, pairs = point - assembly.geometry.origin, chains(assembly, acts)
-    on_line = np.isin(np.arange(len(acts)), pairs)
-    if len(pairs):
+    """Resultants half to each side of where they act, and how large they are. In the plane also the line of
+    thrust through rows of blocks that have two joints, along which only the resultants on supports are drawn:
+    they say how large all are. In space also, thinner, the forces at contact points."""
+    assembly, (force, point) = result.assembly, thrust(result)
+    shown, point = np.isfinite(point).all(axis=1), point - assembly.geometry.origin
+    longest, who = _LONGEST, "of a joint"
+    if result.contacts is not None:
+        longest = _LONGEST_IN_SPACE
+    elif len(pairs := chains(assembly, shown)):
+        on_line = np.isin(np.arange(len(shown)), pairs)
         at = point[on_line][:, None]
         yield Marks("line", "line of thrust", "line", THRUST, 1.8 * shrink, point[pairs])
         yield Marks("points", "line of thrust", "point", THRUST, 3.2 * shrink, at)
-    on_support = ~(np.isin(joints.first, assembly.movable) & np.isin(joints.second, assembly.movable))
-    shown = acts & (~on_line | on_support)
+        ends = np.stack([assembly.joints.first, assembly.joints.second])
+        on_support = ~np.isin(ends, assembly.movable).all(axis=0)
+        shown &= ~on_line | on_support
+        who = "on a support" if on_support[shown].all() else who
     if not shown.any():
         return
-    most = float(np.hypot(*force[shown].T).max())
-    unit = _LONGEST * size / most
-    half, at = unit * force[shown] / 2, point[shown]
-    who = "on a support" if len(pairs) and on_support[shown].all() else "of a joint"
+    most = float(np.linalg.norm(force[shown], axis=1).max())
+    unit = longest * size / most
     label = f"resultant {who}, in the case's unit of force"
-    width = float(np.clip(25 / np.sqrt(len(at)), 0.8, 1.6))
-    yield Marks("resultants", label, "line", THRUST, width, np.stack([at - half, at + half], axis=1))
-    yield Marks("points", "", "point", THRUST, 1.8 * width, at[:, None])
+    if (points := result.contacts) is not None:
+        label = f"resultant {who}; the longest is {most:.3g} in the case's unit of force"
+        carried = points[["fx", "fy", "fz"]].to_numpy()
+        carries = np.linalg.norm(carried, axis=1) > CARRIES_NOTHING * most
+        at = points[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
+        lines, width = _through(at, unit * carried[carries], 0.4, 1.0)
+        yield Marks("contacts", "force at a contact point, one state of many", "line", AT_POINT, width, lines)
+    lines, width = _through(point[shown], unit * force[shown], 0.8, 1.6)
+    yield Marks("resultants", label, "line", THRUST, width, lines)
+    yield Marks("points", "", "point", THRUST, 1.8 * width, point[shown][:, None])
+    if points is None:
+        scale = round_below(most)
+        left, _, _, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
+        ends = np.add([left, top + _ABOVE * size], [[[0.0, 0.0], [scale * unit, 0.0]]])
+        yield Marks("scale", "", "bar", THRUST, 1.6, ends, text=f"= {scale:g}")
+
+
+def _through(at: np.ndarray, arrows: np.ndarray, thin: float, thick: float) -> tuple[np.ndarray, float]:
+    """Lines half to each side of points, and their width: the thinner the more they are."""
+    lines = np.stack([at - arrows / 2, at + arrows / 2], axis=1)
+    return lines, float(np.clip(25 / np.sqrt(len(at)), thin, thick))
+
+
+def round_below(most: float) -> float:
+    """The largest of 1, 2 and 5 times powers of ten that is no more."""
     power = 10.0 ** np.floor(np.log10(most))
-    scale = max(digit * power for digit in (1, 2, 5) if digit * power <= most)
-    left, _, _, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
-    start = np.array([left, top + _ABOVE * size])
-    ends = np.array([[start, start + np.array([scale * unit, 0.0])]])
-    yield Marks("scale", "", "bar", THRUST, 1.6, ends, text=f"= {scale:g}")
-
-
-def resultant_marks(result: Outcome, size: float, shrink: float) -> Iterable[Marks]:
-    """Resultants of joints in space and, thinner, the forces at their contact points, half to each side of
-    where they act."""
-    frame, points, origin = result.joints, result.contacts, result.assembly.geometry.origin
-    force, point = (frame[[f"{kind}{axis}" for axis in "xyz"]].to_numpy() for kind in "fp")
-    acts = np.isfinite(point).all(axis=1)
-    if not acts.any():
-        return
-    force, point = force[acts], point[acts] - origin
-    most = float(np.linalg.norm(force, axis=1).max())
-    unit = _LONGEST_IN_SPACE * size / most
-    assert points is not None
-    carried = points[["fx", "fy", "fz"]].to_numpy()
-    carries = np.linalg.norm(carried, axis=1) > CARRIES_NOTHING * most
-    at, part = points[["x", "y", "z"]].to_numpy()[carries] - origin, unit * carried[carries] / 2
-    width = float(np.clip(25 / np.sqrt(len(at)), 0.4, 1.0))
-    ends = np.stack([at - part, at + part], axis=1)
-    yield Marks("contacts", "force at a contact point, one state of many", "line", AT_POINT, width, ends)
-    half = unit * force / 2
-    label = f"resultant of a joint; the longest is {most:.3g} in the case's unit of force"
-    width = float(np.clip(25 / np.sqrt(len(point)), 0.8, 1.6))
-    yield Marks("resultants", label, "line", THRUST, width, np.stack([point - half, point + half], axis=1))
-    yield Marks("points", "", "point", THRUST, 1.8 * width, point[:, None])
+    return float(max(digit * power for digit in (1, 2, 5) if digit * power <= most))
 
 
 def utilisation_marks(ends: np.ndarray, used: np.ndarray, shrink: float) -> Iterable[Marks]:

@@ -12,7 +12,7 @@ import shapely
 from masonry_opt.answer.motion import fastest, joint_motion
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.status import Status
-from masonry_opt.drawing.carried import resultant_marks, thrust_marks, utilisation_marks
+from masonry_opt.drawing.carried import thrust_marks, utilisation_marks
 from masonry_opt.drawing.colours import CRUSHES, HINGES, SEPARATES, SLIDES
 from masonry_opt.drawing.fill import pressure_marks
 from masonry_opt.drawing.found import counts, found_marks
@@ -196,9 +196,8 @@ def result_elements(result: Outcome) -> Elements:
     if result.joints["n"].notna().all():
         ends, joint = assembly.joints.lines()
         used = result.joints["utilisation"].to_numpy()[joint]
-        resultants = thrust_marks if assembly.scene.dimension == 2 else resultant_marks
         earth = pressure_marks(assembly, size, result.pressures["force"].to_numpy())
-        layers["thrust"] = [*resultants(result, size, shrink), *earth]
+        layers["thrust"] = [*thrust_marks(result, size, shrink), *earth]
         layers["utilisation"] = list(utilisation_marks(ends, used, shrink))
     held = list(strut_marks(assembly, motion, result.ties["yields"].to_numpy(dtype=bool)))
     layers = {kind: [*marks, *held] for kind, marks in layers.items()}

@@ -9,7 +9,7 @@ from masonry_opt.drawing.colours import GAP, JOINT, MARKED
 from masonry_opt.drawing.marks import Marks, joint_marks
 from masonry_opt.errors import CaseError, counted
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.scene.contacts.floating import refuse_floating
+from masonry_opt.scene.contacts.pairs import refuse_floating
 from masonry_opt.words.sentences import sentences
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import shapely
 
 MarkShape = Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
 
@@ -68,3 +69,18 @@ def joint_marks(lines: Marks, in_point: str | None = None) -> Iterator[Marks]:
         said = in_point if in_point is not None else "" if (~point).any() else lines.label
         look = replace(lines, label=said, shape="square", width=2.4 * lines.width, dashes=())
         yield replace(look, points=lines.points[point][:, :1], motion=at)
+
+
+def hatching(shape: shapely.Geometry, box: Sequence[float], step: float) -> np.ndarray:
+    """Lines at 45° on a shape in the plane, so far apart along the lower side of a box (left, low, right,
+    high) round it."""
+    left, low, right, high = box
+    starts = np.arange(left - (high - low), right, step)
+    lines = shapely.linestrings([[(x, low), (x + high - low, high)] for x in starts])
+    return line_parts(shapely.intersection(lines, shape))
+
+
+def line_parts(shapes: np.ndarray) -> np.ndarray:
+    """The line strings among the parts of shapes."""
+    parts = shapely.get_parts(shapes)
+    return parts[(shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING) & ~shapely.is_empty(parts)]

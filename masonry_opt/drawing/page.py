@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from base64 import b64encode
 from html import escape
 from importlib.metadata import version
 from importlib.resources import files
+from pathlib import Path
 from string import Template
 from typing import Any
 
@@ -17,41 +19,42 @@ from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.colours import UTILISATION
 from masonry_opt.drawing.curve import curve_picture
-from masonry_opt.drawing.elements import KINDS, START, Elements, result_elements, utilisation_label
+from masonry_opt.drawing.elements import (
+    KINDS,
+    START,
+    Elements,
+    refuse_kind,
+    result_elements,
+    utilisation_label,
+)
+from masonry_opt.drawing.figure import is_page, refuse_file
 from masonry_opt.drawing.found import counts
 from masonry_opt.drawing.pictures import result_picture
 from masonry_opt.drawing.solid_figure import Figure, three
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
-from masonry_opt.drawing.view import ViewAngles, best_view
-from masonry_opt.errors import printable
+from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
+from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER
+from masonry_opt.scene.scene import Scene
 from masonry_opt.words.page import answer, certificate, described, text
 
-#: Columns of ``Result.joints`` that the page tells of a joint, and what they are, in the plane and in space.
-_RATES = {"slip": "slip, as a rate", "opening": "opening, as a rate"}
-_COLUMNS = {
-    2: {
-        "n": "<i>n</i>, normal (compression +)",
-        "s": "<i>s</i>, shear",
-        "m": "<i>m</i>, moment about the middle",
-        **_RATES,
-        "utilisation": "utilisation, force over its limit",
-    },
-    3: {
-        "n": "<i>n</i>, normal (compression +)",
-        "s": "<i>s</i>, size of the shear",
-        "torsion": "torsion about the normal",
-        **_RATES,
-        "rotation": "rotation, as a rate",
-        "utilisation": "utilisation, shear over its limit",
-    },
-}
-_NOTE = {
-    2: "<i>n</i> and <i>s</i> act on the first block, <i>s</i> along the joint, a quarter turn clockwise of "
-    "<i>n</i>; rates are of its motion against the second. Units are those of the case.",
-    3: "Forces act on the first block; rates are of its motion against the second. Units are those of the "
-    "case.",
-}
+
+def refuse_saving(
+    scene: Scene,
+    path: str | Path,
+    kind: str,
+    names: bool = False,
+    force: bool = False,
+    view: ViewAngles | None = None,
+) -> None:
+    """Raise OptionError if a result of a scene could not be written so, before long work."""
+    refuse_kind(kind, names)
+    refuse_view(scene, view)
+    if is_page(path) and names:
+        raise OptionError(f"{path}: a page tells the blocks of each joint: leave names to pictures")
+    refuse_file(path, force)
+    if is_page(path) and scene.dimension == 3:
+        three()
 
 
 def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = None) -> str:
@@ -60,89 +63,71 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     A slider moves the mechanism, and pointing at a joint tells its forces and motion. Joints first show their
     motion, or by ``kind`` "thrust" or "utilisation". A scene in space turns, and is first seen from ``view``.
     """
-    elements, dimension = result_elements(result), result.assembly.scene.dimension
-    figure = _in_space(result, elements, view) if dimension == 3 else _in_the_plane(result, elements)
-    title, folder = elements.title, files("masonry_opt.drawing")
+    elements, folder = result_elements(result), files("masonry_opt.drawing")
+    name, figure, data = (_plane if result.contacts is None else _space)(result, elements, view)
+    values = {"title": escape(elements.title), **figure}
 
-    def read(name: str) -> str:
-        return folder.joinpath(name).read_text(encoding="utf-8")
+    def piece(name: str) -> str:
+        """What a file of this room says with the values, nothing if there is none."""
+        file = folder.joinpath(name)
+        return Template(file.read_text(encoding="utf-8")).substitute(values) if file.is_file() else ""
 
-    data = {
+    values |= {part: piece(f"page_{name}_{part}.html") for part in ("controls", "block", "joint")}
+    values |= {"picture": piece(f"page_{name}_picture.html") or figure["picture"]}
+    told = {
         "blocks": [printable(block.name) for block in result.assembly.scene.blocks],
-        "joints": _joints(result) | figure.pop("joints"),
-        **figure.pop("data"),
+        "joints": _joints(result, re.findall(r'data-of="(\w+)"', values["joint"])) | data.pop("joints"),
+        **data,
     }
-    rows = "".join(
-        f'<tr><th scope="row">{words}</th><td class="number" data-of="{name}"></td></tr>\n'
-        for name, words in _COLUMNS[dimension].items()
-    )
-    return Template(read("page.html")).substitute(
-        figure,
-        writer=WRITER,
-        title=escape(title),
-        style=read("page.css"),
-        answer=answer(result),
-        caption=caption(elements),
-        choices=_choices(elements, kind),
-        start=START,
-        still="" if elements.movement else " disabled",
-        legends=_legends(elements),
-        last=result.size.joints - 1,
-        rows=rows,
-        joint_note=_NOTE[dimension],
-        details=_curve(result) + certificate(result) + described(result) + _foot(result),
-        data=_json(data),
-        figure_script=read("page_space.js" if dimension == 3 else "page_plane.js"),
-        script=read("page.js"),
-    )
+    values |= {
+        "writer": WRITER,
+        "answer": answer(result),
+        "caption": caption(elements),
+        "choices": _choices(elements, kind),
+        "start": START,
+        "still": "" if elements.movement else " disabled",
+        "legends": _legends(elements),
+        "last": result.size.joints - 1,
+        "details": _curve(result) + certificate(result) + described(result) + _foot(result),
+        "data": _json(told),
+    }
+    scripts = {"style": "page.css", "figure_script": f"page_{name}.js", "script": "page.js"}
+    values |= {key: folder.joinpath(file).read_text(encoding="utf-8") for key, file in scripts.items()}
+    return piece("page.html")
 
 
-def _in_the_plane(result: Outcome, elements: Elements) -> dict[str, Any]:
-    """What the page's figure is: markup, scripts, and data."""
+#: What the figure of a page is: its name, values of its templates, and data of its script.
+_FigureOf = tuple[str, dict[str, str], dict[str, Any]]
+
+
+def _plane(result: Outcome, elements: Elements, _: ViewAngles | None) -> _FigureOf:
     canvas, joints = Canvas(elements, elements.all_marks), result.assembly.joints
     groups = {"loads": elements.loads}
     groups |= {f"layer {name}": marks for name, marks in elements.layers.items()}
     drawn = [group(name, (marks_svg(each, canvas) for each in marks)) for name, marks in groups.items()]
     start, end = canvas.at(joints.start), canvas.at(joints.end)
     columns = {"x": start[:, 0], "y": start[:, 1], "dx": (end - start)[:, 0], "dy": (end - start)[:, 1]}
-    return {
-        "picture": canvas.svg(
-            f"picture of {elements.title}",
-            [blocks_svg(elements, canvas), *drawn],
-            f'class="picture" style="--ratio: {canvas.width / canvas.height:.4f}"',
-        ),
-        "controls": "",
-        "block": "",
-        "library": "",
-        "joints": {name: values.tolist() for name, values in columns.items()},
-        "data": {},
-    }
+    picture = canvas.svg(
+        f"picture of {elements.title}",
+        [blocks_svg(elements, canvas), *drawn],
+        f'class="picture" style="--ratio: {canvas.width / canvas.height:.4f}"',
+    )
+    joints_of = {name: values.tolist() for name, values in columns.items()}
+    return "plane", {"picture": picture, "library": ""}, {"joints": joints_of}
 
 
-def _in_space(result: Outcome, elements: Elements, view: ViewAngles | None) -> dict[str, Any]:
-    """The same in space, where the figure turns; beside it a picture, for browsers that draw no solids, and
-    for print."""
+def _space(result: Outcome, elements: Elements, view: ViewAngles | None) -> _FigureOf:
+    """The figure turns; beside it is a picture, for browsers that draw no solids, and for print."""
     view = view or best_view(elements)
-    folder, frame = files("masonry_opt.drawing"), result.blocks
-    rates = [_rounded(frame.filter(regex=f"^{kind}").to_numpy().ravel()) for kind in "vw"]
+    rates = [_rounded(result.blocks.filter(regex=f"^{kind}").to_numpy().ravel()) for kind in "vw"]
     moves: list[dict[str, list[float | None]] | None] = [None] * len(elements.motion)
     for row, block in enumerate(result.assembly.movable if elements.movement else ()):
         moves[block] = {kind: of[3 * row : 3 * row + 3] for kind, of in zip("vw", rates, strict=True)}
     source = b64encode(result_picture(result, view=view).image("png")).decode()
     fixed = np.setdiff1d(np.arange(len(moves)), result.assembly.movable)
-    azimuth, elevation = view
-    return {
-        "picture": Template(folder.joinpath("page_space.html").read_text(encoding="utf-8")).substitute(
-            title=escape(elements.title), source=source
-        ),
-        "controls": Template(
-            folder.joinpath("page_space_controls.html").read_text(encoding="utf-8")
-        ).substitute(view=f"{azimuth:g} {elevation:g}"),
-        "block": folder.joinpath("page_space_block.html").read_text(encoding="utf-8"),
-        "library": f"<script>{three()}</script>\n",
-        "joints": {},
-        "data": {"figure": Figure(elements).data(view), "rates": moves, "fixed": fixed.tolist()},
-    }
+    values = {"source": source, "view": "{:g} {:g}".format(*view), "library": f"<script>{three()}</script>\n"}
+    data = {"figure": Figure(elements).data(view), "rates": moves, "fixed": fixed.tolist()}
+    return "space", values, {"joints": {}, **data}
 
 
 def caption(elements: Elements) -> str:
@@ -199,20 +184,17 @@ def _foot(result: Outcome) -> str:
     return f'<p class="note">{text(" · ".join(known))}</p>\n'
 
 
-def _joints(result: Outcome) -> dict[str, list[float | None]]:
-    """Joints by columns."""
+def _joints(result: Outcome, told: list[str]) -> dict[str, list[float | None]]:
+    """Joints by columns: their blocks, and what is told of them."""
     joints, frame = result.assembly.joints, result.joints
     beside: dict[str, float] = {}
-    if result.assembly.scene.dimension == 3:
+    if result.contacts is not None:
         # Where a column is zero but for rounding, forces and the fastest motion show that it is.
         force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
         speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
         beside = {"s": force, "torsion": force * length, "slip": speed, "opening": speed}
         beside["rotation"] = speed / length
-    columns = {
-        name: _rounded(frame[name].to_numpy(), beside.get(name, 0.0))
-        for name in _COLUMNS[result.assembly.scene.dimension]
-    }
+    columns = {name: _rounded(frame[name].to_numpy(), beside.get(name, 0.0)) for name in told}
     return {"first": joints.first.tolist(), "second": joints.second.tolist(), **columns}
 
 

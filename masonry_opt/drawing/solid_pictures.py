@@ -10,6 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.patheffects import withStroke
 
+from masonry_opt.drawing.carried import round_below
 from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
 from masonry_opt.drawing.elements import INSIDE, Elements
 from masonry_opt.drawing.mark_artists import draw_marks
@@ -60,10 +61,7 @@ class Solids:
         side = float((high - low).max())
         self.box = np.array([low - _MARGIN * side, high + _MARGIN * side])
         self.raster = raster(triangles, self.box, _PIXELS)
-        # The longest of 1, 2 and 5 times powers of ten.
-        most = _AXES * side
-        power = 10.0 ** np.floor(np.log10(most))
-        self.unit = max(digit * power for digit in (1, 2, 5) if digit * power <= most)
+        self.unit = round_below(_AXES * side)
         # The axes stand in the lower left corner, or below it where something is drawn there.
         around = 2 * _LETTERS * self.unit
         corner = np.s_[: int(around / self.raster.pixel), : int(around / self.raster.pixel)]

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 import shapely
 
 from masonry_opt.drawing.elements import Elements, movable_box, size_of
-from masonry_opt.drawing.marks import moved
+from masonry_opt.drawing.marks import hatching, moved
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.rows import dots
-from masonry_opt.scene.space.frames import Frames, OuterFaces
+from masonry_opt.scene.space.faces import Frames, OuterFaces
 from masonry_opt.scene.space.shapes import Shapes
 
 #: How far supports are shown beyond the movable blocks, and the distance of the lines that hatch them, over
@@ -94,14 +95,7 @@ def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
     """Lines at 45° to the first axis of each face."""
     lines = [np.empty((0, 2, 3))]
     for number, polygon in enumerate(faces.polygon):
-        left, low, right, high = shapely.bounds(polygon)
-        starts = np.arange(left - (high - low), right, step)
-        rows = shapely.linestrings([[(x, low), (x + high - low, high)] for x in starts])
-        parts = shapely.get_parts(shapely.intersection(rows, polygon))
-        parts = parts[
-            (shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING) & ~shapely.is_empty(parts)
-        ]
-        flat = shapely.get_coordinates(parts)
+        flat = shapely.get_coordinates(hatching(polygon, shapely.bounds(polygon), step))
         lines.append(faces.frame.up(flat, np.full(len(flat), number)).reshape(-1, 2, 3))
     return np.concatenate(lines)
 
@@ -113,42 +107,27 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
         return faces
     normal, offset = np.concatenate([np.eye(3), -np.eye(3)]), np.concatenate([high, -low])
     sides = Frames.of(normal * offset[:, None], normal, np.roll(normal, 1, axis=1))
-    span = 4 * float(np.abs([low, high]).max())
-    whole = shapely.box(-span, -span, span, span)
+    box = np.array([*product(*zip(low, high, strict=True))])
     chosen = np.isin(faces.block, cut)
-    kept = faces.where(~chosen)
     own = faces.where(chosen)
-    polygon = [_within(each, own.frame, at, normal, offset) for at, each in enumerate(own.polygon)]
-    block, number, section = [], [], []
-    for part in np.flatnonzero(np.isin(parts.block, cut)):
-        bounds = parts.of_plane == part
-        for side in range(6):
-            inside = _within(whole, sides, side, parts.normal[bounds], parts.offset[bounds])
-            block.append(parts.block[part])
-            number.append(side)
-            section.append(_within(inside, sides, side, normal, offset))
-    cuts = OuterFaces(np.array(block), sides.where(np.array(number)), np.array(section))
-    every = kept.then(OuterFaces(own.block, own.frame, np.array(polygon)), cuts)
+    inside = [_section(box, own.frame, at) for at in range(len(own.block))]
+    own = replace(own, polygon=shapely.intersection(own.polygon, inside))
+    part, side = np.divmod(np.arange(6 * len(parts.block)), 6)
+    part, side = (of[np.isin(parts.block[part], cut)] for of in (part, side))
+    sections = [
+        shapely.intersection(*(_section(of, sides, at) for of in (parts.points[parts.of_point == one], box)))
+        for one, at in zip(part, side, strict=True)
+    ]
+    cuts = OuterFaces(parts.block[part], sides.where(side), np.array(sections))
+    every = faces.where(~chosen).then(own, cuts)
     return every.where(shapely.area(every.polygon) > 0)
 
 
-def _within(
-    polygon: shapely.Polygon, frames: Frames, at: int, normal: np.ndarray, offset: np.ndarray
-) -> shapely.Polygon:
-    """What of a polygon in a plane lies in the half-spaces normal · x ≤ offset."""
-    base, u, v = frames.base[at], frames.u[at], frames.v[at]
-    span = 4 * float(np.abs([base.max(), *shapely.bounds(polygon)]).max()) if not polygon.is_empty else 0.0
-    for towards, limit in zip(normal, offset - normal @ base, strict=True):
-        across = np.array([towards @ u, towards @ v])
-        slope = float(np.hypot(*across))
-        if slope < _ROUNDING:
-            if limit < -_ROUNDING * span:
-                return shapely.Polygon()
-            continue
-        across, along = across / slope, np.array([-across[1], across[0]]) / slope
-        edge = across * limit / slope
-        far = span + float(np.hypot(*edge))
-        corners_of = (edge - far * along, edge + far * along)
-        half = shapely.Polygon([*corners_of, *(corner - 2 * far * across for corner in corners_of[::-1])])
-        polygon = shapely.intersection(polygon, half)
-    return polygon
+def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
+    """What a plane cuts of the convex hull of corners, in the plane's frame."""
+    height = frames.above(corners, np.full(len(corners), at))[:, None]
+    over = (height >= 0).ravel()
+    share = height[over] / (height[over] - height[~over].T)
+    points = corners[over][:, None] + share[..., None] * (corners[~over] - corners[over][:, None])
+    points = points.reshape(-1, 3)
+    return shapely.MultiPoint(frames.down(points, np.full(len(points), at))).convex_hull

@@ -11,7 +11,7 @@ import shapely
 
 from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
 from masonry_opt.drawing.elements import MANY, Elements, legend, outlines
-from masonry_opt.drawing.marks import Marks
+from masonry_opt.drawing.marks import Marks, hatching, line_parts
 
 #: The picture's longer side. Coordinates are whole numbers, which keeps large scenes short.
 SIDE = 10_000
@@ -123,17 +123,12 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
 
 def _hatching(shapes: np.ndarray, canvas: Canvas) -> list[str]:
     """Lines at 45° on what the picture shows of supports, and their edges."""
-    left, high, whole = canvas.left, canvas.top, shapely.union_all(shapes)
-    width, height = canvas.width / canvas.scale, canvas.height / canvas.scale
-    low = high - height
-    shown = shapely.box(left, low, left + width, high)
-    step = _HATCH / canvas.scale
-    starts = left - height + step * np.arange(int((width + height) / step) + 1)
-    lines = shapely.linestrings([[(x, low), (x + height, high)] for x in starts])
-    hatched = shapely.intersection(lines, shapely.intersection(whole, shown))
-    edges = shapely.intersection(shapely.boundary(whole), shown)
-    parts = shapely.get_parts([*hatched, edges])
-    parts = parts[(shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING) & ~shapely.is_empty(parts)]
+    whole = shapely.union_all(shapes)
+    low = canvas.top - canvas.height / canvas.scale
+    box = canvas.left, low, canvas.left + canvas.width / canvas.scale, canvas.top
+    shown = shapely.box(*box)
+    edges = line_parts(shapely.intersection(shapely.boundary(whole), shown))
+    parts = [*hatching(shapely.intersection(whole, shown), box, _HATCH / canvas.scale), *edges]
     drawn = "".join(canvas.line(shapely.get_coordinates(part)) for part in parts)
     return [canvas.path(drawn)] if drawn else []
 

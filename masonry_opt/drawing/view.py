@@ -10,7 +10,7 @@ from scipy.ndimage import minimum_filter
 
 from masonry_opt.drawing.elements import Elements, movable_box
 from masonry_opt.errors import OptionError
-from masonry_opt.scene.combinations import ranges
+from masonry_opt.scene.rows import ranges
 from masonry_opt.scene.scene import Scene
 
 #: Azimuth and elevation, in degrees.

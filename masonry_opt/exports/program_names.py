@@ -24,9 +24,28 @@ _LEGAL = set(string.ascii_letters + string.digits + "_.")
 _LONGEST = 200
 
 
+#: Names of what a joint and a block have, by component, in the plane and in space, and of faces that rock.
+_OF_JOINTS = {
+    2: {"q": ("n1", "n2", "s"), "compatibility": ("opening_1", "opening_2", "slip")},
+    3: {"q": ("n", "s", "t"), "compatibility": ("opening", "slip_s", "slip_t")},
+}
+_OF_BLOCKS = {
+    2: {"d": ("vx", "vy", "omega"), "equilibrium": ("fx", "fy", "moment")},
+    3: {"d": ("vx", "vy", "vz", "wx", "wy", "wz"), "equilibrium": ("fx", "fy", "fz", "mx", "my", "mz")},
+}
+_ROCKS = {2: ("rock_1", "rock_2"), 3: ("open",)}
+
+#: What a limited force is called among the joints' of a component; kinds of what there is one of a face.
+_OF_LIMITED = {"q": "T", "compatibility": "length"}
+_OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
+
+#: What there is one of.
+_SINGLE = ("load_factor", "live_work", "raising", "objective")
+
+
 @dataclass(frozen=True)
 class Labels:
-    """How joints and blocks are written in names, as ``kind`` + ``opens`` + label + ``closes``.
+    """How joints and blocks are written in names, between brackets after the kind.
 
     Attributes
     ----------
@@ -39,44 +58,29 @@ class Labels:
     joints: list[str]
     blocks: list[str]
     limited: list[str]
-    opens: str
-    closes: str
-
-    def of_joints(self, kind: str) -> list[str]:
-        """Names of one kind, one a joint."""
-        return [f"{kind}{self.opens}{label}{self.closes}" for label in self.joints]
-
-    def of_limited(self, kind: str) -> list[str]:
-        """Names of one kind, one a limited force."""
-        return [f"{kind}{self.opens}{label}{self.closes}" for label in self.limited]
-
-    def of_blocks(self, *kinds: str) -> list[str]:
-        """Names of several kinds, block by block."""
-        return [f"{kind}{self.opens}{label}{self.closes}" for label in self.blocks for kind in kinds]
 
 
 def readable(assembly: Assembly) -> Labels:
-    """``n[A|ground]``: names of blocks as the scene has them."""
-    return _by_blocks(assembly, lambda name: name, "[", "]")
+    """``[A|ground]``: names of blocks as the scene has them."""
+    return _by_blocks(assembly, lambda name: name, "[{}]")
 
 
 def legal(assembly: Assembly) -> Labels:
-    """``n{A|ground}``, with ``_`` for what LP files do not take, and not too long for them."""
+    """``{A|ground}``, with ``_`` for what LP files do not take, and not too long for them."""
     return _by_blocks(
-        assembly, lambda name: "".join(letter if letter in _LEGAL else "_" for letter in name), "{", "}"
+        assembly, lambda name: "".join(letter if letter in _LEGAL else "_" for letter in name), "{{{}}}"
     )
 
 
-def _by_blocks(assembly: Assembly, written: Callable[[str], str], opens: str, closes: str) -> Labels:
+def _by_blocks(assembly: Assembly, written: Callable[[str], str], brackets: str) -> Labels:
     joints, names = assembly.joints, [written(block.name) for block in assembly.scene.blocks]
     ends = zip(joints.first[assembly.joint], joints.second[assembly.joint], strict=True)
-    return Labels(
-        unique(f"{names[first]}|{names[second]}" for first, second in ends),
-        unique(names[block] for block in assembly.movable),
-        unique(written(force.name) for force in assembly.limited),
-        opens,
-        closes,
+    labels = (
+        (f"{names[first]}|{names[second]}" for first, second in ends),
+        (names[block] for block in assembly.movable),
+        (written(force.name) for force in assembly.limited),
     )
+    return Labels(*([brackets.format(label) for label in unique(each)] for each in labels))
 
 
 def unique(labels: Iterable[str]) -> list[str]:
@@ -100,25 +104,14 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
     No two are the same, and none is of a row and of a column.
     """
 
-    def joints(*kinds: str) -> list[str]:
-        return [name for kind in kinds for name in labels.of_joints(kind)]
-
-    block, space = labels.of_blocks, problem.layout.round
-    of_components = {
-        "load_factor": ["load_factor"],
-        "q": joints(*(("n", "s", "t") if space else ("n1", "n2", "s"))) + labels.of_limited("T"),
-        "d": block("vx", "vy", *(("vz", "wx", "wy", "wz") if space else ("omega",))),
-        "equilibrium": block("fx", "fy", *(("fz", "mx", "my", "mz") if space else ("moment",))),
-        "compatibility": joints(
-            *(("opening", "slip_s", "slip_t") if space else ("opening_1", "opening_2", "slip"))
-        )
-        + labels.of_limited("length"),
-        "live_work": ["live_work"],
-        "raising": ["raising"],
-        "objective": ["objective"],
-    }
-    of_faces = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
-    of_components |= {name: list(_faces(problem, labels, kind)) for name, kind in of_faces.items()}
+    dimension = problem.layout.dimension
+    of_components = {name: [name] for name in _SINGLE}
+    for name, kinds in _OF_JOINTS[dimension].items():
+        joints = [kind + label for kind in kinds for label in labels.joints]
+        of_components[name] = joints + [_OF_LIMITED[name] + label for label in labels.limited]
+    for name, kinds in _OF_BLOCKS[dimension].items():
+        of_components[name] = [kind + label for label in labels.blocks for kind in kinds]
+    of_components |= {name: list(_faces(problem, labels, kind)) for name, kind in _OF_FACES.items()}
     names = {}
     for component in program.component_objects((pyo.Var, pyo.Constraint, pyo.Objective), descend_into=False):
         for data, name in zip(component.values(), of_components[component.local_name], strict=True):
@@ -133,16 +126,13 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
 
 def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:
     """Names of one kind, one a face."""
-    slides, rocks = ["slide_plus", "slide_minus"], ["rock_1", "rock_2"]
-    if problem.layout.round:
-        slides, rocks = [f"slide_{side + 1}" for side in range(len(problem.layout.senses))], ["open"]
+    senses = range(1, len(problem.layout.senses) + 1)
+    slides = [f"slide_{side}" for side in senses] if problem.layout.round else ["slide_plus", "slide_minus"]
     motions = [motion for motion in slides for _ in problem.sliding]
-    motions += [motion for motion in rocks for _ in range(problem.joints)]
+    motions += [motion for motion in _ROCKS[problem.layout.dimension] for _ in range(problem.joints)]
     chords = range(1, len(CHORDS.slope) + 1)
-    for point in (1, 2):
-        motions += [f"crush_{point}_{chord}" for _ in problem.crushing for chord in chords]
+    motions += [f"crush_{point}_{chord}" for point in (1, 2) for _ in problem.crushing for chord in chords]
     for motion, number in zip(motions, problem.face_joint.tolist(), strict=True):
-        yield f"{kind}_{motion}{labels.opens}{labels.joints[number]}{labels.closes}"
+        yield f"{kind}_{motion}{labels.joints[number]}"
     for motion, forces in (("least", problem.table.below), ("most", problem.table.above)):
-        names = labels.of_limited(f"{kind}_{motion}")
-        yield from (names[force] for force in forces)
+        yield from (f"{kind}_{motion}{labels.limited[force]}" for force in forces)

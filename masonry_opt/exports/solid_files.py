@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterable
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,7 +41,8 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
     Raises OptionError if the scene is none in space, the share no number or one of what does not move, or
     trimesh is wanting.
     """
-    scene = what.assembly.scene if isinstance(what, Result) else what
+    result = what if isinstance(what, Result) else None
+    scene = result.assembly.scene if result else what
     if scene.dimension == 2:
         raise OptionError(
             f"{scene.origin}: files of solids are of scenes in space: make it one with masonry_opt.extrude"
@@ -51,47 +52,40 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
             raise OptionError(
                 "COMPAS data has blocks at rest, and motions beside them: leave 'moved' to meshes"
             )
-        return _compas(what)
+        return _compas(result.assembly if result else assemble(scene), result)
     if share is not None and (
         isinstance(share, bool) or not isinstance(share, int | float) or not math.isfinite(share)
     ):
         raise OptionError(f"'moved' is a share of the full motion, a number (found {share!r})")
-    if not isinstance(what, Result) and share:
-        raise OptionError("'moved': a scene has no motion before it is solved: give a result")
-    return _MESHES[end](_moved(what, share))
-
-
-#: Name, whether it is a support, and convex parts of a block.
-_NamedParts = tuple[str, bool, list[Polyhedron]]
-
-
-def _moved(what: Scene | Result, share: float | None) -> list[_NamedParts]:
-    """Blocks where a share of the full motion brings them, None as in ``solid_file``."""
-    if not isinstance(what, Result):
-        return [(block.name, block.fixed, block.polyhedra) for block in _solids(what)]
-    elements, origin = result_elements(what), what.assembly.geometry.origin
+    if result is None:
+        if share:
+            raise OptionError("'moved': a scene has no motion before it is solved: give a result")
+        return _MESHES[end](_bodies(scene, np.zeros(3), np.zeros((len(scene.blocks), 6))))
+    elements = result_elements(result)
     if share and not elements.movement:
-        raise OptionError(f"'moved': no motion was found ({what.status}): leave it out, for blocks at rest")
-    reached = START if share is None else share
-    return [
-        (
-            block.name,
-            block.fixed,
-            [
-                Polyhedron(moved(part.vertices - origin, reached * own) + origin, part.faces)
-                for part in block.polyhedra
-            ],
-        )
-        for block, own in zip(_solids(what.assembly.scene), elements.motion, strict=True)
-    ]
+        raise OptionError(f"'moved': no motion was found ({result.status}): leave it out, for blocks at rest")
+    motion = (START if share is None else share) * elements.motion
+    return _MESHES[end](_bodies(scene, result.assembly.geometry.origin, motion))
 
 
-def _solids(scene: Scene) -> list[Solid]:
-    return [block for block in scene.blocks if isinstance(block, Solid)]
+class _Body(NamedTuple):
+    """A block as files have it: its corners, and faces as their indices, looking outwards."""
+
+    name: str
+    fixed: bool
+    corners: np.ndarray
+    faces: list[list[int]]
 
 
-def _named(name: str, fixed: bool) -> str:
-    return f"{_SUPPORT} {name}" if fixed and not name.startswith(_SUPPORT) else name
+def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]:
+    """Blocks moved by motions about an origin, names of supports as such."""
+    bodies = []
+    for block, own in zip(scene.in_space(), motion, strict=True):
+        support = block.fixed and not block.name.startswith(_SUPPORT)
+        corners, faces = _joined(block.polyhedra)
+        at = moved(corners - origin, own) + origin
+        bodies.append(_Body(f"{_SUPPORT} {block.name}" if support else block.name, block.fixed, at, faces))
+    return bodies
 
 
 def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
@@ -105,25 +99,23 @@ def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
     return np.concatenate(corners), faces
 
 
-def _obj(bodies: list[_NamedParts]) -> str:
+def _obj(bodies: list[_Body]) -> str:
     lines, first = [f"# {MARK}"], 1
-    for name, fixed, parts in bodies:
-        corners, faces = _joined(parts)
-        lines.append(f"o {_named(name, fixed)}")
-        lines += [f"v {x:.12g} {y:.12g} {z:.12g}" for x, y, z in corners.tolist()]
-        lines += ["f " + " ".join(str(first + corner) for corner in face) for face in faces]
-        first += len(corners)
+    for body in bodies:
+        lines.append(f"o {body.name}")
+        lines += [f"v {x:.12g} {y:.12g} {z:.12g}" for x, y, z in body.corners.tolist()]
+        lines += ["f " + " ".join(str(first + corner) for corner in face) for face in body.faces]
+        first += len(body.corners)
     return "\n".join(lines) + "\n"
 
 
-def _gltf(bodies: list[_NamedParts], binary: bool) -> str | bytes:
+def _gltf(bodies: list[_Body], binary: bool) -> str | bytes:
     try:
         trimesh = importlib.import_module("trimesh")
     except ImportError:
         raise OptionError("glTF needs trimesh; install it with: pip install '.[meshes]'") from None
     scene = trimesh.Scene()
-    for name, fixed, parts in bodies:
-        corners, faces = _joined(parts)
+    for name, fixed, corners, faces in bodies:
         # Faces of convex parts are convex.
         fans = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
         mesh = trimesh.Trimesh(corners, fans, process=False)
@@ -132,8 +124,7 @@ def _gltf(bodies: list[_NamedParts], binary: bool) -> str | bytes:
             baseColorFactor=[*colour, 255], metallicFactor=0.0, roughnessFactor=1.0
         )
         mesh.visual = trimesh.visual.TextureVisuals(material=material)
-        label = _named(name, fixed)
-        scene.add_geometry(mesh, node_name=label, geom_name=label, transform=_Y_UP)
+        scene.add_geometry(mesh, node_name=name, geom_name=name, transform=_Y_UP)
 
     def sign(tree: dict[str, Any]) -> None:
         tree["asset"]["generator"] = WRITER
@@ -147,7 +138,7 @@ def _gltf(bodies: list[_NamedParts], binary: bool) -> str | bytes:
     return content.decode()
 
 
-_MESHES: dict[str, Callable[[list[_NamedParts]], str | bytes]] = {
+_MESHES: dict[str, Callable[[list[_Body]], str | bytes]] = {
     ".obj": _obj,
     ".glb": lambda bodies: _gltf(bodies, True),
     ".gltf": lambda bodies: _gltf(bodies, False),
@@ -157,32 +148,28 @@ _MESHES: dict[str, Callable[[list[_NamedParts]], str | bytes]] = {
 SOLID_ENDS = (".json", *_MESHES)
 
 
-def _compas(what: Scene | Result) -> str:
+def _compas(assembly: Assembly, result: Result | None) -> str:
     """An assembly of compas_assembly: blocks by their names, joints as interfaces of two blocks, and of a
     result forces on the first block at each contact point (c_np - c_nn along the interface's z axis, which
     points into that block, c_u and c_v along the others), and velocities as displacements."""
-    result = what if isinstance(what, Result) else None
-    assembly = what.assembly if isinstance(what, Result) else assemble(what)
     displaced = np.zeros((len(assembly.scene.blocks), 6))
     attributes: dict[str, Any] = {"name": assembly.scene.title or Path(assembly.scene.origin).stem}
     if result:
         rates = result.blocks[["vx", "vy", "vz", "wx", "wy", "wz"]].to_numpy()
         displaced[assembly.movable] = np.nan_to_num(rates)
-        attributes |= {
-            "load_factor": result.load_factor,
-            "status": str(result.status),
-            "method": result.method,
-        }
+        told = {"load_factor": result.load_factor, "status": str(result.status), "method": result.method}
+        attributes |= told
     node = {
         repr(block.name): {
             "block": _object("compas_assembly.datastructures/Block", _mesh(block)),
             "is_support": block.fixed,
             "displacement": motion,
         }
-        for block, motion in zip(_solids(assembly.scene), displaced.tolist(), strict=True)
+        for block, motion in zip(assembly.scene.in_space(), displaced.tolist(), strict=True)
     }
     edge: dict[str, dict[str, Any]] = {name: {} for name in node}
-    for (first, second), interface in zip(_ends(assembly), _interfaces(assembly, result), strict=True):
+    ends = np.array([*node])[np.column_stack([assembly.joints.first, assembly.joints.second])].tolist()
+    for (first, second), interface in zip(ends, _interfaces(assembly, result), strict=True):
         edge[first].setdefault(second, {"interfaces": []})["interfaces"].append(interface)
     graph = {
         "attributes": {},
@@ -217,12 +204,6 @@ def _mesh(block: Solid) -> dict[str, Any]:
         "max_vertex": len(corners) - 1,
         "max_face": len(faces) - 1,
     }
-
-
-def _ends(assembly: Assembly) -> list[tuple[str, str]]:
-    """Nodes of the two blocks of each joint."""
-    first, second = (map(repr, assembly.names(of)) for of in (assembly.joints.first, assembly.joints.second))
-    return list(zip(first, second, strict=True))
 
 
 def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any]]:

@@ -14,11 +14,13 @@ import pandas as pd
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
-from masonry_opt.finite_motion.kinematic_check import KinematicCheck, Oscillator, kinematic_check
+from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.path import HingingPath, Step
-from masonry_opt.finite_motion.point_forces import PointForces, placed, point_forces
+from masonry_opt.finite_motion.point_forces import moved, placed, point_forces
+from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
-from masonry_opt.words.names import some
+from masonry_opt.scene.rows import dots, lengths
+from masonry_opt.words.names import labelled, some
 from masonry_opt.words.sentences import message, numeral
 
 if TYPE_CHECKING:
@@ -87,16 +89,14 @@ def capacity(
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
     dead, live = point_forces(assembly)
     control = _control(result, live, block, point)
-    path = HingingPath(result, dead, live, steps)
+    path = HingingPath(result, (dead, live), steps)
     found = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     if path.motion.any() and abs(found.control_rate) <= _STILL * found.live_rates.max():
         raise OptionError(f"block '{block}' does not move along the live load: name another block or point")
     return found
 
 
-def _control(
-    result: Result, live: PointForces, block: str | None, point: tuple[float, float] | None
-) -> PointForces:
+def _control(result: Result, live: Forces, block: str | None, point: tuple[float, float] | None) -> Forces:
     """Forces whose mean displacement along themselves is told."""
     if block is None:
         if point is not None:
@@ -119,7 +119,7 @@ def _control(
         if given.shape != (2,) or not np.isfinite(given).all():
             raise OptionError(f"the control point needs two numbers, x, y (found {point!r})")
         at = given - assembly.geometry.origin
-    return PointForces(np.array([row]), along[None], at[None])
+    return Forces(np.array([row]), along[None], at[None], np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,9 +142,9 @@ class Capacity:
     end: Reason
     steps: tuple[Step, ...] = field(repr=False)
     motion: np.ndarray = field(repr=False)
-    dead: PointForces = field(repr=False)
-    live: PointForces = field(repr=False)
-    control: PointForces = field(repr=False)
+    dead: Forces = field(repr=False)
+    live: Forces = field(repr=False)
+    control: Forces = field(repr=False)
 
     @property
     def load_factor(self) -> float:
@@ -169,14 +169,12 @@ class Capacity:
     def poses(self, row: int) -> np.ndarray:
         """Where the movable blocks are in a row of the table: turned by θ about the geometry's origin, then
         shifted by (x, y), shape (b, 3), in the case's units."""
-        unit = self.result.assembly.problem.length_unit
-        return self.steps[row].poses[:-1] * [unit, unit, 1.0]
+        return self._in_units(self.steps[row].poses)[self.result.assembly.movable]
 
-    def _all_poses(self, row: int) -> np.ndarray:
-        assembly = self.result.assembly
-        poses = np.zeros((len(assembly.scene.blocks), 3))
-        poses[assembly.movable] = self.poses(row)
-        return poses
+    def _in_units(self, poses: np.ndarray) -> np.ndarray:
+        """Poses, or their rates, in the case's units."""
+        unit = self.result.assembly.problem.length_unit
+        return poses * [unit, unit, 1.0]
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -185,11 +183,11 @@ class Capacity:
             poses, joints = self.poses(number), self.joints(number)
             rows.append(
                 {
-                    "displacement": _mean_along(self.control, self.control.moved(poses)),
+                    "displacement": _mean_along(self.control, moved(self.control, poses)),
                     "rotation": float(np.abs(poses[:, 2]).max()),
                     "load_factor": step.load_factor + 0.0,
-                    "dead_work": self.dead.work(poses),
-                    "live_work": self.live.work(poses),
+                    "dead_work": _work(self.dead, moved(self.dead, poses)),
+                    "live_work": _work(self.live, moved(self.live, poses)),
                     "hinged": int((joints["state"] == "hinged").sum()),
                     "separated": int((joints["state"] == "separated").sum()),
                     "event": str(step.event.code) if step.event else "",
@@ -208,7 +206,7 @@ class Capacity:
         # A corner that stands on an edge turns on it without closing.
         hinged = count == 1
         at = np.where(step.touch[:, :1], joints.start, joints.end)
-        poses = self._all_poses(row)
+        poses = self._in_units(self.steps[row].poses)
         place = placed(at, poses[joints.first]) + assembly.geometry.origin
         place[~hinged] = np.nan
         angle = poses[joints.first, 2] - poses[joints.second, 2]
@@ -234,9 +232,8 @@ class Capacity:
         """Rate of the displacement of the control point at the onset."""
         return _mean_along(self.control, self._rates(self.control))
 
-    def _rates(self, of: PointForces) -> np.ndarray:
-        unit = self.result.assembly.problem.length_unit
-        vx, vy, omega = (self.motion * [unit, unit, 1.0])[of.block].T
+    def _rates(self, of: Forces) -> np.ndarray:
+        vx, vy, omega = self._in_units(self.motion)[self.result.assembly.movable][of.block].T
         x, y = of.point.T
         return np.column_stack([vx - omega * y, vy + omega * x])
 
@@ -291,8 +288,6 @@ class Capacity:
                 f"this one is {share:.3g} times the weight of the blocks that it pushes, or not level: give "
                 "'live_per_weight = [1, 0]', or a level [earthquake]"
             )
-        weights, curve = np.hypot(*self.live.force.T), self.table[["displacement", "load_factor"]].to_numpy()
-        of = Oscillator.of(weights, self.live_rates, self.control_rate, curve, self.reaches_zero)
         values = {
             "behaviour_factor": behaviour_factor,
             "confidence_factor": confidence_factor,
@@ -300,7 +295,9 @@ class Capacity:
             "ultimate": ultimate,
             "secant": secant,
         }
-        return kinematic_check(of, spectrum, values)
+        onset = lengths(self.live.force), self.live_rates, self.control_rate
+        curve = self.table[["displacement", "load_factor"]].to_numpy()
+        return kinematic_check(onset, curve, self.reaches_zero, spectrum, values)
 
     def _share_of_weight(self) -> float | None:
         """The live load over the weight of the blocks that it pushes; None if it is that, and level."""
@@ -323,7 +320,9 @@ class Capacity:
             return capacity_picture(assembly.scene, table, of, self.message)
         if not isinstance(row, int) or not -len(table) <= row < len(table):
             raise OptionError(f"there is no row {row!r}: the table has {len(table)}, the first is 0")
-        return displaced_picture(assembly, table.iloc[row], self._all_poses(row), self.joints(row))
+        return displaced_picture(
+            assembly, table.iloc[row], self._in_units(self.steps[row].poses), self.joints(row)
+        )
 
     def save(self, path: str | FilePath, row: int | None = None, force: bool = False) -> None:
         """Write such a picture (.png, .svg, .pdf), whole or not at all.
@@ -348,7 +347,7 @@ class Capacity:
             told = ", ".join(f"{one!r}–{other!r}" for one, other in row["pairs"][:3])
             at = f"{numeral(row['displacement'], '.4g')}, λ = {numeral(row['load_factor'], '.4g')}"
             lines[f"at {at}"] = f"{row['event']} {told}".strip()
-        return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items()))
+        return printable(labelled(lines))
 
     def as_dict(self) -> dict[str, Any]:
         """The curve as plain numbers, strings and lists."""
@@ -367,9 +366,13 @@ class Capacity:
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
-def _along(of: PointForces, moved: np.ndarray) -> np.ndarray:
-    return (of.force * moved).sum(axis=1) / np.hypot(*of.force.T)
+def _along(of: Forces, moves: np.ndarray) -> np.ndarray:
+    return dots(of.force, moves) / lengths(of.force)
 
 
-def _mean_along(of: PointForces, moved: np.ndarray) -> float:
-    return float((of.force * moved).sum() / np.hypot(*of.force.T).sum())
+def _mean_along(of: Forces, moves: np.ndarray) -> float:
+    return _work(of, moves) / float(lengths(of.force).sum())
+
+
+def _work(of: Forces, moves: np.ndarray) -> float:
+    return float(dots(of.force, moves).sum())

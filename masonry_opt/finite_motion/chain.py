@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.finite_motion.moved_joints import MovedJoints
+from masonry_opt.finite_motion.moved_blocks import MovedBlocks
 from masonry_opt.finite_motion.point_forces import placed, turned
-from masonry_opt.finite_motion.statics import moments_turned
+from masonry_opt.problem.loads import moment_of
+from masonry_opt.scene.rows import dots
 
 #: Share of the largest singular value below which equations depend on each other (one hinge point of several
 #: joints gives the same equations several times).
@@ -44,35 +45,32 @@ class Chain:
     Parameters
     ----------
     touch: which corners of the joints touch, shape (joints, 2).
-    dead, live: generalised loads of the blocks, shape (blocks, 4).
     """
 
-    def __init__(self, joints: MovedJoints, touch: np.ndarray, dead: np.ndarray, live: np.ndarray) -> None:
-        blocks = len(dead)
-        self.body = joints.bodies(touch, blocks)
+    def __init__(self, blocks: MovedBlocks, touch: np.ndarray) -> None:
+        self.body = blocks.bodies(touch)
         self.count = int(self.body.max())  # the ground's number
-        self.dead, self.live = np.zeros((2, self.count + 1, 4))
-        np.add.at(self.dead, self.body[:-1], dead)
-        np.add.at(self.live, self.body[:-1], live)
-        self.dead, self.live = self.dead[:-1], self.live[:-1]
-        hinges = np.flatnonzero(touch.sum(axis=1) == 1)
-        hinges = hinges[(self.body[joints.ends[hinges, 0]] != self.body[joints.ends[hinges, 1]])]
-        self.ends = self.body[joints.ends[hinges]]
-        self.at = joints.corner[hinges, touch[hinges].argmax(axis=1)]
+        self.dead, self.live = (
+            (self.body[blocks.movable][each.block], each.point, each.force)
+            for each in (blocks.dead, blocks.live)
+        )
+        ends = self.body[blocks.blocks]
+        hinges = np.flatnonzero((touch.sum(axis=1) == 1) & (ends[:, 0] != ends[:, 1]))
+        self.ends = ends[hinges]
+        self.at = blocks.corner[hinges, touch[hinges].argmax(axis=1)]
 
     def start(self, of_blocks: np.ndarray) -> PathPoint:
-        """The point with these poses of the blocks and the ground: forces and λ by least squares."""
-        poses = np.zeros((self.count, 3))
-        poses[self.body[self.body < self.count]] = of_blocks[self.body < self.count]
-        point = PathPoint(poses, np.zeros((len(self.at), 2)), 0.0)
+        """The point with these poses of the blocks: forces and λ by least squares."""
+        poses = np.zeros((self.count + 1, 3))
+        poses[self.body] = of_blocks
+        point = PathPoint(poses[:-1], np.zeros((len(self.at), 2)), 0.0)
         rest, slope = self._system(point)
-        free = slice(3 * self.count, None)
-        rows = slice(0, 3 * self.count)
+        rows, free = slice(0, 3 * self.count), slice(3 * self.count, None)
         found = np.linalg.lstsq(slope[rows, free], -rest[rows], rcond=_DEPENDENT)[0]
         return replace(point, forces=found[:-1].reshape(-1, 2), load_factor=float(found[-1]))
 
     def of_blocks(self, of_bodies: np.ndarray) -> np.ndarray:
-        """Poses, or their rates, of the blocks and the ground, shape (blocks + 1, 3)."""
+        """Poses, or their rates, of all blocks, shape (blocks, 3)."""
         return np.vstack([of_bodies, np.zeros(3)])[self.body]
 
     def tangents(self, point: PathPoint) -> np.ndarray:
@@ -114,31 +112,32 @@ class Chain:
         derivatives by poses, forces and λ."""
         bodies, hinges = self.count, len(self.at)
         poses = np.vstack([point.poses, np.zeros(3)])
-        angle = point.poses[:, 2]
-        live = moments_turned(self.live, angle)
-        balance = np.vstack([moments_turned(self.dead, angle) + point.load_factor * live, np.zeros(3)])
-        stiff = np.zeros(bodies + 1)
-        total = self.dead + point.load_factor * self.live
-        stiff[:-1] = -total[:, 2] * np.sin(angle) - total[:, 3] * np.cos(angle)
+        live = self._acting(poses, *self.live)
+        acting = self._acting(poses, *self.dead) + point.load_factor * live
         gap = np.zeros((hinges, 2))
         G = np.zeros((hinges, 2, bodies + 1, 3))
         each = np.arange(hinges)
         for side, sign in enumerate((1.0, -1.0)):
             of = self.ends[:, side]
+            acting += self._acting(poses, of, self.at, sign * point.forces)
             arm = turned(self.at, poses[of])
             gap += sign * placed(self.at, poses[of])
-            for axis in range(2):
-                G[each, axis, of, axis] += sign
-            G[each, 0, of, 2] -= sign * arm[:, 1]
-            G[each, 1, of, 2] += sign * arm[:, 0]
-            np.add.at(stiff, of, -sign * (point.forces * arm).sum(axis=1))
-        balance += np.einsum("ha,habk->bk", point.forces, G)
+            G[each[:, None], [0, 1], of[:, None], [0, 1]] += sign
+            G[each, :, of, 2] += sign * np.column_stack([-arm[:, 1], arm[:, 0]])
         flat = G[:, :, :-1].reshape(2 * hinges, 3 * bodies)
-        rest = np.append(balance[:-1].ravel(), gap.ravel())
+        rest = np.append(acting[:-1, :3].ravel(), gap.ravel())
         slope = np.zeros((len(rest), len(rest) + 1))
         turns = 3 * np.arange(bodies) + 2
-        slope[turns, turns] = stiff[:-1]
+        slope[turns, turns] = -acting[:-1, 3]
         slope[: 3 * bodies, 3 * bodies : -1] = flat.T
         slope[3 * bodies :, : 3 * bodies] = flat
-        slope[: 3 * bodies, -1] = live.ravel()
+        slope[: 3 * bodies, -1] = live[:-1, :3].ravel()
         return rest, slope
+
+    @staticmethod
+    def _acting(poses: np.ndarray, body: np.ndarray, at: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Of forces on bodies, at points at rest, the sums fx, fy, x × f about the origin and x · f, by which
+        the moment falls as a body turns, shape (bodies + 1, 4)."""
+        total, arm = np.zeros((len(poses), 4)), turned(at, poses[body])
+        np.add.at(total, body, np.column_stack([force, moment_of(arm, force), dots(arm, force)]))
+        return total

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.errors import OptionError
+from masonry_opt.words.names import labelled
 from masonry_opt.words.sentences import numeral
 
 
@@ -64,35 +65,24 @@ class KinematicCheck:
             f"{holds[self.non_linear]}",
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
         }
-        return "\n".join(f"{name:<16} {value}" for name, value in lines.items())
-
-
-@dataclass(frozen=True)
-class Oscillator:
-    """The equivalent oscillator of a curve of λ: Σ P, e*, d* of each state and λ there, shape (states,) each,
-    and whether the curve comes down to λ = 0."""
-
-    weights: float
-    fraction: float
-    displacement: np.ndarray
-    load_factor: np.ndarray
-    complete: bool
-
-    @classmethod
-    def of(
-        cls, weights: np.ndarray, rates: np.ndarray, control_rate: float, curve: np.ndarray, complete: bool
-    ) -> Oscillator:
-        """That of weights P and rates δ, shape (f,) each, the control point's rate δ_k, and its displacement
-        d_k and λ, shape (states, 2)."""
-        first, second, total = float(weights @ rates), float(weights @ rates**2), float(weights.sum())
-        d = curve[:, 0] * second / (control_rate * first)
-        return cls(total, first**2 / (total * second), d, curve[:, 1], complete)
+        return labelled(lines)
 
 
 def kinematic_check(
-    of: Oscillator, spectrum: Sequence[tuple[float, float]], values: Mapping[str, float]
+    onset: tuple[np.ndarray, np.ndarray, float],
+    curve: np.ndarray,
+    complete: bool,
+    spectrum: Sequence[tuple[float, float]],
+    values: Mapping[str, float],
 ) -> KinematicCheck:
-    """Check against a spectrum, with the numbers of :meth:`~.capacity.Capacity.check` by name."""
+    """Check against a spectrum, with the numbers of :meth:`~.capacity.Capacity.check` by name.
+
+    Parameters
+    ----------
+    onset: forces P and their rates δ, shape (f,) each, and the control point's rate δ_k.
+    curve: d_k and λ of each state, shape (states, 2).
+    complete: whether it comes down to λ = 0.
+    """
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise OptionError(f"{name} must be a number above zero (found {value!r})")
@@ -100,8 +90,11 @@ def kinematic_check(
         if values[name] > 1:
             raise OptionError(f"{name} is a share: at most 1 (found {values[name]!r})")
     periods, accelerations = _spectrum(spectrum)
-    g, factor = values["gravity"], values["confidence_factor"]
-    d, a = of.displacement, of.load_factor / (of.fraction * factor)  # a* = λ g / (e* FC)
+    weights, rates, control_rate = onset
+    first, second, total = float(weights @ rates), float(weights @ rates**2), float(weights.sum())
+    fraction, g = first**2 / (total * second), values["gravity"]
+    d = curve[:, 0] * second / (control_rate * first)
+    a = curve[:, 1] / (fraction * values["confidence_factor"])  # a* = λ g / (e* FC)
     ultimate = values["ultimate"] * d[-1]
     secant = values["secant"] * ultimate
     at_secant = _least_at(secant, d, a)
@@ -113,11 +106,11 @@ def kinematic_check(
     demanded = float(np.interp(period, periods, accelerations)) * g * (period / (2 * math.pi)) ** 2
     least = float(accelerations[0]) / values["behaviour_factor"]
     return KinematicCheck(
-        mass_fraction=of.fraction,
-        mass=of.fraction * of.weights / g,
+        mass_fraction=fraction,
+        mass=fraction * total / g,
         acceleration=float(a[0]),
         displacement=float(d[-1]),
-        complete=of.complete,
+        complete=complete,
         ultimate=float(ultimate),
         secant=float(secant),
         secant_acceleration=at_secant,

@@ -11,9 +11,9 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.effort import Effort
 from masonry_opt.finite_motion.chain import Chain, PathPoint
-from masonry_opt.finite_motion.moved_joints import MovedJoints
-from masonry_opt.finite_motion.point_forces import PointForces
-from masonry_opt.finite_motion.statics import ForceOptimum, ForceProgram
+from masonry_opt.finite_motion.moved_blocks import MovedBlocks
+from masonry_opt.finite_motion.statics import ForceOptimum, optimum
+from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
 
 #: Violation of equilibrium and yield that is rounding.
@@ -45,8 +45,7 @@ class Step:
 
     Attributes
     ----------
-    poses: (x, y, θ) of the blocks and the ground, shape (blocks + 1, 3): they turn about the geometry's
-        origin, then shift.
+    poses: (x, y, θ) of all blocks, shape (blocks, 3): they turn about the geometry's origin, then shift.
     load_factor: λ in equilibrium.
     touch: which corners of the joints touch from here on, shape (joints, 2).
     event: what happens here, if anything.
@@ -97,27 +96,21 @@ class HingingPath:
     ----------
     steps: states in order, the first at rest.
     end: why the path ends.
-    motion: rates of the poses of the blocks and the ground at the onset, shape (blocks + 1, 3).
+    motion: rates of the poses of all blocks at the onset, shape (blocks, 3).
     """
 
-    def __init__(self, result: Result, dead: PointForces, live: PointForces, count: int) -> None:
-        self.assembly, self.count = result.assembly, count
+    def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
+        self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
-        units = problem.blocks, problem.force_unit, problem.length_unit
-        self.dead, self.live = dead.generalised(*units), live.generalised(*units)
         # λ in units of the onset's, forces in those of the largest load there.
         onset = result.required()
         self.unit = onset if onset > ZERO else 1.0
-        self.live *= self.unit
-        force = float(max(np.hypot(*loads[:, :2].T).max() for loads in (self.dead, self.live)))
-        self.dead /= force
-        self.live /= force
-        self.joints = MovedJoints.of(self.assembly, force)
-        self.forces = ForceProgram(self.joints, self.dead, self.live, Effort())
-        corners = self.joints.corner.reshape(-1, 2)
+        largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
+        self.blocks = MovedBlocks.of(self.assembly, forces, float(largest), self.unit)
+        corners = self.blocks.corner.reshape(-1, 2)
         self.size = 2 * float(np.hypot(*(corners - corners.mean(axis=0)).T).max())
-        self.motion = np.zeros((problem.blocks + 1, 3))
-        self.steps = [Step(0 * self.motion, onset, self.joints.at_rest)]
+        self.motion = np.zeros((len(self.assembly.scene.blocks), 3))
+        self.steps = [Step(0 * self.motion, onset, self.blocks.at_rest)]
         try:
             self._onset(result)
             self._follow()
@@ -127,7 +120,7 @@ class HingingPath:
     def _onset(self, result: Result) -> None:
         """The mechanism of greatest λ at rest, which must be that of the result, and must hinge."""
         first = self.steps[0]
-        found = self.forces.solve(first.touch, first.poses, None)
+        found = optimum(self.blocks, first.touch, first.poses, None, self.effort)
         if found is None or not same(self.unit * found.value, first.load_factor):
             slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides)
             associative, pairs = found and self.unit * found.value, self.assembly.pairs(slides)
@@ -137,7 +130,7 @@ class HingingPath:
 
     def _follow(self) -> None:
         """Stretch after stretch, each to its event, until one ends the path."""
-        opens, hint, idle = ~self.steps[0].touch & self.joints.at_rest, self.motion, 0
+        opens, hint, idle = ~self.steps[0].touch & self.blocks.at_rest, self.motion, 0
         while True:
             last = self.steps[-1]
             stretch, event = self._to_event(self._stretch(last, opens, hint))
@@ -169,7 +162,7 @@ class HingingPath:
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum) -> np.ndarray:
         """Which corners go on touching in the motion that statics found: some open, and none slides."""
-        stays, slides = self.joints.after(touch, poses, found.motion, found.pressed)
+        stays, slides = self.blocks.after(touch, poses, found.motion, found.pressed)
         if slides.any():
             raise _PathEnded(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
         if (stays == touch).all():
@@ -179,13 +172,13 @@ class HingingPath:
     def _stretch(self, step: Step, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
         """The bodies of a state, and the way on: that in which corners open, if any do, else that of the
         motion before, or back."""
-        chain = Chain(self.joints, step.touch, self.dead, self.live)
+        chain = Chain(self.blocks, step.touch)
         stretch = self._onward(chain, step.touch, chain.start(step.poses), hint)
         if stretch is None:
             raise _PathEnded(reason(Code.LOCKS))
         back = replace(stretch, row=-stretch.row)
         if opens.any():
-            opening, _ = self.joints.relative(stretch.poses, stretch.motion)
+            opening, _ = self.blocks.relative(stretch.poses, stretch.motion)
             return stretch if (opening * opens).sum() > 0 else back
         # A joint that has closed stays so in one sense only, which may be the way back.
         event, _ = self._try(stretch, _PROBE)
@@ -198,7 +191,7 @@ class HingingPath:
             raise _PathEnded(reason(Code.BRANCHES))
         for row in found:
             poses, motion = (chain.of_blocks(of) for of in (point.poses, row[:-1].reshape(-1, 3)))
-            fastest = self.joints.fastest(poses, motion)
+            fastest = self.blocks.fastest(poses, motion)
             if fastest > _MOVES:
                 sense = 1.0 if (motion * hint).sum() >= 0 else -1.0
                 return _Stretch(chain, touch, point, sense * self.size / fastest * row)
@@ -242,12 +235,12 @@ class HingingPath:
         poses, point = ahead.poses, ahead.point
         if point.load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO)
-        closed = self.joints.opening_angle(ahead.touch, poses) < -_CLOSED
+        closed = self.blocks.opening_angle(ahead.touch, poses) < -_CLOSED
         if closed.any():
             return _PathEvent(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
-        if over := self.joints.overlap(poses, self.assembly.problem.length_unit):
+        if over := self.blocks.overlap(poses):
             return _PathEvent(Code.BLOCKS_MEET, over)
-        borne = self.forces.solve(ahead.touch, poses, point.load_factor)
+        borne = optimum(self.blocks, ahead.touch, poses, point.load_factor, self.effort)
         if borne is None:
             raise _PathEnded(reason(Code.SOLVER_STOPPED, word="statics"))
         if borne.value > _BORNE:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import shapely
 from matplotlib.lines import Line2D
 
 from masonry_opt.answer.reasons import Code
@@ -16,6 +15,7 @@ from masonry_opt.drawing.elements import Elements, title_of
 from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, style
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.pictures import elements_picture
+from masonry_opt.finite_motion.moved_blocks import moved_geometry
 from masonry_opt.finite_motion.point_forces import placed
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
@@ -64,9 +64,7 @@ def displaced_picture(
     """Draw the blocks where they are in a row of a capacity curve, to scale, with the hinges: poses of all
     blocks, shape (blocks, 3), and the table of joints there."""
     geometry = assembly.geometry
-    corners, block = shapely.get_coordinates(geometry.polygons, return_index=True)
-    polygons = shapely.set_coordinates(geometry.polygons.copy(), placed(corners, poses[block]))
-    displaced = replace(assembly, geometry=replace(geometry, polygons=polygons))
+    displaced = replace(assembly, geometry=moved_geometry(geometry, poses))
     tail, tip, owner = geometry.edges
     own = np.isin(owner, assembly.movable)
     marks = [Marks("rest", "at rest", "line", AT_REST, 0.5, np.stack([tail[own], tip[own]], axis=1))]

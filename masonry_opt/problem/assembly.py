@@ -17,12 +17,10 @@ from masonry_opt.problem.laws import Law
 from masonry_opt.problem.limited_forces import LimitedForce, LimitedForces, struts
 from masonry_opt.problem.loads import loads
 from masonry_opt.problem.problem import Problem
-from masonry_opt.scene.contacts.find import find_joints
+from masonry_opt.scene.contacts.find import find_joints, shapes_of
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.extents import Extents
-from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.shapes import shapes
 
 #: What of a scene matrices depend on, and what loads do beside it; the rest are joint properties and words.
 _OF_GEOMETRY = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
@@ -67,12 +65,12 @@ class Assembly:
     @property
     def joint(self) -> np.ndarray:
         """Index of the joint that each of the problem's joints is part of, rising."""
-        return points.joint_of(self.joints)
+        return self.problem.layout.joint_of(self.joints)
 
     @property
     def pressed(self) -> np.ndarray:
         """Contact points at which each of the problem's joints presses, shape (points, c)."""
-        return points.pressed(self.joints)
+        return self.problem.layout.pressed(self.joints)
 
     @property
     def of_point(self) -> np.ndarray:
@@ -103,18 +101,15 @@ class Assembly:
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6).
 
+    Raises CaseError if a block, joint, edge load or fill of the scene is wrong (see ``geometry``,
+    ``find_joints``, ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or loads differ by more than
+    double precision carries.
+
     Parameters
     ----------
     floating: as of ``find_joints``.
-
-    Raises
-    ------
-    CaseError
-        If a block, joint, edge load or fill of the scene is wrong (see ``geometry``, ``find_joints``,
-        ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or loads differ by
-        more than double precision carries.
     """
-    found = (geometry if scene.dimension == 2 else shapes)(scene)
+    found = shapes_of(scene)
     joints, movable = find_joints(scene, found, floating=floating), _movable(scene)
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
@@ -131,8 +126,9 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
         [*struts(scene, found), *pressures(scene, filled)], found.centroid, movable, length_unit
     )
     loaded = _loaded(scene, found, movable, length_unit, on_edges, filled)
-    law = _law(joints, points.joint_of(joints), scene.thickness, loaded[-1])
-    problem = Problem(points.matrices(joints, found, movable, length_unit), law, *loaded)
+    matrices = points.matrices(joints, found, movable, length_unit)
+    law = _law(joints, matrices.layout.joint_of(joints), scene.thickness, loaded[-1])
+    problem = Problem(matrices, law, *loaded)
     problem = _with_limited(scene, problem, limited)
     return Assembly(problem, scene, found, joints, movable, bare, pieces, filled, limited.each)
 

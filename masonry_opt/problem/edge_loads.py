@@ -69,17 +69,14 @@ def edge_forces(
     A line's load acts on the edges of movable blocks that lie on it within the tolerance, less what joints
     cover of them, with its exact resultant and moment on each.
 
+    Raises CaseError if a load meets no free edge of a movable block; the message says what lies there
+    instead. If its line is shorter than the tolerance.
+
     Returns
     -------
     Force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live", shape
     (blocks, 3), in the scene's units; the length of each load's line that meets no free edge of a movable
     block, where it does nothing; the loaded pieces of edges.
-
-    Raises
-    ------
-    CaseError
-        If a load meets no free edge of a movable block; the message says what lies there instead. If its
-        line is shorter than the tolerance.
     """
     forces = no_loads(shapes)
     if not scene.edge_loads:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.problem.chords import CHORDS
+from masonry_opt.scene.contacts.joints import Joints
 
 #: Kinds of force of a joint: two points and a shear, or a point and two.
 KINDS = 3
@@ -16,35 +18,70 @@ KINDS = 3
 
 @dataclass(frozen=True)
 class Layout:
-    """Rows of a block, points of a joint, and senses of sliding.
+    """What differs between the plane, of which this is, and space: rows of a block, points of a joint, and
+    senses of sliding.
 
     Attributes
     ----------
+    senses: shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two
+        opposites, in space directions all round, at equal angles, the first half of one from the tangent.
+    factor: share of the shear limit that holds in each sense.
     dimension: components of a force, on a block or in a joint.
     rows: rows of a block in B: ``dimension`` forces, then moments about its centroid.
     points: points at which a joint presses. Its kinds of force in q are a normal force at each, then
         ``dimension`` − 1 shears: three in all.
-    senses: shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two
-        opposites, in space directions all round, at equal angles, the first half of one from the tangent.
-    factor: share of the shear limit that holds in each sense.
+    round: whether the senses are sides inside a cone.
+    called: what results call the problem's joints.
     """
 
-    dimension: int
-    rows: int
-    points: int
     senses: np.ndarray
-    factor: float
+    factor: float = 1.0
+
+    dimension: ClassVar[int] = 2
+    rows: ClassVar[int] = 3
+    points: ClassVar[int] = 2
+    round: ClassVar[bool] = False
+    called: ClassVar[str] = "joints"
 
     @property
-    def round(self) -> bool:
-        """Whether the senses are sides inside a cone."""
-        return self.dimension == 3
+    def word(self) -> str:
+        """What results call the senses; nothing in the plane, where there are no others."""
+        return ""
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
-        """Rates, shape (senses, k), of the senses that together slip so, shape (dimension − 1, k): of the one
-        or two next to its direction."""
-        if self.dimension == 2:
-            return np.maximum(-self.senses @ slip, 0.0)
+        """Rates, shape (senses, k), of the senses that together slip so, shape (dimension − 1, k)."""
+        return np.maximum(-self.senses @ slip, 0.0)
+
+    def norm(self, load: np.ndarray) -> float:
+        """Sum over the components of a load, shape (b, rows)."""
+        return float(np.abs(load).sum())
+
+    def joint_of(self, joints: Joints) -> np.ndarray:
+        """Joint of a scene that each of the problem's joints is part of, rising: itself."""
+        return np.arange(len(joints.first))
+
+    def pressed(self, joints: Joints) -> np.ndarray:
+        """Contact points at which each of the problem's joints presses, shape (points, c): its start and its
+        end, the same where a corner stands on an edge."""
+        return np.stack([joints.first_point, joints.last_point])
+
+
+class SpaceLayout(Layout):
+    """The same of space: three forces and three moments of a block; n and two shears at a contact point."""
+
+    dimension = 3
+    rows = 6
+    points = 1
+    round = True
+    called = "contacts"
+
+    @property
+    def word(self) -> str:
+        """What results call the senses."""
+        return f"polygon of {len(self.senses)} sides"
+
+    def rates(self, slip: np.ndarray) -> np.ndarray:
+        """As in the plane: of the one or two senses next to the direction of slip."""
         sides, each = len(self.senses), np.arange(slip.shape[1])
         angle = 2 * np.pi / sides
         turned = np.arctan2(-slip[1], -slip[0]) / angle - 0.5
@@ -55,20 +92,33 @@ class Layout:
         rates[(before.astype(int) + 1) % sides, each] = speed * np.sin(past)
         return rates
 
+    def norm(self, load: np.ndarray) -> float:
+        """Sum over the sizes of forces and of moments, which no axes change."""
+        forces, moments = (np.hypot.reduce(of, axis=1) for of in np.hsplit(load, 2))
+        return float((forces + moments).sum())
+
+    def joint_of(self, joints: Joints) -> np.ndarray:
+        """As in the plane: that of a contact point."""
+        return joints.joint
+
+    def pressed(self, joints: Joints) -> np.ndarray:
+        """As in the plane: each contact point by itself."""
+        return np.arange(len(joints.joint))[None]
+
 
 #: Forces in x and y and one moment; n at both ends of a joint, about which it turns, and one shear.
-PLANE = Layout(2, 3, points=2, senses=np.array([[1.0], [-1.0]]), factor=1.0)
+PLANE = Layout(np.array([[1.0], [-1.0]]))
 
 
 def space(sides: int) -> Layout:
-    """Layout of space: three forces and three moments of a block; n and two shears at a contact point; so
-    many sides of a polygon inside the cone of friction, each ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``.
+    """Layout of space with so many sides of a polygon inside the cone of friction, each
+    ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``.
 
     A corner of the polygon lies along the tangent, and where 4 divides their number along each axis: along
     these the polygon holds as much as the cone."""
     angles = 2 * np.pi / sides * (np.arange(sides) + 0.5)
     senses = np.column_stack([np.cos(angles), np.sin(angles)])
-    return Layout(3, 6, points=1, senses=senses, factor=float(np.cos(np.pi / sides)))
+    return SpaceLayout(senses, float(np.cos(np.pi / sides)))
 
 
 class Faces:

@@ -69,10 +69,7 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     """The pieces of edges that fills of a scene touch, on fixed blocks too: the uppermost edges below the
     road, and beside an edge that stands higher than the next its upright face.
 
-    Raises
-    ------
-    CaseError
-        If a fill touches no movable block, and as :func:`profile_of` does.
+    Raises CaseError if a fill touches no movable block, and as :func:`profile_of` does.
     """
     found: list[FilledPiece] = []
     for number in range(len(scene.fills)):

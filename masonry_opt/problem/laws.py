@@ -39,7 +39,7 @@ class Sides(_Limited):
     @property
     def word(self) -> str:
         """What a result calls it; nothing in the plane, where there is no other."""
-        return f"polygon of {len(self.layout.senses)} sides" if self.layout.round else ""
+        return self.layout.word
 
     def slacks(self, z: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
         """Slacks of the senses, shape (senses, k), given those of their rows, and normal forces (k,) and

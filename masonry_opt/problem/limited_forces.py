@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.errors import CaseError
-from masonry_opt.problem.loads import moment_of
+from masonry_opt.problem.loads import moment_of, moments_in
 from masonry_opt.scene.extents import Extents
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.ties import GROUND, Tie
@@ -97,15 +97,15 @@ class LimitedForces:
         movable: indices into the scene's blocks, shape (b,).
         """
         dimension = centroid.shape[1]
-        rows = dimension + (1 if dimension == 2 else 3)
+        rows = dimension + moments_in(dimension)
         row_of = {int(block): rows * row for row, block in enumerate(movable)}
         columns = sp.lil_array((rows * len(movable), len(each)))
         for number, force in enumerate(each):
             for action in force.actions:
                 if action.block in row_of:
                     arm = action.point - centroid[action.block]
-                    moment = np.atleast_1d(moment_of(arm[None], action.force[None])[0])
-                    moment = moment + (0.0 if action.couple is None else action.couple)
+                    couple = 0.0 if action.couple is None else action.couple
+                    moment = moment_of(arm[None], action.force[None])[0] + couple
                     at = row_of[action.block]
                     acts = np.append(action.force, moment / length_unit)
                     for row in np.flatnonzero(acts).tolist():

@@ -2,49 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple
 
 import numpy as np
 
+from masonry_opt.scene.extents import Extents
 from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.scene import Scene
 
-#: Two numbers in the plane, three in space.
-_Vector = tuple[float, ...]
 
-#: Row of the block, force, and point where it acts (None: the centroid).
-_Force = tuple[int, _Vector, _Vector | None]
+class _Given(NamedTuple):
+    """A force: row of its block, where it acts (None: the centroid), and the mass that pushes there in an
+    earthquake (None: what of the force is along gravity)."""
 
-#: The same, and the mass that pushes there in an earthquake (None: what of the force is along gravity).
-_Given = tuple[int, _Vector, _Vector | None, float | None]
-
-
-class Shapes(Protocol):
-    """What loads need to know of the blocks' shapes, in the plane and in space (dim is 2 or 3).
-
-    Attributes
-    ----------
-    origin: shape (dim,).
-    centroid: of each block, relative to ``origin``, shape (blocks, dim).
-    size: of each block, what a ``unit_weight`` refers to: its area, that of a thickness of 1, or its volume,
-        shape (blocks,).
-    """
-
-    @property
-    def origin(self) -> np.ndarray: ...
-    @property
-    def centroid(self) -> np.ndarray: ...
-    @property
-    def size(self) -> np.ndarray: ...
+    row: int
+    force: np.ndarray
+    at: Sequence[float] | None
+    mass: float | None
 
 
-def no_loads(shapes: Shapes) -> dict[str, np.ndarray]:
+def no_loads(shapes: Extents) -> dict[str, np.ndarray]:
     """Zeros for force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live",
     shape (blocks, 3), in space (blocks, 6)."""
     blocks, dimension = shapes.centroid.shape
-    return {kind: np.zeros((blocks, 3 * (dimension - 1))) for kind in ("dead", "live")}
+    return {kind: np.zeros((blocks, dimension + moments_in(dimension))) for kind in ("dead", "live")}
 
 
 @dataclass(frozen=True)
@@ -74,10 +57,16 @@ class Forces:
 
 
 def moment_of(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Moments of forces with these arms, shape (f, dim) each: shape (f,), in space (f, 3)."""
-    if arm.shape[1] == 3:
-        return np.cross(arm, force)
-    return arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+    """Moments of forces with these arms, shape (f, dim) each: shape (f, 1), in space (f, 3)."""
+    dimension = arm.shape[1]
+    arm, force = (np.pad(of, ((0, 0), (0, 3 - dimension))) for of in (arm, force))
+    moment: np.ndarray = np.cross(arm, force)[:, -moments_in(dimension) :]
+    return moment
+
+
+def moments_in(dimension: int) -> int:
+    """Components of a moment: one for each pair of axes."""
+    return dimension * (dimension - 1) // 2
 
 
 @dataclass(frozen=True)
@@ -91,95 +80,84 @@ class Loads:
     live: Forces
 
 
-def weights(scene: Scene, shapes: Shapes, movable: np.ndarray) -> np.ndarray:
+def weights(scene: Scene, shapes: Extents, movable: np.ndarray) -> np.ndarray:
     """Weights of the blocks with these indices, shape (b,)."""
     instead = {load.block: load.weight for load in scene.loads if load.weight is not None}
     blocks = [scene.blocks[index] for index in movable]
+    sizes = shapes.size[movable] * scene.thickness
     return np.array(
-        [
-            instead.get(block.name, block.weight_of(size * scene.thickness))
-            for block, size in zip(blocks, shapes.size[movable], strict=True)
-        ]
+        [instead.get(block.name, block.weight_of(size)) for block, size in zip(blocks, sizes, strict=True)]
     )
 
 
-def loads(scene: Scene, shapes: Shapes, movable: np.ndarray) -> Loads:
+def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
     """The loads of the blocks with these indices."""
     blocks = [scene.blocks[index] for index in movable]
     row_of = {block.name: row for row, block in enumerate(blocks)}
-    weight, down, quake = weights(scene, shapes, movable).tolist(), scene.down, scene.shaken_by
+    weight, down, quake = weights(scene, shapes, movable), scene.down, scene.shaken_by
     # The mass of forces that are no weights, where none is given.
     unsaid = None if quake is None or quake.dead_as_mass else 0.0
 
-    def of_weights(times: Iterable[_Vector], mass: float | None = None) -> list[_Given]:
-        each = zip(blocks, weight, times, strict=True)
-        return [
-            (row, tuple(part * own for part in parts), block.weight_at, mass)
-            for row, (block, own, parts) in enumerate(each)
-        ]
+    def of_weights(times: Sequence[Sequence[float] | np.ndarray], mass: float | None = None) -> list[_Given]:
+        each = zip(blocks, weight[:, None] * np.array(times), strict=True)
+        return [_Given(row, force, block.weight_at, mass) for row, (block, force) in enumerate(each)]
 
     # By what they are given as, and their group.
-    given: dict[tuple[str, str | None], list[_Given]] = {
-        ("weight", None): of_weights([tuple(down.tolist())] * len(blocks))
-    }
+    given = {("weight", None): of_weights([down] * len(blocks))}
     for kind in ("dead", "live"):
-        own = enumerate((getattr(block, kind), getattr(block, f"{kind}_at")) for block in blocks)
-        given[kind, None] = [(row, force, at, unsaid) for row, (force, at) in own]
+        own = enumerate((np.array(getattr(block, kind)), getattr(block, f"{kind}_at")) for block in blocks)
+        given[kind, None] = [_Given(row, force, at, unsaid) for row, (force, at) in own]
     for load in scene.loads:
         told = unsaid if load.mass is None else load.mass
         acted = {kind: force for kind in ("dead", "live") if (force := getattr(load, kind)) is not None}
-        for kind, force in (acted or {"dead": (0.0,) * len(down)}).items():
-            given.setdefault((kind, load.group), []).append((row_of[load.block], force, load.at, told))
+        for kind, force in (acted or {"dead": 0.0 * down}).items():
+            own = given.setdefault((kind, load.group), [])
+            own.append(_Given(row_of[load.block], np.array(force), load.at, told))
             told = None if told is None else 0.0  # of two forces the dead one has it
     given["live", None] += of_weights([block.live_per_weight for block in blocks], unsaid)
 
-    def acting(kind: Kind, among: Iterable[tuple[str, str | None]]) -> list[_Force]:
+    def acting(kind: Kind, among: Iterable[tuple[str, str | None]]) -> list[_Given]:
         return [
-            (row, tuple(factor * part for part in force), at)
+            one._replace(force=factor * one.force)
             for group in among
             if (factor := scene.factor(kind, *group))
-            for row, force, at, _ in given[group]
+            for one in given[group]
         ]
 
     def couples(kind: Kind) -> np.ndarray:
-        if scene.dimension == 2:
-            return np.zeros((len(blocks), 1))
-        total = np.zeros((len(blocks), 3))
+        none = (0.0,) * moments_in(len(down))
+        total = np.zeros((len(blocks), len(none)))
         for given_as in ("dead", "live"):
             key = f"{given_as}_moment"
-            moments = np.array([getattr(block, key, (0.0, 0.0, 0.0)) for block in blocks])
-            total += scene.factor(kind, given_as) * moments
+            own = np.array([getattr(block, key, none) for block in blocks])
+            total += scene.factor(kind, given_as) * own
             for load in scene.loads:
                 factor = scene.factor(kind, given_as, load.group)
-                total[row_of[load.block]] += factor * np.array(getattr(load, key) or (0.0, 0.0, 0.0))
+                total[row_of[load.block]] += factor * np.array(getattr(load, key) or none)
         return total
 
-    def forces(listed: list[_Force], couple: np.ndarray) -> Forces:
-        acting = [(row, force, at) for row, force, at in listed if any(force)]
-        row = np.array([row for row, _, _ in acting], dtype=int)
+    def forces(listed: list[_Given], couple: np.ndarray) -> Forces:
+        acting = [one for one in listed if one.force.any()]
+        row = np.array([one.row for one in acting], dtype=int)
         point = shapes.centroid[movable[row]]
-        for number, (_, _, at) in enumerate(acting):
-            if at is not None:
-                point[number] = np.array(at) - shapes.origin
-        force = np.array([force for _, force, _ in acting], dtype=float).reshape(point.shape)
+        for number, one in enumerate(acting):
+            if one.at is not None:
+                point[number] = np.array(one.at) - shapes.origin
+        force = np.array([one.force for one in acting], dtype=float).reshape(point.shape)
         return Forces(row, force, point, couple)
 
     live = acting("live", given)
     if (sideways := scene.tilt_direction) is not None:
-        tilted = of_weights([tuple(sideways.tolist())] * len(blocks))
-        live = [(row, force, at) for row, force, at, _ in tilted]
+        live = of_weights([sideways] * len(blocks))
     if (shaking := scene.shaking) is not None:
         live += [
-            (row, tuple((mass * shaking).tolist()), at)
+            one._replace(force=mass * shaking)
             for group, entries in given.items()
             if (factor := scene.factor("dead", *group))
-            for row, force, at, told in entries
-            if (mass := max(0.0, factor * (float(down @ force) if told is None else told)))
+            for one in entries
+            if (mass := max(0.0, factor * (float(down @ one.force) if one.mass is None else one.mass)))
         ]
     weighing = acting("dead", [("weight", None)])
     dead = acting("dead", [group for group in given if group[0] != "weight"])
-    return Loads(
-        forces(weighing, np.zeros_like(couples("dead"))),
-        forces(dead, couples("dead")),
-        forces(live, couples("live")),
-    )
+    none = np.zeros((len(blocks), moments_in(len(down))))
+    return Loads(forces(weighing, none), forces(dead, couples("dead")), forces(live, couples("live")))

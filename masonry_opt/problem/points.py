@@ -15,18 +15,8 @@ from masonry_opt.scene.extents import Extents
 #: lower than by cones, loads to expect as much. (With 12 sides 1 %, with 16 .5 %; steps are as many.)
 SIDES = 24
 
-
-def joint_of(joints: Joints) -> np.ndarray:
-    """Joint that each of the problem's joints is part of: itself, in space that of a contact point."""
-    return np.arange(len(joints.first)) if joints.normal.shape[1] == 2 else joints.joint
-
-
-def pressed(joints: Joints) -> np.ndarray:
-    """Contact points at which each of the problem's joints presses, shape (2, c): its start and its end, the
-    same where a corner stands on an edge; in space, (1, c), itself."""
-    if joints.normal.shape[1] == 2:
-        return np.stack([joints.first_point, joints.last_point])
-    return np.arange(len(joints.joint))[None]
+#: Layouts by dimension.
+_LAYOUTS = {2: lambda: PLANE, 3: lambda: space(SIDES)}
 
 
 def matrices(joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: float) -> Matrices:
@@ -39,12 +29,10 @@ def matrices(joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: 
     ----------
     movable: indices into the scene's blocks, shape (b,).
     """
-    joint, at = joint_of(joints), joints.point[pressed(joints)]
-    count, dimension = len(joint), joints.normal.shape[1]
-    normal, tangent = joints.normal[joint], joints.tangent[joint]
-    tangents = [tangent] if dimension == 2 else [tangent, np.cross(normal, tangent)]
+    layout = _LAYOUTS[joints.point.shape[1]]()
+    joint, at = layout.joint_of(joints), joints.point[layout.pressed(joints)]
+    count, (normal, *tangents) = len(joint), joints.axes[:, joint]
     forces = [*((place, normal) for place in at), *((at.mean(axis=0), along) for along in tangents)]
-    of_block = 3 * (dimension - 1)
     row_of = np.full(len(shapes.size), -1)
     row_of[movable] = np.arange(len(movable))
     rows, columns, values = [], [], []
@@ -53,17 +41,17 @@ def matrices(joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: 
         for kind, (place, force) in enumerate(forces):
             arm = (place - shapes.centroid[block]) / length_unit
             entries = sign * np.column_stack([force, moment_of(arm, force)])
-            rows.append(of_block * row_of[block][:, None] + np.arange(of_block))
+            rows.append(layout.rows * row_of[block][:, None] + np.arange(layout.rows))
             columns.append(np.broadcast_to((kind * count + np.arange(count))[:, None], entries.shape))
             values.append(entries)
     row, column, value = (np.concatenate(parts).ravel() for parts in (rows, columns, values))
     # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.
     kept = (row >= 0) & (value != 0)
-    B = sp.csr_array((value[kept], (row[kept], column[kept])), shape=(of_block * len(movable), KINDS * count))
+    shape = layout.rows * len(movable), KINDS * count
+    B = sp.csr_array((value[kept], (row[kept], column[kept])), shape=shape)
     share = shares(joints, joint)
     usual = float(np.median(share[share > 0])) if share.any() else 1.0
-    extent = np.where(share > 0, share / usual, 1.0)
-    return Matrices(B, extent, length_unit, PLANE if dimension == 2 else space(SIDES))
+    return Matrices(B, np.where(share > 0, share / usual, 1.0), length_unit, layout)
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:

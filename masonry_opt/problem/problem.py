@@ -140,10 +140,7 @@ class Problem:
     def live_norm(self) -> float:
         """Σ|f_L|, by which objective and velocities are scaled (so that velocities are near 1): in the plane
         over components, in space over the sizes of forces and of moments, which no axes change."""
-        if self.layout.round:
-            turning = np.hypot.reduce(self.moments(self.live), axis=1)
-            return float((self.force_sizes(self.live) + turning).sum())
-        return float(np.abs(self.live).sum())
+        return self.layout.norm(self.by_block(self.live))
 
     def forces(self, load: np.ndarray) -> np.ndarray:
         """Forces, or velocities, of the blocks, shape (b, 2), in a load or motion, shape (3b,); in space

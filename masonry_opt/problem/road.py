@@ -21,6 +21,8 @@ class Road:
     that spreads loads it acts on the line of that fill's road, and fans out below. On a fixed block, over
     nothing, and beyond the ends of the road it does nothing.
 
+    Raises CaseError if the road runs through a block, or no movable block lies under it.
+
     Parameters
     ----------
     line: points of the road from left to right, ``(x, y)`` in the scene's coordinates.
@@ -31,11 +33,6 @@ class Road:
     line: the same, shape (points, 2).
     ends: abscissae of its two ends.
     breaks: abscissae at which forces on blocks may jump as a load moves, the ends among them, rising.
-
-    Raises
-    ------
-    CaseError
-        If the road runs through a block, or no movable block lies under it.
     """
 
     def __init__(

@@ -1,16 +1,322 @@
-"""The ``[arch]`` generator: voussoirs of a circular or pointed arch, between fixed abutments or on blocks."""
+"""The ring of an arch, of which ``[arch]`` and ``[barrel]`` are built, its stones, and the ``[arch]``."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Iterator
-from typing import Annotated
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field, Strict
 
-from masonry_opt.scene.arch_ring import ArchRing
-from masonry_opt.scene.blocks import Block, Point, Record
-from masonry_opt.scene.generator import Generator
+from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
+from masonry_opt.scene.generator import AnyGenerator, Generator
+
+#: Relative excess of the rise over half the span that is rounding: the arch is a semicircle.
+_ROUNDING = 1e-9
+
+#: What of a voussoir weighs: the sector between two arcs, its centreline, or the polygon drawn.
+Weights = Literal["sector", "centreline", "straight"]
+
+
+@dataclass(frozen=True)
+class _Voussoir:
+    """Corners of a voussoir (inner and outer at its first joint, outer and inner at its second), the area
+    that weighs, where the weight acts, and the middle of its outer edge."""
+
+    corners: tuple[Point, ...]
+    area: float
+    weight_at: Point
+    back: Point
+
+    def moved(self, x: float, y: float) -> _Voussoir:
+        return self._mapped(lambda p: (p[0] + x, p[1] + y))
+
+    def mirrored(self) -> _Voussoir:
+        """The same on the other side of x = 0, its joints still in the order of the arch."""
+        other = self._mapped(lambda p: (-p[0], p[1]))
+        return replace(other, corners=other.corners[::-1])
+
+    def _mapped(self, point: Callable[[Point], Point]) -> _Voussoir:
+        corners = tuple(map(point, self.corners))
+        return _Voussoir(corners, self.area, point(self.weight_at), point(self.back))
+
+
+class Stone(NamedTuple):
+    """A stone of a ring, seen from its origin: name, corners, area that weighs (None of a support), and of a
+    voussoir where the weight acts and the middle of its outer edge."""
+
+    name: str
+    corners: list[Point]
+    area: float | None
+    weight_at: Point | None = None
+    back: Point | None = None
+
+
+class ArchRing(AnyGenerator):
+    """Equal voussoirs with radial joints, each end on a fixed abutment: a generator in the plane or in space.
+
+    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. Of the latter it is a
+    segment of a circle (``rise`` below half the span), a semicircle (at half the span), or pointed (above):
+    two arcs with centres on the springing line, of radius (span²/4 + rise²)/span within, that meet in an
+    upright joint at the crown.
+
+    Raises CaseError if the measures make no arch.
+
+    Parameters
+    ----------
+    radius:
+        Of the centreline; the centre is the origin.
+    angles:
+        Where the arch begins and ends, in degrees, counter-clockwise from the x axis. ``[180, 0]`` is a
+        semicircle whose voussoirs are counted from the left.
+    span, rise:
+        Of the intrados, above the line between its springing points. _Voussoirs are counted from the left;
+        those of a pointed arch are even in number.
+    thickness:
+        Radial, less than twice the radius.
+    voussoirs:
+        How many.
+    unit_weight:
+        Weight per unit area (where the scene has a ``thickness``: per unit volume).
+    weights:
+        "sector": the weight between two arcs, at its centroid. "centreline": the weight of an annular
+        sector, spread along the centreline, as in many closed forms. "straight": that of the polygon
+        with straight edges. The polygon is what is drawn in any case.
+    skewbacks:
+        Width of a block at either end, from the arch's sloping foot down to a level bed at the height of the
+        foot's inner end and out to an upright back, of the arch's unit weight: for a segmental arch on
+        columns.
+    abutments:
+        Whether a fixed abutment is built at either end, under the skewbacks where there are any. Without
+        them the arch stands on other blocks.
+    name:
+        See :class:`~masonry_opt.scene.generator.AnyGenerator`.
+    """
+
+    radius: Positive | None = None
+    angles: tuple[Number, Number] | None = None
+    span: Positive | None = None
+    rise: Positive | None = None
+    thickness: Positive
+    voussoirs: Annotated[int, Strict(), Field(ge=1)]
+    unit_weight: NonNegative
+    weights: Weights = "sector"
+    skewbacks: Positive | None = None
+    abutments: YesNo = True
+
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
+        by_angles, by_rise = (self.radius, self.angles), (self.span, self.rise)
+        if (None in by_angles and None in by_rise) or (any(by_angles) and any(by_rise)):
+            yield "give 'radius' and 'angles', or 'span' and 'rise'"
+            return
+        swept = math.degrees(self._swept)
+        if not 0 < swept < 360:
+            yield f"'angles' sweep {swept:g}°: must be more than 0° and less than 360°"
+        elif not swept < 180 * self.voussoirs:
+            yield f"a voussoir of {swept / self.voussoirs:g}° is no wedge: raise 'voussoirs'"
+        if self._is_pointed and self.voussoirs % 2:
+            yield (
+                "'rise' is more than half of 'span': a pointed arch has an even number of 'voussoirs' "
+                f"(found {self.voussoirs})"
+            )
+        if not self.thickness < 2 * self._radius:
+            yield (
+                f"'thickness' must be less than twice the radius {self._radius:g} (found {self.thickness:g})"
+            )
+        yield from self._wrong_skewbacks()
+
+    def _wrong_skewbacks(self) -> Iterator[str]:
+        if self.skewbacks is None:
+            return
+        for angle, turn in self._ends:
+            foot, up = self.thickness * -turn * math.cos(angle), math.sin(angle)
+            if up <= _ROUNDING or foot < -_ROUNDING * self.thickness:
+                yield "'skewbacks' go with feet that slope, rising outwards; level ones stand as they are"
+                return
+            if self.skewbacks < foot * (1 - _ROUNDING):
+                yield f"'skewbacks' are narrower than the arch's foot, {foot:g} (found {self.skewbacks:g})"
+                return
+
+    @property
+    def size(self) -> int:
+        """Number of voussoirs."""
+        return self.voussoirs
+
+    @property
+    def _is_pointed(self) -> bool:
+        return bool(self.span and self.rise and self.rise > self.span / 2 * (1 + _ROUNDING))
+
+    @property
+    def _circle(self) -> tuple[float, float]:
+        """Half the span and the radius of the intrados, of an arch by span and rise: of the circle through
+        springings and crown, or of arcs round points of the springing line."""
+        assert self.span is not None
+        assert self.rise is not None
+        half = self.span / 2
+        return half, (half**2 + self.rise**2) / (self.span if self._is_pointed else 2 * self.rise)
+
+    @property
+    def _radius(self) -> float:
+        """Radius of the centreline."""
+        return self._circle[1] + self.thickness / 2 if self.radius is None else self.radius
+
+    @property
+    def _springings(self) -> tuple[float, float]:
+        """Directions of the first and the last joint from their centres of curvature, in radians."""
+        if self.angles is not None:
+            return math.radians(self.angles[0]), math.radians(self.angles[1])
+        if self._is_pointed:
+            return math.pi, 0.0
+        half, radius = self._circle
+        angle = math.asin(min(half / radius, 1.0))
+        return math.pi / 2 + angle, math.pi / 2 - angle
+
+    @property
+    def _ends(self) -> list[tuple[float, float]]:
+        """Direction of the first and the last joint, and 1 if counter-clockwise is beyond it, else -1."""
+        first, last = self._springings
+        onwards = math.copysign(1.0, last - first)
+        return [(first, -onwards), (last, onwards)]
+
+    @property
+    def _swept(self) -> float:
+        """Angle from the first to the last joint, in radians; of a pointed arch that of both arcs."""
+        if self._is_pointed:
+            half, radius = self._circle
+            return 2 * math.acos(1 - half / radius)
+        if self.angles is not None:
+            return math.radians(abs(self.angles[1] - self.angles[0]))
+        return self._springings[0] - self._springings[1]
+
+    def _stones(self) -> Iterator[Stone]:
+        """The voussoirs ``v1``, ``v2``, ..., then ``skewback 1`` and ``skewback 2``, then ``abutment 1`` and
+        ``abutment 2``."""
+        shapes = self._voussoirs()
+        for number, shape in enumerate(shapes, start=1):
+            yield Stone(f"v{number}", list(shape.corners), shape.area, shape.weight_at, shape.back)
+        first, last, (begin, end) = shapes[0].corners, shapes[-1].corners, self._ends
+        feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
+        if self.skewbacks is not None:
+            for number, (inner, outer, _, turn) in enumerate(feet, start=1):
+                # Between the foot, a level bed and an upright back.
+                back = inner[0] - turn * self.skewbacks
+                area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
+                corners = [inner, outer, (back, outer[1]), (back, inner[1])]
+                yield Stone(f"skewback {number}", corners, area)
+        if self.abutments:
+            for number, foot in enumerate(feet, start=1):
+                yield Stone(f"abutment {number}", self._abutment(*foot), None)
+
+    def _voussoirs(self) -> list[_Voussoir]:
+        (first, last), count, angle = self._springings, self.voussoirs, self._swept / self.voussoirs
+        if not self._is_pointed:
+            joints = [first + (last - first) * k / count for k in range(count + 1)]
+            shapes = self._wedges(joints, angle)
+            if self.rise is None:
+                return shapes
+            return [shape.moved(0.0, self.rise - self._circle[1]) for shape in shapes]
+        # The left arc, whose centre lies right of the middle, and its mirror image.
+        half, radius = self._circle
+        centre, joints = radius - half, [math.pi - angle * k for k in range(count // 2)]
+        left = self._wedges(joints, angle)
+        left.append(_half_key(radius, self.thickness, joints[-1], -centre, self.weights))
+        left = [shape.moved(centre, 0.0) for shape in left]
+        return [*left, *(shape.mirrored() for shape in reversed(left))]
+
+    def _wedges(self, joints: list[float], angle: float) -> list[_Voussoir]:
+        shape = self._radius, self.thickness
+        return [_wedge(*shape, pair, angle, self.weights) for pair in pairwise(joints)]
+
+    def _abutment(self, inner: Point, outer: Point, angle: float, turn: float) -> list[Point]:
+        """A square on the far side of the springing, or a rectangle under the skewback."""
+        if self.skewbacks is not None:
+            left, right = sorted((inner[0], inner[0] - turn * self.skewbacks))
+            return rectangle(left, right, inner[1] - self.thickness, inner[1])
+        x, y = -turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle)
+        return [inner, outer, (outer[0] + x, outer[1] + y), (inner[0] + x, inner[1] + y)]
+
+
+def _wedge(
+    radius: float, thickness: float, joints: tuple[float, float], angle: float, weights: Weights
+) -> _Voussoir:
+    """A voussoir between two radial joints of a ring round the origin.
+
+    Parameters
+    ----------
+    radius, thickness: of the centreline, and radial.
+    joints: their directions, in radians.
+    angle: between them, positive.
+    weights: what weighs.
+    """
+    inner, outer = radius - thickness / 2, radius + thickness / 2
+    (begin, end), middle = joints, sum(joints) / 2
+    # Mean distance of an annulus's area from its centre, times what the angle leaves of it:
+    # 2/3 (outer³ - inner³) / (outer² - inner²), divided out, as thin rings lose digits in it.
+    mean = radius + thickness**2 / (12 * radius)
+    arc = 2 * math.sin(angle / 2) / angle
+    area, centroid = {
+        "sector": (angle * radius * thickness, mean * arc),
+        "centreline": (angle * radius * thickness, radius * arc),
+        "straight": (math.sin(angle) * radius * thickness, mean * math.cos(angle / 2)),
+    }[weights]
+    return _Voussoir(
+        (_polar(inner, begin), _polar(outer, begin), _polar(outer, end), _polar(inner, end)),
+        area,
+        _polar(centroid, middle),
+        _polar(outer * math.cos(angle / 2), middle),
+    )
+
+
+def _half_key(inner: float, thickness: float, begin: float, plumb: float, weights: Weights) -> _Voussoir:
+    """The last voussoir of the left arc of a pointed arch, whose second joint is upright.
+
+    Parameters
+    ----------
+    inner, thickness: radius of the arc's inner edge, and radial; its centre is the origin.
+    begin: direction of the radial joint, in radians, more than that of the crown.
+    plumb: x of the upright joint, less than 0.
+    weights: what weighs.
+    """
+    radius, outer = inner + thickness / 2, inner + thickness
+    crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}
+    ends = ((inner, begin), (outer, begin), (outer, crown[outer]), (inner, crown[inner]))
+    corners = tuple(_polar(*end) for end in ends)
+    back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
+    if weights == "centreline":
+        angle = begin - crown[radius]
+        distance = radius * 2 * math.sin(angle / 2) / angle
+        return _Voussoir(corners, angle * radius * thickness, _polar(distance, begin - angle / 2), back)
+    area, moment_x, moment_y = _polygon(corners)
+    if weights == "sector":
+        # The arcs bulge: beyond the outer edge there is more, beyond the inner one less.
+        for distance, sign in ((outer, 1.0), (inner, -1.0)):
+            angle = begin - crown[distance]
+            # Area of a circular segment, and 2/3 r³ sin³, its moment about the centre.
+            moment = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
+            area += sign * distance**2 * (angle - math.sin(angle)) / 2
+            moment_x += moment * math.cos(begin - angle / 2)
+            moment_y += moment * math.sin(begin - angle / 2)
+    # Without any area it is refused, with what wants one.
+    return _Voussoir(corners, area, (moment_x / area, moment_y / area) if area else back, back)
+
+
+def _polygon(corners: tuple[Point, ...]) -> tuple[float, float, float]:
+    """Area of a polygon, and its first moments ∫ x and ∫ y; corners clockwise."""
+    area = moment_x = moment_y = 0.0
+    for (x0, y0), (x1, y1) in pairwise((*corners, corners[0])):
+        cross = x1 * y0 - x0 * y1
+        area += cross / 2
+        moment_x += cross * (x0 + x1) / 6
+        moment_y += cross * (y0 + y1) / 6
+    return area, moment_x, moment_y
+
+
+def _polar(radius: float, angle: float) -> Point:
+    return radius * math.cos(angle), radius * math.sin(angle)
 
 
 class PointLoad(Record):
@@ -31,20 +337,17 @@ class PointLoad(Record):
 class Arch(ArchRing, Generator):
     """An arch in the plane.
 
+    Raises CaseError if the measures make no arch, or a point load names no voussoir.
+
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight:
-        Of its ring: see :class:`~masonry_opt.scene.arch_ring.ArchRing`.
+        Of its ring: see :class:`~masonry_opt.scene.arch.ArchRing`.
     point_loads:
         Live forces on single voussoirs (:class:`PointLoad`).
     name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`; the origin is the centre of ``radius``, or the
         middle of the line between the springing points of ``span``, at the inner ends of the feet.
-
-    Raises
-    ------
-    CaseError
-        If the measures make no arch, or a point load names no voussoir.
     """
 
     point_loads: list[PointLoad] = []

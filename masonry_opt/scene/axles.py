@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
+from typing import Literal, NamedTuple
 
 from masonry_opt.scene.blocks import Name, Positive, Record, RoadLine
 
@@ -53,6 +52,9 @@ SETS = {
 class Axles(Record):
     """A group of axles that moves along a road over a scene in the plane: see :func:`~masonry_opt.crossing`.
 
+    Raises CaseError if loads are missing or not positive, distances are not one fewer, a set is unknown or
+    given beside them, or the road does not run from left to right.
+
     Parameters
     ----------
     name:
@@ -70,12 +72,6 @@ class Axles(Record):
     travels:
         "right", "left" or "both" (the default), of which one is enough for a group that is the same from
         behind.
-
-    Raises
-    ------
-    CaseError
-        If loads are missing or not positive, distances are not one fewer, a set is unknown or given beside
-        them, or the road does not run from left to right.
     """
 
     name: Name
@@ -86,21 +82,19 @@ class Axles(Record):
     road: RoadLine | None = None
     travels: Literal["right", "left", "both"] = "both"
 
-    @model_validator(mode="after")
-    def _is_one_group(self) -> Self:
+    def _mistakes(self) -> Iterator[str]:
         if self.set is not None:
             if self.loads or self.distances:
-                raise ValueError("give 'set', or 'loads' and 'distances', not both")
+                yield "give 'set', or 'loads' and 'distances', not both"
             if self.set not in SETS:
-                raise ValueError(f"'set' \"{self.set}\" is unknown; known: {', '.join(SETS)}")
+                yield f"'set' \"{self.set}\" is unknown; known: {', '.join(SETS)}"
         elif not self.loads:
-            raise ValueError("has no axle: give 'loads' and 'distances', or a 'set' by its name")
+            yield "has no axle: give 'loads' and 'distances', or a 'set' by its name"
         elif len(self.distances) != len(self.loads) - 1:
-            raise ValueError(
+            yield (
                 f"'distances' are those between the axles, one fewer than 'loads': {len(self.loads)} loads "
                 f"need {len(self.loads) - 1}, has {len(self.distances)}"
             )
-        return self
 
     @property
     def group(self) -> AxleSet:

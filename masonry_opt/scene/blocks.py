@@ -4,8 +4,8 @@ case file alike, so that both refuse the same keys and values."""
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -99,16 +99,27 @@ class _RecordType(_ModelType):
 class Record(BaseModel, metaclass=_RecordType):
     """A frozen record that refuses unknown keys and finds aliases by either name.
 
-    Raises
-    ------
-    CaseError
-        If it is called with values that are wrong; the message names the class, the key and the remedy.
+    Raises CaseError if it is called with values that are wrong; the message names the class, the key and the
+    remedy.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
     #: Pydantic would read a record where a list is wanted as a list of its keys.
     __iter__ = None  # type: ignore[assignment]
+
+    #: Mistakes that are told together.
+    most_told: ClassVar[int] = 1
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if mistakes := list(itertools.islice(self._mistakes(), self.most_told)):
+            raise ValueError("; ".join(mistakes))
+        return self
+
+    def _mistakes(self) -> Iterator[str]:
+        """What is wrong with the values taken together, one sentence a rule."""
+        yield from ()
 
     def replace(self, **changes: Any) -> Self:
         """A record with other values, checked as a call checks them; this one stays as it is.
@@ -215,6 +226,8 @@ class Body(Record):
 
     #: Keys of its loads: what a fixed block has none of, and what does not tilt.
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "dead")
+    #: Numbers of its points.
+    dimension: ClassVar[Literal[2, 3]] = 2
 
     if TYPE_CHECKING:
         name: str
@@ -226,30 +239,20 @@ class Body(Record):
         dead_at: tuple[float, ...] | None
         fixed: bool
 
-    @model_validator(mode="after")
-    def _one_shape_and_weight(self) -> Self:
-        if mistake := self._wrong_shape() or self._wrong_load():
-            raise ValueError(mistake)
-        return self
-
-    def _wrong_shape(self) -> str | None:
-        raise NotImplementedError
-
-    def _wrong_load(self) -> str | None:
+    def _mistakes(self) -> Iterator[str]:
         weights = (self.weight is not None) + (self.unit_weight is not None)
         if self.fixed and any(any(getattr(self, load)) for load in self.LOADS):
             *keys, last = [f"'{load}'" for load in self.LOADS]
-            return f"a fixed block carries no load: take {', '.join(keys)} and {last} away"
+            yield f"a fixed block carries no load: take {', '.join(keys)} and {last} away"
         if weights == 2:
-            return "give 'weight' or 'unit_weight', not both"
+            yield "give 'weight' or 'unit_weight', not both"
         if not self.fixed and not weights:
-            return "give 'weight' or 'unit_weight' (or 'fixed = true' for a support)"
+            yield "give 'weight' or 'unit_weight' (or 'fixed = true' for a support)"
         if self.weight_at is not None and not weights:
-            return "'weight_at' needs a 'weight' or 'unit_weight'"
+            yield "'weight_at' needs a 'weight' or 'unit_weight'"
         for force, at in (("live", self.live_at), ("dead", self.dead_at)):
             if at is not None and not any(getattr(self, force)):
-                return f"'{force}_at' needs a force '{force}'"
-        return None
+                yield f"'{force}_at' needs a force '{force}'"
 
     def weight_of(self, size: float) -> float:
         """Weight of the block, 0 if it has none, given what ``unit_weight`` refers to: its area or volume."""
@@ -260,6 +263,9 @@ class Block(Body):
     """One rigid block, or a fixed support.
 
     Lengths and forces are in any consistent units.
+
+    Raises CaseError if a key is unknown, a value is no finite number, or shape or weight are missing or
+    doubled.
 
     Parameters
     ----------
@@ -286,11 +292,6 @@ class Block(Body):
         Further dead force beside the weight, and the point where it acts (default: the centroid).
     fixed:
         A support: it does not move and needs no weight.
-
-    Raises
-    ------
-    CaseError
-        If a key is unknown, a value is no finite number, or shape or weight are missing or doubled.
     """
 
     name: Name
@@ -307,11 +308,10 @@ class Block(Body):
     dead_at: Point | None = None
     fixed: YesNo = False
 
-    def _wrong_shape(self) -> str | None:
-        both_or_neither = (self.vertices is None) == (self.parts is None)
-        if both_or_neither:
-            return f"give 'vertices', or 'parts' for a block of several polygons (of a solid: {SHAPES})"
-        return None
+    def _mistakes(self) -> Iterator[str]:
+        if (self.vertices is None) == (self.parts is None):
+            yield f"give 'vertices', or 'parts' for a block of several polygons (of a solid: {SHAPES})"
+        yield from super()._mistakes()
 
     @property
     def rings(self) -> list[list[Point]]:

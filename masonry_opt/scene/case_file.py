@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 import tomli_w
-from pydantic import BeforeValidator, ConfigDict, ValidationError, model_validator
+from pydantic import BeforeValidator, ConfigDict, ValidationError
 
 from masonry_opt.errors import CaseError
 from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing, write_whole
 from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import MOST_BLOCKS, Name, NonNegative, Number, Positive, Record, Text
-from masonry_opt.scene.drawings.supports import FIXED
-from masonry_opt.scene.generator import AnyGenerator, Generator
+from masonry_opt.scene.drawings.stones import FIXED
+from masonry_opt.scene.generator import AnyGenerator, Generator, SolidGenerator
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import wrong_file
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solid_generators.barrel import Barrel
 from masonry_opt.scene.solid_generators.dome import Dome
-from masonry_opt.scene.solid_generators.generator import SolidGenerator
 from masonry_opt.scene.solid_generators.groin import Groin
 from masonry_opt.scene.solid_generators.plan import Plan
 from masonry_opt.scene.solid_generators.shaft import Shaft
@@ -81,21 +81,19 @@ class CaseFile(SceneKeys):
     shaft: OneOrMore[Shaft] = []
     mesh: MeshTable | None = None
 
-    @model_validator(mode="after")
-    def _can_be_built(self) -> CaseFile:
+    def _mistakes(self) -> Iterator[str]:
         flat, solid = self._in_plane(), self._in_space()
         if (size := sum(generator.size for generator in [*flat, *solid])) > MOST_BLOCKS:
-            raise ValueError(f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}")
+            yield f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}"
         if flat and self.dimension == 3:
             if solid:
                 other = f"{_table(solid[0])} is"
             else:
                 other = "those of the [mesh] are" if self.mesh else f"block '{self.blocks[0].name}' is"
-            raise ValueError(f"{_table(flat[0])} builds blocks in the plane; {other} of solids")
+            yield f"{_table(flat[0])} builds blocks in the plane; {other} of solids"
         if (solid or self.mesh) and self.blocks and not isinstance(self.blocks[0], Solid):
             given = _table(solid[0]) if solid else "[mesh]"
-            raise ValueError(f"{given} is of solids; block '{self.blocks[0].name}' lies in the plane")
-        return self
+            yield f"{given} is of solids; block '{self.blocks[0].name}' lies in the plane"
 
     @property
     def dimension(self) -> Literal[2, 3]:
@@ -139,6 +137,9 @@ def _table(generator: AnyGenerator) -> str:
 def load(path: str | Path) -> Scene:
     """Read a case file.
 
+    Raises CaseError if the file cannot be read or does not describe a scene; the message names the file, the
+    key and the block.
+
     Parameters
     ----------
     path:
@@ -148,12 +149,6 @@ def load(path: str | Path) -> Scene:
     -------
     Scene
         With generators expanded to blocks; unexpanded they are in its ``case``.
-
-    Raises
-    ------
-    CaseError
-        If the file cannot be read or does not describe a scene; the message names the file, the
-        key and the block.
     """
     path = as_path(path, "a case file")
     case = read_tables(path)

@@ -6,9 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
+
+from masonry_opt.scene.scene import Scene
+
+#: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps,
+#: joints, corners.
+RELATIVE_TOLERANCE = 1e-6
 
 #: Neighbours nearer than this, over the width of the smaller block, were surely meant to touch, and overlaps
 #: no deeper come of rounded coordinates.
@@ -16,6 +22,17 @@ NEAR_MISS = 1e-2
 
 #: So are those within so many tolerances: coordinates that need one are now and then off by a little more.
 _NEAR_TOLERANCES = 3
+
+
+def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
+    """Origin and tolerance of the shapes of a scene, given corners and the block of each. Supports may reach
+    far beyond what stands on them: the movable blocks give both."""
+    fixed = np.array([block.fixed for block in scene.blocks])
+    movable = corners[~fixed[block]]
+    low, high = movable.min(axis=0), movable.max(axis=0)
+    tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot.reduce(high - low))
+    # Digits already lost in the coordinates themselves bound what can be told apart.
+    return (low + high) / 2, max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
 
 
 class Common(NamedTuple):
@@ -49,6 +66,18 @@ class Extents(ABC):
     centroid: np.ndarray
     convex: np.ndarray
     mixed: np.ndarray
+
+    #: Where blocks overlap, and what they may do about that beside moving, given the depth.
+    within: ClassVar[str] = "over an area"
+    remedy: ClassVar[str] = ""
+    #: Where blocks meet without a joint.
+    meeting: ClassVar[str] = "corner on corner alone, where a joint needs an edge"
+    #: Share of the smaller block in an overlap from which on it lies within the other, as errors say.
+    inside: ClassVar[float] = np.inf
+    #: Gap that may be a joint of mortar that was left out, over the width of a block.
+    mortar: ClassVar[float] = 0.0
+    #: Pairs that overlap, after which no more are looked for: the scene is refused anyway.
+    enough: ClassVar[float] = np.inf
 
     @property
     @abstractmethod

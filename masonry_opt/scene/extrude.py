@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import OptionError
-from masonry_opt.scene.blocks import Block, Point
+from masonry_opt.scene.blocks import Block, Point, Record
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.consistency import of_plane_alone
 from masonry_opt.scene.convex_pieces import convex_pieces
@@ -23,7 +23,7 @@ from masonry_opt.scene.solids import Solid, prism
 from masonry_opt.scene.ties import Prop, Tie
 
 _Vector3 = tuple[float, float, float]
-_S = TypeVar("_S", Tie, Prop)
+_J = TypeVar("_J", Joint, JointDefaults)
 
 
 def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
@@ -58,7 +58,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     if isinstance(depth, bool) or not isinstance(depth, int | float) or not 0 < depth < math.inf:
         raise OptionError(f"'thickness' of solids is a positive number (found {depth!r})")
     blocks, shapes = scene.in_plane(), geometry(scene)
-    if mistake := of_plane_alone(scene):
+    for mistake in of_plane_alone(scene):
         raise OptionError(f"{scene.origin}: {mistake}")
     cohesion = scene.thickness / depth
     sideways = scene.tilt_direction
@@ -68,12 +68,12 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
         gravity=_in_space(scene.gravity),
         tolerance=scene.tolerance,
         tilt=None if sideways is None else _in_space(sideways.tolist()),
-        joints=JointDefaults(**_joint(scene.joints, cohesion)),
+        joints=_joint(scene.joints, cohesion),
         blocks=[_solid(block, shapes, index, scene.thickness, depth) for index, block in enumerate(blocks)],
-        exceptions=[Joint(between=joint.between, **_joint(joint, cohesion)) for joint in scene.exceptions],
-        loads=[_load(load, depth) for load in scene.loads],
-        ties=[_strut(tie, depth) for tie in scene.ties],
-        props=[_strut(prop, depth) for prop in scene.props],
+        exceptions=[_joint(joint, cohesion) for joint in scene.exceptions],
+        loads=[Load(**_keys(load, depth)) for load in scene.loads],
+        ties=[Tie(**_keys(tie, depth)) for tie in scene.ties],
+        props=[Prop(**_keys(prop, depth)) for prop in scene.props],
         load_cases=[case.replace(earthquake=_quake(scene, case.earthquake)) for case in scene.load_cases],
         earthquake=_quake(scene, scene.earthquake),
     ).read_from(scene.origin)
@@ -92,36 +92,32 @@ def _in_space(vector: Any, at: float = 0.0) -> _Vector3:
     return (x, at, y)
 
 
-def _joint(joint: JointDefaults | Joint, times: float) -> dict[str, Any]:
-    """Properties of a joint, its cohesion per area that many times what it is, those not given left out."""
-    cohesion = None if joint.cohesion is None else joint.cohesion * times
-    given = {"friction": joint.friction, "cohesion": cohesion, "dilatancy": joint.dilatancy}
-    return {key: value for key, value in given.items() if value is not None}
+def _joint(joint: _J, times: float) -> _J:
+    """A joint's properties, its cohesion per area that many times what it is."""
+    return joint.replace(cohesion=joint.cohesion * times) if joint.cohesion else joint
 
 
-def _load(load: Load, depth: float) -> Load:
-    forces = {key: _in_space(force) for key in ("live", "dead") if (force := getattr(load, key)) is not None}
-    at = None if load.at is None else _in_space(load.at, depth / 2)
-    others = {key: getattr(load, key) for key in ("weight", "mass", "group")}
-    return Load(block=load.block, at=at, **others, **forces)
-
-
-def _strut(strut: _S, depth: float) -> _S:
-    """A tie or prop, halfway through the depth."""
-    first, second = (_in_space(point, depth / 2) for point in strut.at)
-    return strut.replace(at=(first, second))
+def _keys(record: Record, depth: float) -> dict[str, Any]:
+    """The keys of a record that were given, its forces at y = 0 and its points halfway through the depth."""
+    keys = {key: getattr(record, key) for key in record.model_fields_set}
+    for key, value in keys.items():
+        if key in Block.LOADS and value is not None:
+            keys[key] = _in_space(value)
+        elif key in ("at", "weight_at", "live_at", "dead_at") and value is not None:
+            several = isinstance(value[0], tuple)
+            points = tuple(_in_space(point, depth / 2) for point in (value if several else [value]))
+            keys[key] = points if several else points[0]
+    return keys
 
 
 def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: float) -> Solid:
-    keys: dict[str, Any] = {key: _in_space(getattr(block, key)) for key in Block.LOADS}
-    for key in ("weight_at", "live_at", "dead_at"):
-        if (point := getattr(block, key)) is not None:
-            keys[key] = _in_space(point, depth / 2)
+    keys = _keys(block, depth)
     if block.weight is not None or block.unit_weight is not None:
         keys["weight"] = block.weight_of(float(shapes.size[index]) * thickness)
+    for key in ("unit_weight", "vertices", "parts", "holes"):
+        keys.pop(key, None)
     parts = [_prism(ring, depth) for ring in _rings(block, shapes, index)]
-    shape = parts[0] if len(parts) == 1 else {"parts": parts}
-    return Solid(name=block.name, fixed=block.fixed, **shape, **keys)
+    return Solid(**keys, **(parts[0] if len(parts) == 1 else {"parts": parts}))
 
 
 def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:

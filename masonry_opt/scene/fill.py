@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, PlainValidator, model_validator
+from pydantic import Field, PlainValidator
 
 from masonry_opt.scene.blocks import Number, Positive, Record, RoadLine, YesNo
 
@@ -23,6 +24,9 @@ class Fill(Record):
     It lies on whatever edges are the first below the road, and beside the upright edges between these. Its
     weight is a dead load on them; loads on the road spread through it; and it presses against faces with
     what holds them best between its active limit and a share of its passive one.
+
+    Raises CaseError if the road does not run from left to right, a value is out of range, or the share of the
+    passive pressure lies below the active one.
 
     Parameters
     ----------
@@ -42,12 +46,6 @@ class Fill(Record):
         down to one aside); or False: loads go straight down.
     pressure:
         Whether it presses on faces. If not, ``friction_angle`` and ``mobilised`` are not needed.
-
-    Raises
-    ------
-    CaseError
-        If the road does not run from left to right, a value is out of range, or the share of the passive
-        pressure lies below the active one.
     """
 
     road: RoadLine
@@ -58,18 +56,16 @@ class Fill(Record):
     spread: Annotated[float | Literal["2:1", False], PlainValidator(_spread)] = 30.0
     pressure: YesNo = True
 
-    @model_validator(mode="after")
-    def _can_be_laid(self) -> Self:
+    def _mistakes(self) -> Iterator[str]:
         if self.pressure:
             for key in ("friction_angle", "mobilised"):
                 if getattr(self, key) is None:
-                    raise ValueError(f"give '{key}', or 'pressure = false' for a fill that does not press")
+                    yield f"give '{key}', or 'pressure = false' for a fill that does not press"
             active, _, passive = self.coefficients
             if active > passive:
-                raise ValueError(
+                yield (
                     f"'mobilised' times K_p, {passive:.4g}, is below K_a, {active:.4g}: give a larger share"
                 )
-        return self
 
     @property
     def coefficients(self) -> tuple[float, float, float]:

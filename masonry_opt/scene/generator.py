@@ -1,44 +1,37 @@
-"""Generators of blocks: the name that all have, and place, live loads and weights of those in the plane."""
+"""Generators of blocks in the plane and in space: their name, place, live loads and weights."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
-from itertools import islice
-from typing import Any, Self
-
-from pydantic import model_validator
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from masonry_opt.scene.blocks import MOST_BLOCKS, Block, Name, NonNegative, Point, Record
+from masonry_opt.scene.solids import Solid, Vector
 
-#: Mistakes of one generator that are told together.
-_MOST_MISTAKES = 5
+#: Of one convex part, a ``box``, or ``vertices`` and ``faces``, as :class:`Solid` has them.
+PartKeys = dict[str, Any]
 
 
 class AnyGenerator(Record):
     """A table of a case file that stands for many blocks, in the plane or in space.
 
+    Raises CaseError if the values make nothing that can be built, or more than 100,000 blocks; all that is
+    wrong is told at once.
+
     Parameters
     ----------
     name:
         Its blocks are named after it, "left 3-2" in place of "3-2": for several generators in one scene.
-
-    Raises
-    ------
-    CaseError
-        If the values make nothing that can be built, or more than 100,000 blocks; all that is wrong is told
-        at once.
     """
 
     name: Name | None = None
+    if TYPE_CHECKING:
+        at: tuple[float, ...]
 
-    @model_validator(mode="after")
-    def _can_be_built(self) -> Self:
-        if mistakes := list(islice(self._mistakes(), _MOST_MISTAKES)):
-            raise ValueError("; ".join(mistakes))
-        return self
+    most_told: ClassVar[int] = 5
 
     def _mistakes(self) -> Iterator[str]:
-        """What is wrong with the values taken together, one sentence a rule."""
         if self.size > MOST_BLOCKS:
             yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
 
@@ -49,6 +42,10 @@ class AnyGenerator(Record):
 
     def _named(self, block: str) -> str:
         return block if self.name is None else f"{self.name} {block}"
+
+    def _moved(self, point: Iterable[float]) -> Any:
+        """A point that is seen from the generator's origin."""
+        return tuple(coordinate + by for coordinate, by in zip(point, self.at, strict=True))
 
 
 class Generator(AnyGenerator):
@@ -98,10 +95,6 @@ class Generator(AnyGenerator):
     def _block(self, name: str, corners: Iterable[Point], **keys: Any) -> Block:
         return Block(name=self._named(name), vertices=[self._moved(corner) for corner in corners], **keys)
 
-    def _moved(self, point: Point) -> Point:
-        # Left alone where nothing moves: adding 0 turns -0 into 0, which makes it another scene.
-        return (point[0] + self.at[0], point[1] + self.at[1]) if any(self.at) else point
-
 
 class WeighedGenerator(Generator):
     """A generator whose blocks weigh by their size: by ``weight``, that of a whole, or by ``unit_weight``."""
@@ -117,3 +110,54 @@ class WeighedGenerator(Generator):
     def _weight_of(self, area: float, thickness: float) -> float:
         """Weight of the whole, of the given area."""
         return self.weight if self.weight is not None else (self.unit_weight or 0.0) * area * thickness
+
+
+class SolidGenerator(AnyGenerator):
+    """A generator of blocks in space.
+
+    Parameters
+    ----------
+    name:
+        See :class:`~masonry_opt.scene.generator.AnyGenerator`.
+    at:
+        Where its origin lies, ``[x, y, z]``; which point that is, each generator says.
+    live_per_weight:
+        Live force on every block as a multiple of its weight, ``[fx, fy, fz]``, where the weight acts.
+    unit_weight:
+        Weight per unit volume.
+    """
+
+    at: Vector = (0.0, 0.0, 0.0)
+    live_per_weight: Vector = (0.0, 0.0, 0.0)
+    unit_weight: NonNegative
+
+    def blocks(self) -> list[Solid]:
+        """The blocks, each with its weight and its live load as a multiple of that."""
+        raise NotImplementedError
+
+    def _stone(self, name: str, *parts: PartKeys, **weight: Any) -> Solid:
+        """A movable block; points are seen from the generator's origin. It weighs by its volume, or as
+        ``weight`` and ``weight_at`` say."""
+        if "weight_at" in weight:
+            weight["weight_at"] = self._moved(weight["weight_at"])
+        weight = weight or {"unit_weight": self.unit_weight}
+        return self._solid(name, parts, live_per_weight=self.live_per_weight, **weight)
+
+    def _support(self, name: str, *parts: PartKeys) -> Solid:
+        return self._solid(name, parts, fixed=True)
+
+    def _solid(self, name: str, parts: tuple[PartKeys, ...], **keys: Any) -> Solid:
+        moved = [self._moved_shape(part) for part in parts]
+        shape = moved[0] if len(moved) == 1 else {"parts": moved}
+        return Solid(name=self._named(name), **shape, **keys)
+
+    def _moved_shape(self, shape: PartKeys) -> PartKeys:
+        if "box" in shape:
+            sides = zip(shape["box"], self.at, strict=True)
+            return {"box": [(low + by, high + by) for (low, high), by in sides]}
+        return shape | {"vertices": [self._moved(vertex) for vertex in shape["vertices"]]}
+
+
+def polar(radius: float, angle: float, z: float) -> tuple[float, float, float]:
+    """The point at a distance from the z axis, in a direction counter-clockwise from x, in radians."""
+    return radius * math.cos(angle), radius * math.sin(angle), z

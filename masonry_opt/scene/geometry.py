@@ -11,12 +11,8 @@ import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block
-from masonry_opt.scene.extents import Common, Extents
+from masonry_opt.scene.extents import Common, Extents, frame_of
 from masonry_opt.scene.scene import Scene
-
-#: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps,
-#: joints, corners.
-RELATIVE_TOLERANCE = 1e-6
 
 #: Share of the tolerance within which corners lie on the outline without them: outlines off by so little are
 #: near each other where the blocks are.
@@ -80,27 +76,19 @@ def geometry(scene: Scene) -> Geometry:
     a tenth of the tolerance of the outline without them are dropped for finding joints; area and centroid are
     those of the polygons as given.
 
-    Raises
-    ------
-    CaseError
-        If a polygon has no area or crosses itself, or a hole is not inside; the message names the block.
+    Raises CaseError if a polygon has no area or crosses itself, or a hole is not inside; the message names
+    the block.
     """
     blocks = scene.in_plane()
     corners_of = [block.corners() for block in blocks]
-    corners = np.concatenate(corners_of)
-    # Supports may reach far beyond what stands on them: the movable blocks give the size.
-    movable = np.concatenate([own for own, block in zip(corners_of, blocks, strict=True) if not block.fixed])
-    low, high = movable.min(axis=0), movable.max(axis=0)
-    origin = (low + high) / 2
-    tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot(*(high - low)))
-    # Digits already lost in the coordinates themselves bound what can be told apart.
-    tolerance = max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
+    count = [len(own) for own in corners_of]
+    origin, tolerance = frame_of(scene, np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), count))
     built_up = np.array([len(block.rings) > 1 or bool(block.holes) for block in blocks])
     outlines, polygons = (np.empty(len(blocks), dtype=object) for _ in range(2))
     convex = np.zeros(len(blocks), dtype=bool)
     simple = np.flatnonzero(~built_up)
     if len(simple):
-        owner = np.repeat(np.arange(len(simple)), [len(corners_of[index]) for index in simple])
+        owner = np.repeat(np.arange(len(simple)), np.array(count)[simple])
         rings = shapely.linearrings(
             np.concatenate([corners_of[index] for index in simple]) - origin, indices=owner
         )

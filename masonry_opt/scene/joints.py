@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, Strict, model_validator
@@ -62,6 +62,8 @@ class _InDegrees(Record):
 class JointDefaults(_InDegrees):
     """Properties of every joint found, unless an exception names it.
 
+    Raises CaseError if a value is out of range.
+
     Parameters
     ----------
     friction:
@@ -80,11 +82,6 @@ class JointDefaults(_InDegrees):
     strength:
         Compressive strength f_c, as force per unit length, or area, as cohesion: |m| ≤ n (L/2 − n / (2 f_c)).
         Default: joints carry any pressure. (So does a corner on an edge, which has no length.)
-
-    Raises
-    ------
-    CaseError
-        If a value is out of range.
     """
 
     friction: Friction
@@ -93,17 +90,17 @@ class JointDefaults(_InDegrees):
     dilatancy_stress: Stresses | None = None
     strength: Positive | None = None
 
-    @model_validator(mode="after")
-    def _dissipative(self) -> JointDefaults:
+    def _mistakes(self) -> Iterator[str]:
         if self.dilatancy > self.friction:
-            raise ValueError("'dilatancy' must not exceed 'friction': sliding would create energy")
+            yield "'dilatancy' must not exceed 'friction': sliding would create energy"
         if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
-            raise ValueError("'dilatancy_stress' needs two rising stresses: [full up to, none from]")
-        return self
+            yield "'dilatancy_stress' needs two rising stresses: [full up to, none from]"
 
 
 class Joint(_InDegrees):
     """An exception: the properties of the joint between two named blocks.
+
+    Raises CaseError if a value is out of range.
 
     Parameters
     ----------
@@ -111,11 +108,6 @@ class Joint(_InDegrees):
         Names of the two blocks; they must touch.
     friction, cohesion, dilatancy, dilatancy_stress, strength, friction_angle, dilatancy_angle:
         As in :class:`JointDefaults`; those not given keep the scene's defaults.
-
-    Raises
-    ------
-    CaseError
-        If a value is out of range.
     """
 
     between: tuple[Name, Name]

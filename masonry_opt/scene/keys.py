@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, Tag, model_validator
+from pydantic import Field, Tag
 
 from masonry_opt.scene.axles import Axles
 from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, Positive, Record, Reference, Text
@@ -14,7 +14,7 @@ from masonry_opt.scene.fill import Fill
 from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.load_cases import Earthquake, LoadCases
 from masonry_opt.scene.loads import EdgeLoad, Load
-from masonry_opt.scene.solids import AnyBlock, PlaneOrSpaceVector, Solid, Vector
+from masonry_opt.scene.solids import AnyBlock, PlaneOrSpaceVector, Vector
 from masonry_opt.scene.ties import Prop, Tie
 
 Tilt = Annotated[
@@ -48,16 +48,16 @@ class SceneKeys(Record):
     earthquake: Earthquake | None = None
     reference: dict[Name, Reference] = {}
 
-    @model_validator(mode="after")
-    def _down_by_default(self) -> Self:
-        if self.dimension == 3 and "gravity" not in self.model_fields_set:
-            self.__dict__["gravity"] = (0.0, 0.0, -1.0)  # records are frozen once they are made
-        return self
+    def model_post_init(self, _: Any) -> None:
+        """Sets gravity straight down by default."""
+        if "gravity" not in self.model_fields_set:
+            # Records are frozen once they are made.
+            self.__dict__["gravity"] = (*[0.0] * (self.dimension - 1), -1.0)
 
     @property
     def dimension(self) -> Literal[2, 3]:
         """Numbers of a point: 3 if the blocks are solids."""
-        return 3 if self.blocks and isinstance(self.blocks[0], Solid) else 2
+        return self.blocks[0].dimension if self.blocks else 2
 
     @property
     def down(self) -> np.ndarray:

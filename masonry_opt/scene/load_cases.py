@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 
 from masonry_opt.scene.blocks import Name, Number, Positive, Record, YesNo
 from masonry_opt.scene.solids import Vector
@@ -35,6 +36,8 @@ class Earthquake(Record):
     Every weight pushes where it acts, and of dead forces what is along gravity; of a :class:`Load` and
     :class:`EdgeLoad` its ``mass``, if that is given.
 
+    Raises CaseError if a value is none of these.
+
     Parameters
     ----------
     direction:
@@ -48,11 +51,6 @@ class Earthquake(Record):
     dead_as_mass:
         False: of dead forces, a block's own ``dead`` among them, nothing pushes but what is given as
         ``mass``.
-
-    Raises
-    ------
-    CaseError
-        If a value is none of these.
     """
 
     direction: Push
@@ -91,6 +89,9 @@ class LoadCase(Record):
     "live" (loads given so, of blocks too, that name no group), and "axles" (live alone, for
     :func:`~masonry_opt.crossing`).
 
+    Raises CaseError if nothing is live, both ``live`` and ``earthquake`` are given, or axles are dead, or
+    pull.
+
     Parameters
     ----------
     name:
@@ -102,11 +103,6 @@ class LoadCase(Record):
         Factors by group of the loads that λ scales.
     earthquake:
         In place of ``live``: :class:`Earthquake`. Masses count times the factor of their group in ``dead``.
-
-    Raises
-    ------
-    CaseError
-        If nothing is live, both ``live`` and ``earthquake`` are given, or axles are dead, or pull.
     """
 
     name: Name
@@ -114,19 +110,17 @@ class LoadCase(Record):
     live: dict[Name, Number] = {}
     earthquake: Earthquake | None = None
 
-    @model_validator(mode="after")
-    def _has_one_live_load(self) -> LoadCase:
+    def _mistakes(self) -> Iterator[str]:
         if "axles" in self.dead:
-            raise ValueError("'dead' names 'axles', which move: give them in 'live'")
+            yield "'dead' names 'axles', which move: give them in 'live'"
         if self.live.get("axles", 0.0) < 0:
-            raise ValueError("axles press down: give 'axles' in 'live' a positive factor")
+            yield "axles press down: give 'axles' in 'live' a positive factor"
         if any(self.live.values()) == (self.earthquake is not None):
-            raise ValueError(
+            yield (
                 "give 'live' or 'earthquake', not both: of both, λ is no one number"
                 if self.earthquake
                 else "nothing is live: give 'live = { live = 1 }', the factors of groups, or an 'earthquake'"
             )
-        return self
 
     def factor(self, kind: Kind, group: str) -> float:
         """What a group's loads are multiplied by as dead or as live."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import Field, Tag, model_validator
+from pydantic import Field, Tag
 
 from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, NonNegative, Number, Point, Record
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Vector
@@ -18,6 +19,8 @@ Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<se
 
 class Load(Record):
     """Forces on one block, added to its own; several on one block add up.
+
+    Raises CaseError if it says nothing, gives a point without a force, or both kinds of force in one group.
 
     Parameters
     ----------
@@ -38,11 +41,6 @@ class Load(Record):
         what of the forces that act as dead is along gravity; 0: none of them).
     group:
         A name by which a :class:`LoadCase` calls it.
-
-    Raises
-    ------
-    CaseError
-        If it says nothing, gives a point without a force, or both kinds of force in one group.
     """
 
     block: Name
@@ -55,22 +53,18 @@ class Load(Record):
     mass: NonNegative | None = None
     group: Name | None = None
 
-    @model_validator(mode="after")
-    def _says_something(self) -> Load:
+    def _mistakes(self) -> Iterator[str]:
         _refuse_group(self.group)
         if self.group is not None and self.gives("live") == self.gives("dead"):
             if self.gives("live"):
-                raise ValueError("gives live and dead forces in one 'group': make them two loads")
+                yield "gives live and dead forces in one 'group': make them two loads"
             if not self.mass:
-                raise ValueError(
-                    "'group' goes with 'live', 'dead' or 'mass'; weights are of group \"weight\""
-                )
+                yield ("'group' goes with 'live', 'dead' or 'mass'; weights are of group \"weight\"")
         if self.live is None and self.dead is None and not self.mass:
             if self.at is not None:
-                raise ValueError("'at' needs a force: give 'live', 'dead' or 'mass'")
+                yield "'at' needs a force: give 'live', 'dead' or 'mass'"
             if self.weight is None and not self.is_force:
-                raise ValueError("has no force: give 'live', 'dead' or 'weight', or a 'mass'")
-        return self
+                yield "has no force: give 'live', 'dead' or 'weight', or a 'mass'"
 
     def gives(self, kind: Literal["dead", "live"]) -> bool:
         """Whether it has a force or moment of a kind."""
@@ -87,6 +81,8 @@ class EdgeLoad(Record):
 
     Intensities are forces per unit length, or per unit area where the scene has a ``thickness``.
 
+    Raises CaseError if the line has no length, or both or neither of pressure and force are given.
+
     Parameters
     ----------
     start, end:
@@ -100,11 +96,6 @@ class EdgeLoad(Record):
     mass, group:
         As of :class:`Load`, the mass per unit length (default: what of a ``force`` is along gravity; of a
         ``pressure`` none).
-
-    Raises
-    ------
-    CaseError
-        If the line has no length, or both or neither of pressure and force are given.
     """
 
     start: Annotated[Point, Field(alias="from")]
@@ -115,14 +106,12 @@ class EdgeLoad(Record):
     mass: NonNegative | None = None
     group: Name | None = None
 
-    @model_validator(mode="after")
-    def _is_one_load(self) -> EdgeLoad:
+    def _mistakes(self) -> Iterator[str]:
         _refuse_group(self.group)
         if (self.pressure is None) == (self.force is None):
-            raise ValueError("give 'pressure' or 'force'" + ("" if self.force is None else ", not both"))
+            yield "give 'pressure' or 'force'" + ("" if self.force is None else ", not both")
         if self.start == self.end:
-            raise ValueError("'from' and 'to' are one point: give the two ends of the loaded line")
-        return self
+            yield "'from' and 'to' are one point: give the two ends of the loaded line"
 
     @property
     def at_ends(self) -> tuple[float, float]:

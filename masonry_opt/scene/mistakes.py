@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
@@ -111,6 +112,11 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     """What an error on an unknown name ends with, if there is one like it."""
     close = difflib.get_close_matches(name, list(known), n=1)
     return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def repeated(names: Iterable[str]) -> list[str]:
+    """Names that there are more than once, each once."""
+    return [name for name, count in Counter(names).items() if count > 1]
 
 
 def _keys(item: dict[str, Any]) -> list[Any]:

@@ -39,15 +39,12 @@ class Profile:
 def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str) -> Profile:
     """The uppermost edges of a scene's blocks, fixed ones too, below a line.
 
+    Raises CaseError if the line runs through a block.
+
     Parameters
     ----------
     points: of the line, from left to right, relative to the geometry's origin, shape (points, 2).
     where: what errors call the line.
-
-    Raises
-    ------
-    CaseError
-        If the line runs through a block.
     """
     _refuse_through(scene, shapes, points, where)
     tail, tip, owner = shapes.edges

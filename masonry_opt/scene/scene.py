@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, PrivateAttr, model_validator
+from pydantic import BaseModel, PrivateAttr
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.blocks import Block
-from masonry_opt.scene.consistency import inconsistency, wrong_direction
+from masonry_opt.scene.blocks import Block, Body
+from masonry_opt.scene.consistency import inconsistencies, wrong_direction
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase
 from masonry_opt.scene.solids import Solid
 
+_B = TypeVar("_B", bound=Body)
+
 
 class Scene(SceneKeys):
     """Rigid blocks and their joint properties; the joints are found from the geometry.
+
+    Raises CaseError if names repeat, no block is fixed or none can move, an exception or load names no block,
+    a load a fixed one, a scene to be tilted has what does not tilt, one of an earthquake live loads, a load
+    case names a group that no load has, or a scene in space what belongs in the plane (edge loads, fills,
+    ``thickness``, ``strength``, ``dilatancy_stress``) or the other way round; if fills lie above each other,
+    or gravity is not straight down.
 
     Parameters
     ----------
@@ -65,26 +74,14 @@ class Scene(SceneKeys):
         What the scene is and where it comes from.
     reference:
         Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
-
-    Raises
-    ------
-    CaseError
-        If names repeat, no block is fixed or none can move, an exception or load names no block, a load a
-        fixed one, a scene to be tilted has what does not tilt, one of an earthquake live loads, a load case
-        names a group that no load has, or a scene in space what belongs in the plane (edge loads, fills,
-        ``thickness``, ``strength``, ``dilatancy_stress``) or the other way round; if fills lie above each
-        other, or gravity is not straight down.
     """
 
     _origin: str = PrivateAttr(default="scene")
     _case: SceneKeys | None = PrivateAttr(default=None)
     _load_case: LoadCase | None = PrivateAttr(default=None)
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if mistake := inconsistency(self):
-            raise ValueError(mistake)
-        return self
+    def _mistakes(self) -> Iterator[str]:
+        return inconsistencies(self)
 
     def replace(self, **changes: Any) -> Self:
         """A scene with other values, checked as a call checks them, read from the same file and in the same
@@ -94,10 +91,8 @@ class Scene(SceneKeys):
         ``scene.replace(joints={"friction": 0.3}, blocks={"A": {"weight": 3}})``. A key of ``joints`` or of
         ``earthquake`` needs no mapping if nothing else in the scene has it: ``scene.replace(friction=0.3)``.
 
-        Raises
-        ------
-        CaseError
-            If a key is unknown or may be one of several, or a call with these values would raise it.
+        Raises CaseError if a key is unknown or may be one of several, or a call with these values would raise
+        it.
         """
         return super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
 
@@ -178,15 +173,17 @@ class Scene(SceneKeys):
 
     def in_plane(self) -> list[Block]:
         """The blocks of a scene in the plane. Raises OptionError of one in space."""
-        if self.dimension == 3:
-            raise OptionError(f"{self.origin}: its blocks are solids: this is for scenes in the plane")
-        return [block for block in self.blocks if isinstance(block, Block)]
+        return self._only(Block, "its blocks are solids: this is for scenes in the plane")
 
     def in_space(self) -> list[Solid]:
         """The blocks of a scene in space. Raises OptionError of one in the plane."""
-        if self.dimension == 2:
-            raise OptionError(f"{self.origin}: its blocks lie in the plane: this is for solids")
-        return [block for block in self.blocks if isinstance(block, Solid)]
+        return self._only(Solid, "its blocks lie in the plane: this is for solids")
+
+    def _only(self, kind: type[_B], why: str) -> list[_B]:
+        of_kind = [block for block in self.blocks if isinstance(block, kind)]
+        if len(of_kind) < len(self.blocks):
+            raise OptionError(f"{self.origin}: {why}")
+        return of_kind
 
     @property
     def origin(self) -> str:

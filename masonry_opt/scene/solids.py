@@ -2,45 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag
 
 from masonry_opt.scene.blocks import SHAPES, Block, Body, Name, NonNegative, Number, Point, Record, YesNo
 
 
-def _three(value: Any) -> Any:
-    """Lists of three told apart from others in words of their own: pydantic's would be those of the plane."""
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        raise ValueError("needs three numbers, [x, y, z]")
-    return value
+def _list_of(count: int, entries: str) -> BeforeValidator:
+    """Refuses other lists in words of its own: pydantic's would be those of the plane."""
 
+    def checked(value: Any) -> Any:
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise ValueError(f"needs {entries}")
+        return value
 
-def _interval(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise ValueError("needs two numbers, [from, to]")
-    return value
-
-
-def _three_intervals(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        raise ValueError("needs three intervals, [[x0, x1], [y0, y1], [z0, z1]]")
-    return value
+    return BeforeValidator(checked)
 
 
 #: A point, force, moment or direction in space.
-Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_three)]
+Vector = Annotated[tuple[Number, Number, Number], _list_of(3, "three numbers, [x, y, z]")]
 #: In the plane or in space, as the blocks of a scene are.
 PlaneOrSpaceVector = Annotated[
     Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
-    Discriminator(
-        lambda value: "<space>" if isinstance(value, list | tuple) and len(value) > 2 else "<plane>"
-    ),
+    Discriminator(lambda value: "<space>" if len(_entries(value)) > 2 else "<plane>"),
 ]
-Interval = Annotated[tuple[Number, Number], BeforeValidator(_interval)]
-Box = Annotated[tuple[Interval, Interval, Interval], BeforeValidator(_three_intervals)]
+Interval = Annotated[tuple[Number, Number], _list_of(2, "two numbers, [from, to]")]
+Box = Annotated[
+    tuple[Interval, Interval, Interval], _list_of(3, "three intervals, [[x0, x1], [y0, y1], [z0, z1]]")
+]
 #: Indices of vertices, in order round the face.
 Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3)]
 #: The fewest of either that enclose a volume.
@@ -65,29 +57,26 @@ class Polyhedron(NamedTuple):
 class Part(Record):
     """One of several convex parts of a solid, by ``vertices`` and ``faces``, or by a ``box``, as there.
 
-    Raises
-    ------
-    CaseError
-        If the shape is missing, doubled, or no shape.
+    Raises CaseError if the shape is missing, doubled, or no shape.
     """
 
     vertices: Corners | None = None
     faces: FaceLists | None = None
     box: Box | None = None
 
-    @model_validator(mode="after")
-    def _one_shape(self) -> Part:
+    def _mistakes(self) -> Iterator[str]:
         if (self.vertices is None) == (self.box is None):
-            raise ValueError(f"give {SHAPES}")
-        if mistake := _wrong_faces(self):
-            raise ValueError(mistake)
-        return self
+            yield f"give {SHAPES}"
+        yield from _wrong_faces(self)
 
 
 class Solid(Body):
     """One rigid block in space, or a fixed support.
 
     Lengths and forces are in any consistent units.
+
+    Raises CaseError if a key is unknown, a value is no finite number, shape or weight are missing or doubled,
+    or a face names a corner twice or one that there is not.
 
     Parameters
     ----------
@@ -119,15 +108,10 @@ class Solid(Body):
         moment.
     fixed:
         A support: it does not move and needs no weight.
-
-    Raises
-    ------
-    CaseError
-        If a key is unknown, a value is no finite number, shape or weight are missing or doubled, or a face
-        names a corner twice or one that there is not.
     """
 
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "live_moment", "dead", "dead_moment")
+    dimension: ClassVar[Literal[2, 3]] = 3
 
     name: Name
     vertices: Corners | None = None
@@ -146,11 +130,12 @@ class Solid(Body):
     dead_moment: Vector = (0.0, 0.0, 0.0)
     fixed: YesNo = False
 
-    def _wrong_shape(self) -> str | None:
+    def _mistakes(self) -> Iterator[str]:
         given = [shape for shape in (self.vertices, self.box, self.parts) if shape is not None]
         if len(given) != 1:
-            return f"give {'one' if given else 'a'} shape: {SHAPES}, or 'parts', several convex ones"
-        return _wrong_faces(self)
+            yield f"give {'one' if given else 'a'} shape: {SHAPES}, or 'parts', several convex ones"
+        yield from _wrong_faces(self)
+        yield from super()._mistakes()
 
     @property
     def polyhedra(self) -> list[Polyhedron]:
@@ -219,22 +204,21 @@ def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> 
     return {"vertices": [*front, *back], "faces": faces}
 
 
-def _wrong_faces(shape: Part | Solid) -> str | None:
+def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
     """What is wrong with the faces or the box of a shape, of which there is one kind."""
     if shape.vertices is not None and shape.faces is None:
-        return "'vertices' of a solid need 'faces', lists of their numbers round each face (or give a 'box')"
+        yield "'vertices' of a solid need 'faces', lists of their numbers round each face (or give a 'box')"
     if shape.faces is not None and shape.vertices is None:
-        return "'faces' go with 'vertices' alone: take them away"
+        yield "'faces' go with 'vertices' alone: take them away"
     for axis, (low, high) in zip("xyz", shape.box or (), strict=False):
         if not low < high:
-            return f"'box' has no extent along {axis}: give rising numbers (found [{low:g}, {high:g}])"
+            yield f"'box' has no extent along {axis}: give rising numbers (found [{low:g}, {high:g}])"
     count = len(shape.vertices or ())
     for number, face in enumerate(shape.faces or (), start=1):
         if beyond := [index for index in face if index >= count]:
-            return f"face no. {number} has a corner {beyond[0]}; there are 'vertices' 0 to {count - 1}"
+            yield f"face no. {number} has a corner {beyond[0]}; there are 'vertices' 0 to {count - 1}"
         if len(set(face)) < len(face):
-            return f"face no. {number} has a corner twice: 'faces' have each once, in order round the face"
-    return None
+            yield f"face no. {number} has a corner twice: 'faces' have each once, in order round the face"
 
 
 def _polyhedron(shape: Part | Solid) -> Polyhedron:

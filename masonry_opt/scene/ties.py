@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
-
-from pydantic import model_validator
+from collections.abc import Iterator
 
 from masonry_opt.scene.blocks import Name, NonNegative, Positive, Record
 from masonry_opt.scene.solids import PlaneOrSpaceVector
@@ -21,22 +19,22 @@ class _Strut(Record):
     strength: Positive | None = None
     name: Name | None = None
 
-    @model_validator(mode="after")
-    def _has_two_ends(self) -> Self:
+    def _mistakes(self) -> Iterator[str]:
         first, second = self.at
         if len(first) != len(second):
-            raise ValueError("'at' needs two points of as many numbers each")
+            yield "'at' needs two points of as many numbers each"
         if first == second:
-            raise ValueError("'at' gives one point twice: give the two ends of its line")
+            yield "'at' gives one point twice: give the two ends of its line"
         if self.between[0] == self.between[1]:
-            raise ValueError("'between' needs two different blocks, or a block and \"ground\"")
-        return self
+            yield "'between' needs two different blocks, or a block and \"ground\""
 
 
 class Tie(_Strut):
     """A tie rod: a tension between its prestress and its strength, along the line of its two anchors.
 
     It may pass through blocks between its anchors, which it does not touch. It carries no shear.
+
+    Raises CaseError if the anchors are one point, or the prestress exceeds the strength.
 
     Parameters
     ----------
@@ -50,24 +48,20 @@ class Tie(_Strut):
         Least tension, which it has however short it becomes (default 0).
     name:
         What results call it (default: the names of its blocks).
-
-    Raises
-    ------
-    CaseError
-        If the anchors are one point, or the prestress exceeds the strength.
     """
 
     prestress: NonNegative = 0.0
 
-    @model_validator(mode="after")
-    def _is_as_strong_as_stressed(self) -> Self:
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
         if self.strength is not None and self.prestress > self.strength:
-            raise ValueError("'prestress' must not exceed 'strength'")
-        return self
+            yield "'prestress' must not exceed 'strength'"
 
 
 class Prop(_Strut):
     """A prop: a compression up to its strength, along the line of its two ends.
+
+    Raises CaseError if the ends are one point.
 
     Parameters
     ----------
@@ -75,9 +69,4 @@ class Prop(_Strut):
         As of a :class:`Tie`.
     strength:
         Largest compression, a force (default: it never yields).
-
-    Raises
-    ------
-    CaseError
-        If the ends are one point.
     """

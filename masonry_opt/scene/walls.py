@@ -37,6 +37,8 @@ _CoursePiece = tuple[float, float, float]
 class Wall(WeighedGenerator):
     """Courses of blocks, bottom first, starting at x = 0 on a fixed base whose top is y = 0.
 
+    Raises CaseError if a course has no block or an unknown name, or the weight is missing or doubled.
+
     Parameters
     ----------
     block:
@@ -57,11 +59,6 @@ class Wall(WeighedGenerator):
     name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot,
         where the first course begins.
-
-    Raises
-    ------
-    CaseError
-        If a course has no block or an unknown name, or the weight is missing or doubled.
     """
 
     block: tuple[Positive, Positive]
@@ -115,6 +112,8 @@ class Facade(WeighedGenerator):
     courses, the ``opening``'s, and those of the lintel and the ``spandrel`` above it. The lintel lies in a
     course of shifted blocks, and a storey has an even number of courses.
 
+    Raises CaseError if the courses do not add up, a door is none, or a weight is missing or doubled.
+
     Parameters
     ----------
     openings:
@@ -144,11 +143,6 @@ class Facade(WeighedGenerator):
         Whether the base is built (default: it is).
     name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
-
-    Raises
-    ------
-    CaseError
-        If the courses do not add up, a door is none, or a weight is missing or doubled.
     """
 
     openings: tuple[Count, Count]
@@ -240,6 +234,8 @@ class Column(WeighedGenerator):
     """Equally high drums from the left end of the foot, (0, 0), upwards, on a fixed base: a column, a pier
     or a buttress.
 
+    Raises CaseError if the weight is missing or doubled, or one side is to slope and the widths are the same.
+
     Parameters
     ----------
     width:
@@ -260,11 +256,6 @@ class Column(WeighedGenerator):
         stands on other blocks.
     name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
-
-    Raises
-    ------
-    CaseError
-        If the weight is missing or doubled, or one side is to slope and the widths are the same.
     """
 
     width: Widths

@@ -73,22 +73,19 @@ def falling_mechanism(
     Every analysis asks first, since a largest λ may exist where λ = 0 is no equilibrium. A scene stands at
     its limit, and beyond it by as little as ``DRIVES``.
 
+    Raises DeadLoadUndecided if neither is borne out.
+
     Parameters
     ----------
     solver: what the analysis was asked to use; see :func:`~masonry_opt.solvers.registry.in_cvxpy`.
     kept: programs of the analyses before this one.
-
-    Raises
-    ------
-    DeadLoadUndecided
-        If neither is borne out.
     """
-    chosen, limits = taking_cones(solver, problem.layout.round), ShearLimits.true(problem)
-    kept = kept or Kept()
+    by_cone, limits, kept = problem.by_cone, ShearLimits.true(problem), kept or Kept()
+    chosen = taking_cones(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
         parameters = ShearParameters(limits)
-        model = CvxpyStanding(problem.by_cone, parameters)
+        model = CvxpyStanding(by_cone, parameters)
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, parameters, engine)
 
@@ -130,9 +127,9 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     """
     problem = assembly.problem
     low, high = assembly.geometry.boxes
-    square = (high - low)[assembly.movable] ** 2
-    # About each axis by the two extents across it; in the plane about one that has none.
-    across = square.sum(axis=1)[:, None] - (square if problem.layout.round else 0.0)
+    square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
+    # About each axis by the two extents across it; in the plane about the third alone.
+    across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
     scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVES)
@@ -192,7 +189,7 @@ def locking_joints(
         slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
         loaded = _of_live_load(problem.by_cone, slope)
         carrying = CvxpyStanding(loaded, ShearLimits.true(loaded))
-        if has_optimum(carrying.program, taking_cones(solver, problem.layout.round), effort, DIAGNOSIS):
+        if has_optimum(carrying.program, taking_cones(solver, loaded.by_friction.conic), effort, DIAGNOSIS):
             q = carrying.statics.forces()[1]
         elif status is Status.UNLIMITED or q is None:
             return none
@@ -216,10 +213,7 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
     them, which bears out forces, and round them, which bears out mechanisms, in turn. Each gets corners and
     sides where the last slips and shears point to, so that the two meet.
 
-    Raises
-    ------
-    DeadLoadUndecided
-        If neither is borne out.
+    Raises DeadLoadUndecided if neither is borne out.
     """
     problem, senses = problem.by_cone, None
     solver = taking_cones(solver, problem.by_friction.conic)

@@ -65,7 +65,7 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         certificate = replace(certificate, clamped=stressed)
     cuts = Cuts()
     # Cuts are of faces, which in space are sides inside the cone: they would prove nothing of it.
-    of_faces = of_mechanism and not falls and not problem.layout.round
+    of_faces = of_mechanism and not falls and not problem.by_cone.by_friction.conic
     if of_faces and problem.joints <= _CUTS_UP_TO:
         cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
     if not cuts.exclude:

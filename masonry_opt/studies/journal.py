@@ -16,21 +16,13 @@ NAME = "journal.jsonl"
 
 
 class Journal:
-    """The finished runs of one study in a folder.
+    """The finished runs of one study in a folder; the first line, its head, has hashes of all that decides
+    the rows, by name.
 
     An incomplete last line is dropped when the file is opened, and its run made again. If the disk is full,
     earlier rows stay.
 
-    Parameters
-    ----------
-    head: hashes of all that decides the rows, by name: the first line.
-
-    Raises
-    ------
-    OptionError
-        If the folder holds runs of another head.
-    OutputError
-        If it cannot be read or written.
+    Raises OptionError if the folder holds runs of another head, OutputError if it cannot be read or written.
     """
 
     def __init__(self, folder: Path, head: Mapping[str, str]) -> None:

@@ -42,13 +42,8 @@ class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is de
 
 
 class Context(type(_STANDARD)):  # type: ignore[misc]
-    """A context of multiprocessing whose processes run libraries on one thread, and do not import the main
-    program: a script without a main guard would start its study again there.
-
-    Attributes
-    ----------
-    processes: all made so far.
-    """
+    """A context of multiprocessing whose processes (all made so far) run libraries on one thread, and do not
+    import the main program: a script without a main guard would start its study again there."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -87,41 +82,20 @@ def _main_hidden() -> Iterator[None]:
         sys.modules["__main__"] = main
 
 
-@contextlib.contextmanager
-def _without_errors() -> Iterator[None]:
-    """Let processes that start within write no errors: one whose study is interrupted before it runs would
-    show a traceback."""
-    kept, silence = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(silence, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(silence)
-
-
-@contextlib.contextmanager
-def _without_interrupts() -> Iterator[None]:
-    """Let processes that start within ignore Ctrl-C; only the main thread can say so."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
 def _start_server() -> None:
-    """Start the server if it does not run; Ctrl-C must not reach it."""
+    """Start the server if it does not run. Ctrl-C must not reach it, which only the main thread can say; nor
+    may its processes write errors: one whose study is interrupted before it runs would show a traceback."""
     if _HOW != "forkserver":
         return
     from multiprocessing import forkserver
 
     _STANDARD.set_forkserver_preload(list(_PRELOADED))
-    with _without_interrupts(), _without_errors():
+    with contextlib.ExitStack() as before:
+        if threading.current_thread() is threading.main_thread():
+            before.callback(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.SIG_IGN))
+        before.callback(os.close, kept := os.dup(2))
+        before.callback(os.dup2, kept, 2)
+        _silence(2)
         forkserver.ensure_running()
 
 
@@ -129,9 +103,14 @@ def prepare_process() -> None:
     """Prepare a new process: it ignores Ctrl-C, ends at SIGTERM, and writes nothing."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    silence = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(silence, stream)
+    _silence(1, 2)
+
+
+def _silence(*streams: int) -> None:
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in streams:
+        os.dup2(nowhere, stream)
+    os.close(nowhere)
 
 
 def cores() -> int:

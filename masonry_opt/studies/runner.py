@@ -43,16 +43,9 @@ Prepare = Callable[[], Callable[[Any], Any]]
 
 @dataclass(frozen=True)
 class TaskEnd:
-    """How a task ended.
-
-    Attributes
-    ----------
-    how: FINISHED, REFUSED, CRASHED, DIED, TIME_LIMIT or MEMORY_LIMIT.
-    reason: in words; "" if it finished.
-    value: its return value; None unless it finished.
-    error: the error it raised, if that can be sent between processes.
-    peak: largest memory of its process so far, in MB (10⁶ bytes), libraries included.
-    """
+    """How a task ended (FINISHED, ...), and why in words; its value if it finished, or the error it raised,
+    if that can be sent between processes; and the largest memory of its process so far, in MB (10⁶ bytes),
+    libraries included."""
 
     how: str
     reason: str = ""
@@ -71,10 +64,7 @@ class Workers:
     count: processes; by default as many as the cores that this process may use.
     dask: address of a scheduler whose workers make the tasks instead.
 
-    Raises
-    ------
-    OptionError
-        If ``count`` is wrong, both are given, or the scheduler cannot be reached.
+    Raises OptionError if ``count`` is wrong, both are given, or the scheduler cannot be reached.
     """
 
     def __init__(
@@ -144,15 +134,10 @@ def in_processes(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
 
 
 def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -> TaskEnd:
-    """Call an importable function without arguments in a new process, on one core.
-
-    Parameters
-    ----------
-    time_limit: seconds after which the process is killed.
-    memory_limit: MB of resident memory above which it is killed.
-    """
-    workers, start, peak = Processes(None, 1), time.perf_counter(), 0.0
-    try:
+    """Call an importable function without arguments in a new process, on one core, which is killed after so
+    many seconds, or above so many MB of resident memory."""
+    start, peak = time.perf_counter(), 0.0
+    with contextlib.closing(Processes(None, 1)) as workers:
         future = workers.submit(task, time_limit)
         while not wait([future], _LOOK).done:
             peak = max(peak, *map(_resident, workers.context.processes))
@@ -162,8 +147,6 @@ def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -
         end = _end_of(future)
         seconds = end.seconds or time.perf_counter() - start
         return replace(end, seconds=seconds, peak=max(peak, end.peak))
-    finally:
-        workers.close()
 
 
 class Processes:

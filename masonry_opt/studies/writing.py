@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from masonry_opt.answer.frames import unsigned
-from masonry_opt.errors import OptionError, OutputError
+from masonry_opt.errors import OptionError, OutputError, printable
 from masonry_opt.files import WRITER, write_whole
+from masonry_opt.words.names import some
 
 #: Message where a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
@@ -31,6 +33,43 @@ def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]
         except OSError as error:
             raise OutputError(f"{folder / name}: cannot be written: {error.strerror}") from None
     return [folder / name for name in contents]
+
+
+def in_words(
+    frame: pd.DataFrame, formats: Mapping[str, str], columns: Mapping[str, str] | None = None
+) -> pd.DataFrame:
+    """Some of a frame's columns under their headings, or all as they are, as text; a dash for a missing
+    value. ``formats``: of numbers, by column."""
+
+    def text(name: str, value: Any) -> str:
+        if isinstance(value, list):
+            value = some(value)
+        elif pd.isna(value):
+            return "–"
+        known = value + 0.0 if isinstance(value, float) else value
+        return printable(formats.get(name, "{}").format(known))
+
+    shown = columns or {str(name): str(name) for name in frame}
+    return pd.DataFrame(
+        {heading: [text(name, value) for value in frame[name]] for name, heading in shown.items()},
+        dtype=object,
+    )
+
+
+def table(
+    columns: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable[str] = ()
+) -> dict[str, Any]:
+    """A table of a page; ``numbers``: columns that are aligned to the right."""
+    return {"columns": [*columns], "rows": [[*row] for row in rows], "numbers": [*numbers]}
+
+
+def frame_table(
+    frame: pd.DataFrame, formats: Mapping[str, str], columns: Mapping[str, str]
+) -> dict[str, Any]:
+    """Some of a frame's columns as a table of a page (see :func:`in_words`)."""
+    words = in_words(frame, formats, columns)
+    numbers = [heading for name, heading in columns.items() if name in formats]
+    return table(map(str, words), words.to_numpy(), numbers)
 
 
 def render(template: str, **values: object) -> str:

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 #: Items of a list that are named; the rest is counted.
 _NAMED = 5
+
+#: Width of the labels of lines.
+_LABEL = 16
+
+
+def labelled(lines: Mapping[str, object]) -> str:
+    """A line for each label of which something is said, with that; further lines of one under its first."""
+    between = "\n" + " " * (_LABEL + 1)
+    told = {label: str(words).replace("\n", between) for label, words in lines.items() if words}
+    return "\n".join(f"{label:<{_LABEL}} {words}" for label, words in told.items())
 
 
 def blocks(names: list[str]) -> str:

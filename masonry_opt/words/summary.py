@@ -19,7 +19,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.solids import Solid
 from masonry_opt.words.fill import of_fills
-from masonry_opt.words.names import verb
+from masonry_opt.words.names import labelled, verb
 from masonry_opt.words.sentences import BY_CHORDS, by_sides, message, numeral, sentences
 
 #: Codes that tell what is known of lower states.
@@ -38,13 +38,10 @@ _TRIED = (Code.PASS_LOST, Code.GROWS_WITH_STIFFNESS, Code.STILL_ELASTIC, Code.BE
 #: Ties and props that are told of.
 _TIES = 4
 
-#: Width of the labels.
-_LABEL = 16
-
 
 def summary(result: Outcome) -> str:
     """What falls, at what load, how sure that is, and what looks unintended."""
-    return _text(result, [])
+    return _text(result, {})
 
 
 def details(result: Outcome) -> str:
@@ -52,20 +49,14 @@ def details(result: Outcome) -> str:
     return _text(result, _technical(result))
 
 
-def _text(result: Outcome, technical: list[str]) -> str:
+def _text(result: Outcome, technical: dict[str, str]) -> str:
     size = result.size
     count = f"{counted(size.blocks, 'block')}, {counted(size.joints, 'joint')}"
     if size.contacts is not None:
         count += f", {counted(size.contacts, 'contact point')}"
     warnings = [f"warning: {sentence}" for sentence in sentences(result.warnings)]
-    lines = [f"{result.case}: {count}", _headline(result), *_labelled(facts(result)), *technical, *warnings]
-    return printable("\n".join(lines))
-
-
-def _labelled(lines: dict[str, str]) -> list[str]:
-    """A line each; further lines of one under its first."""
-    between = "\n" + " " * (_LABEL + 1)
-    return [f"{name:<{_LABEL}} {value.replace(chr(10), between)}" for name, value in lines.items() if value]
+    lines = [f"{result.case}: {count}", _headline(result), labelled(facts(result) | technical), *warnings]
+    return printable("\n".join(filter(None, lines)))
 
 
 def facts(result: Outcome) -> dict[str, str]:
@@ -334,27 +325,23 @@ def _reference(result: Outcome) -> str:
     return f"{of}{reference.value} ({reference.source}){off}"
 
 
-def _technical(result: Outcome) -> list[str]:
+def _technical(result: Outcome) -> dict[str, str]:
     size = result.size
     certificate = result.certificate.as_dict() if result.certificate else {}
-    return _labelled(
-        {
-            "method": f"{result.method} ({result.model}, {result.solver})",
-            "status": ": ".join(filter(None, (result.status, message(result.reasons)))),
-            "range": _range(result),
-            "certificate": "   ".join(
-                f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()
-            ),
-            "existence": str(result.infeasibility.existence) if result.infeasibility else "",
-            "programs": _programs(result),
-            "largest program": ""
-            if size.rows is None
-            else f"{counted(size.rows, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros",
-            "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),
-            "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
-            "not modelled": "\n".join(left_out(result.assembly)),
-        }
-    )
+    return {
+        "method": f"{result.method} ({result.model}, {result.solver})",
+        "status": ": ".join(filter(None, (result.status, message(result.reasons)))),
+        "range": _range(result),
+        "certificate": "   ".join(f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()),
+        "existence": str(result.infeasibility.existence) if result.infeasibility else "",
+        "programs": _programs(result),
+        "largest program": ""
+        if size.rows is None
+        else f"{counted(size.rows, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros",
+        "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),
+        "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
+        "not modelled": "\n".join(left_out(result.assembly)),
+    }
 
 
 def _range(result: Outcome) -> str:

@@ -6,7 +6,8 @@ They are written as case files, so that each run reads its scene in its own proc
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from atlas.entries import ATLAS
@@ -18,8 +19,16 @@ from masonry_opt.answer.status import Status
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, question_of
-from masonry_opt.studies.compare.plan import content_of
+from masonry_opt.studies.compare.plan import CaseScene, content_of, find_scenes
 from masonry_opt.studies.runner import REFUSED
+
+
+def made_scenes(
+    expected: Mapping[Path, dict[str, str]], others: Sequence[Path] = ()
+) -> tuple[CaseScene, ...]:
+    """Scenes of a comparison, with what is known of some by hand, by case file."""
+    scenes = find_scenes([*expected, *others])
+    return tuple(replace(scene, expected=expected.get(scene.path, {})) for scene in scenes)
 
 
 def write_atlas(folder: Path, cases: Path) -> dict[Path, dict[str, str]]:

@@ -8,19 +8,19 @@ import pytest
 from atlas.entries import ATLAS
 from atlas.entry import Entry, Expectation
 from atlas.large_scenes import LARGE, large_scene
-from atlas.made_scenes import right_claims, write_atlas, write_large, write_random
+from atlas.made_scenes import made_scenes, right_claims, write_atlas, write_large, write_random
 from atlas.random_scenes import random_scene
 from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.answer.status import Status
 from masonry_opt.studies.compare.judge import CERTIFIED, NAMED
-from masonry_opt.studies.compare.plan import content_of, find_scenes
+from masonry_opt.studies.compare.plan import content_of
 
 
 def test_the_atlas_is_written_scene_by_scene_with_its_answers(tmp_path):
     expected = write_atlas(tmp_path, CASES)
-    found = {scene.content: scene for scene in find_scenes(expected, expected=expected)}
+    found = {scene.content: scene for scene in made_scenes(expected)}
     assert len(found) == len(expected)
     for entry in ATLAS:
         scene = found[content_of(entry.scene(CASES))]  # the file holds the same scene

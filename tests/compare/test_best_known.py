@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 
 import pytest
-from atlas.made_scenes import write_atlas, write_random
+from atlas.made_scenes import made_scenes, write_atlas, write_random
 from lines import line
 from scenes import CASES, block_on_floor, two_blocks
 
@@ -26,18 +26,25 @@ def case(tmp_path):
     return scene
 
 
+@pytest.fixture
+def registry(case, tmp_path):
+    return tmp_path / FILE
+
+
 def exact(case, **known):
     return line(**({"scene": case.name, "method": "refined"} | known))
 
 
-def known_after(case, *rows):
-    improve([case], lowest_exact(rows, best_known([case])), write=True)
-    return best_known([case])[case.name]
+def known_after(registry, case, *rows):
+    improve([case], lowest_exact(rows, best_known([case], registry)), registry, write=True)
+    return best_known([case], registry)[case.name]
 
 
 @pytest.mark.parametrize("method", ["refined", "mcp"])
-def test_a_lower_exact_state_is_kept_with_its_method(case, method):
-    assert known_after(case, exact(case, method=method, load_factor=0.15)) == BestKnown(0.15, method)
+def test_a_lower_exact_state_is_kept_with_its_method(registry, case, method):
+    assert known_after(registry, case, exact(case, method=method, load_factor=0.15)) == BestKnown(
+        0.15, method
+    )
 
 
 def test_a_pass_alone_is_no_measure_of_others(case):
@@ -62,73 +69,68 @@ def test_a_pass_alone_is_no_measure_of_others(case):
         {"load_factor": None},
     ],
 )
-def test_nothing_else_is(case, known):
-    assert known_after(case, exact(case, **known)) == BestKnown(0.16, "by hand")
+def test_nothing_else_is(registry, case, known):
+    assert known_after(registry, case, exact(case, **known)) == BestKnown(0.16, "by hand")
 
 
-def test_a_changed_scene_has_no_best_known_state_but_words_do_not_change_it(case):
+def test_a_changed_scene_has_no_best_known_state_but_words_do_not_change_it(registry, case):
     mo.save(mo.load(case.path).model_copy(update={"title": "other"}), case.path)
     (renamed,) = find_scenes([case.path])
     assert renamed.content == case.content
     mo.save(two_blocks(0.2), case.path)
-    assert best_known(find_scenes([case.path])) == {}
+    assert best_known(find_scenes([case.path]), registry) == {}
 
 
-def test_other_entries_stay(case, tmp_path):
-    registry, other = tmp_path / FILE, {"load_factor": 1.0, "method": "m", "content": "c"}
+def test_other_entries_stay(registry, case):
+    other = {"load_factor": 1.0, "method": "m", "content": "c"}
     entry = '["other.toml"]\nload_factor = 1.0\nmethod = "m"\ncontent = "c"\n'
     registry.write_text(registry.read_text() + entry)
-    known_after(case, exact(case, load_factor=0.15))
+    known_after(registry, case, exact(case, load_factor=0.15))
     assert tomllib.loads(registry.read_text())["other.toml"] == other
 
 
-def test_an_unwritable_registry_is_named_and_no_error(case, monkeypatch):
+def test_an_unwritable_registry_is_named_and_no_error(registry, case, monkeypatch):
     def refuse(*_):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr("masonry_opt.studies.compare.best_known.write_whole", refuse)
-    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]), write=True)
+    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]), registry, write=True)
     assert "cannot be written (Permission denied)" in message
     assert "0.15" in message
 
 
-def test_without_the_option_a_lower_state_is_told_and_nothing_written(case, tmp_path):
-    before = (tmp_path / FILE).read_bytes()
-    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]), write=False)
+def test_without_the_option_a_lower_state_is_told_and_nothing_written(registry, case):
+    before = registry.read_bytes()
+    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]), registry, write=False)
     assert "--update-best-known" in message
     assert "0.15" in message
-    assert (tmp_path / FILE).read_bytes() == before
+    assert registry.read_bytes() == before
 
 
-def test_scenes_without_an_entry_are_told_as_one_number(case, tmp_path):
-    (tmp_path / FILE).write_text("")
+def test_scenes_without_an_entry_get_one_where_that_is_asked_for(registry, case):
+    registry.write_text("")
     mo.save(two_blocks(0.2), case.path.with_name("other.toml"))
     scenes = find_scenes([case.path, case.path.with_name("other.toml")])
     found = lowest_exact(exact(scene, load_factor=0.15) for scene in scenes)
-    (message,) = improve(scenes, found, write=False)
-    assert "no entry yet: 2" in message
-    improve(scenes, found, write=True)
-    assert [known.load_factor for known in best_known(scenes).values()] == [0.15, 0.15]
+    assert improve(scenes, found, registry, write=False) == []
+    assert len(improve(scenes, found, registry, write=True)) == 2
+    assert [known.load_factor for known in best_known(scenes, registry).values()] == [0.15, 0.15]
 
 
-def test_a_made_scene_is_registered_with_the_case_files(tmp_path):
-    """Its own folder has no registry, and would be another with another ``--out``."""
-    folder, made = tmp_path / "cases", tmp_path / "out" / "scenes"
-    folder.mkdir()
-    (folder / FILE).write_text("")
-    (scene,) = find_scenes(write_random(made, 1), folder, made=made)
-    improve([scene], {scene.name: BestKnown(0.5, "refined")}, write=True)
-    assert [*tomllib.loads((folder / FILE).read_text())] == ["random/wall_0.toml"]
-    (again,) = find_scenes(write_random(tmp_path / "other", 1), folder, made=tmp_path / "other")
-    assert best_known([again]) == {"random/wall_0": BestKnown(0.5, "refined")}
-    (named,) = find_scenes([scene.path], folder)  # by whoever made it: it may be changed
-    assert best_known([named]) == {}
+def test_a_scene_is_known_by_its_name_and_numbers_wherever_it_lies(tmp_path):
+    registry = tmp_path / FILE
+    (scene,) = find_scenes(write_random(tmp_path / "scenes", 1))
+    improve([scene], {scene.name: BestKnown(0.5, "refined")}, registry, write=True)
+    assert [*tomllib.loads(registry.read_text())] == ["random/wall_0.toml"]
+    again = find_scenes(write_random(tmp_path / "other", 1))
+    assert best_known(again, registry) == {"random/wall_0": BestKnown(0.5, "refined")}
+    assert best_known(again, None) == best_known(again, tmp_path / "none.toml") == {}
 
 
-def test_a_broken_registry_is_one_clear_error(case, tmp_path):
-    (tmp_path / FILE).write_text("load_factor = ")
+def test_a_broken_registry_is_one_clear_error(registry, case):
+    registry.write_text("load_factor = ")
     with pytest.raises(mo.CaseError, match=FILE):
-        best_known([case])
+        best_known([case], registry)
 
 
 def test_the_lower_of_known_and_found_counts():
@@ -152,7 +154,7 @@ def test_a_scene_is_the_same_by_either_name_of_its_live_load():
 def test_the_packages_registry_knows_its_cases():
     """Closed forms of Figs 6 and 8 among them."""
     scenes = find_scenes(["two_blocks", "wedges", "wall_1", "wall_6"], CASES)
-    known = best_known(scenes)
+    known = best_known(scenes, CASES / FILE)
     assert set(known) == {scene.name for scene in scenes}
     assert known["gilbert/two_blocks"].load_factor == pytest.approx(0.15, rel=1e-8)
     assert known["livesley/wedges"].load_factor == pytest.approx(1.280338166517, rel=1e-8)
@@ -162,8 +164,7 @@ def test_the_registry_of_made_scenes_knows_them(tmp_path):
     """Every entry is of a scene as it is made today; 1/2 and 0 by hand."""
     folder = CASES.parent / "tests" / "atlas"
     atlas = write_atlas(tmp_path, CASES)
-    scenes = find_scenes([*atlas, *write_random(tmp_path, 160)], folder, atlas, tmp_path)
-    known = best_known(scenes)
+    known = best_known(made_scenes(atlas, write_random(tmp_path, 160)), folder / FILE)
     made = set(tomllib.loads((folder / FILE).read_text("utf-8")))
     assert {key for key in made if not key.startswith("large/")} == {f"{name}.toml" for name in known}
     assert len(made) >= 160

@@ -1,4 +1,4 @@
-"""Medians, Pareto front, profiles, growth and success on made-up runs whose answers are seen."""
+"""Medians, Pareto front and success on made-up runs whose answers are seen."""
 
 from __future__ import annotations
 
@@ -48,39 +48,6 @@ def test_pareto_front():
     frame = pd.DataFrame({"time": [1.0, 2.0, 3.0, 4.0, 5.0], "error": [1e-3, 1e-2, 1e-6, 1e-9, 1e-6]})
     frame["verdict"] = ["certified"] * 3 + ["wrong", "certified"]
     assert list(frames.pareto(frame)["time"]) == [1.0, 3.0]
-
-
-def test_a_target_is_reached_at_the_cheapest_tolerance_that_is_good_enough():
-    """The targets: 1e-6 for associative λ. Looser is too far off, tighter takes longer."""
-    rows = [
-        line(scene="a", tolerance=1e-4, wall=1.0, load_factor=1.00005),
-        line(scene="a", tolerance=1e-8, wall=2.0),
-        line(scene="a", tolerance=1e-10, wall=3.0),
-        line(scene="a", solver="highs", wall=1.0, ended="crashed", load_factor=None),
-    ]
-    times = frames.reached(frames.summary(rows, BOUNDS, {}, {}), "associative").set_index("pair")["time"]
-    assert times["static · cvxpy · clarabel"] == 2.0
-    assert times["static · cvxpy · highs"] == math.inf
-
-
-def test_performance_profile():
-    """p is fastest on two of three scenes; q takes twice and thrice as long there, alone solves c."""
-    times = pd.DataFrame({"scene": [*"aabbcc"], "pair": ["p", "q"] * 3})
-    times["time"] = [1.0, 2.0, 1.0, 3.0, math.inf, 5.0]
-    profile = frames.profiles(times)
-    curves = {pair: list(zip(g["ratio"], g["share"], strict=True)) for pair, g in profile.groupby("pair")}
-    third = pytest.approx(1 / 3)
-    assert curves["p"] == [(1.0, pytest.approx(2 / 3)), (1.0, third), (1.0, pytest.approx(2 / 3))]
-    assert curves["q"] == [(1.0, third), (1.0, third), (2.0, pytest.approx(2 / 3)), (3.0, 1.0)]
-
-
-def test_growth_finds_the_exponent_and_needs_three_sizes():
-    sizes = [60.0, 100.0, 200.0, 5.0]
-    times = pd.DataFrame({"pair": "p", "joints": sizes, "time": [2e-3 * c**1.5 for c in sizes[:3]] + [9.0]})
-    (fit,) = frames.growth(times).to_dict("records")
-    assert (fit["exponent"], fit["factor"]) == (pytest.approx(1.5), pytest.approx(2e-3))
-    (none,) = frames.growth(times.iloc[[0, 1, 3]]).to_dict("records")
-    assert math.isnan(none["exponent"])
 
 
 def test_success_counts_every_end():

@@ -51,7 +51,7 @@ def test_a_comparison_that_is_killed_takes_its_run_along(tmp_path):
     # Without charts: the report of what there is takes less time.
     program = "import hogs, sys; sys.modules['altair'] = None; "
     program += "from masonry_opt.studies.compare import comparison as c; "
-    program += "c.run_pair = hogs.start_and_sleep; from masonry_opt.cli import main; main()"
+    program += "c.runs.run_pair = hogs.start_and_sleep; from masonry_opt.cli import main; main()"
     arguments = ["compare", str(case), "--methods", "static", "--out", str(tmp_path)]
     comparison = subprocess.Popen(
         [sys.executable, "-c", program, *arguments],

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.scene.arch_ring import ArchRing
+from masonry_opt.scene.arch import ArchRing
 
 pytest.importorskip("sphinx")
 

@@ -210,10 +210,10 @@ def test_a_changed_column_is_a_program_made_anew():
     scene = arch(12)
     assembly = assemble(scene)
     (one,) = mo.crossing(scene, ON_ARCH, method="static").passages
-    moving = MovingLoad(one.passage.loaded(0.3).problem, Effort())
+    moving = MovingLoad(one.passage.loaded(one.passage.live(0.3)).problem, Effort())
     for x in (0.3, -1.2, 1.9, -0.35, 2.4):
-        alone = MovingLoad(one.passage.loaded(x).problem, Effort())(one.passage.live(x))
-        moved = moving(one.passage.live(x))
+        live = one.passage.live(x)
+        alone, moved = MovingLoad(one.passage.loaded(live).problem, Effort())(live), moving(live)
         assert moved.load_factor == pytest.approx(alone.load_factor, rel=1e-9)
         assert moved.answer.certificate.worst < 1e-9
     assert assembly.problem.B.shape == one.passage.assembly.problem.B.shape

@@ -9,7 +9,23 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from masonry_opt.studies.many.estimates import fragility, quantiles, sensitivity
+from masonry_opt.studies.many.sample import Sample
+
+
+def sampled(values, drawn=None):
+    """A sample with these load factors, -inf and inf among them, and numbers drawn."""
+    drawn = pd.DataFrame(index=range(len(values))) if drawn is None else drawn
+    load_factor = np.where(np.isfinite(values), values, np.nan)
+    table = drawn.assign(load_factor=load_factor, any_load=np.isposinf(values))
+    return Sample("made up", table, tuple(drawn), {})
+
+
+def quantiles(values, probabilities, confidence):
+    return sampled(values).quantiles(probabilities, confidence)
+
+
+def sensitivity(drawn, values, confidence):
+    return sampled(values, drawn).sensitivity(confidence)
 
 
 @pytest.mark.parametrize("n", [60, 199, 1000])
@@ -44,7 +60,7 @@ def test_quantiles_count_what_has_no_load_factor():
 def test_probability_of_collapse_has_clopper_and_pearsons_interval():
     values = np.concatenate([[0.0], np.linspace(0.1, 0.9, 28), [5.0]])
     loads = [-1.0, 0.0, 0.1, 0.5, 0.9, 2.0, 5.0]
-    found = fragility(values, loads, 0.9)
+    found = sampled(values).fragility(loads, 0.9)
     for load, row in zip(loads, found.to_dict("records"), strict=True):
         collapsed = int((values <= load).sum())
         interval = stats.binomtest(collapsed, 30).proportion_ci(0.9, method="exact")

@@ -10,9 +10,8 @@ from scenes import CASES, block_on_floor, run_command
 import masonry_opt as mo
 from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.studies import journal
-from masonry_opt.studies.many.runs import Study
+from masonry_opt.studies.many.runs import ManyRuns, Study
 from masonry_opt.studies.many.sweep import grid, said
-from masonry_opt.studies.many.table import ManyRuns, RunsFolder
 
 FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
 VARY = {"joints.friction": FRICTIONS, "block.A.live.x": [1.0, 2.0]}
@@ -58,7 +57,7 @@ def test_the_load_to_expect_is_a_column(swept):
 def test_order_and_workers_change_nothing(swept):
     same(sweep(workers=2), swept)
     points = grid(VARY)[::-1]
-    frame = ManyRuns(Study(block_on_floor(), HowToSolve("static")), points).table(RunsFolder(), workers=2)
+    frame = ManyRuns(workers=2).table(Study(block_on_floor(), HowToSolve("static")), points)
     same(frame[::-1].reset_index(drop=True), swept)
 
 

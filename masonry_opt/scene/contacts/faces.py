@@ -11,9 +11,14 @@ from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.sides import Items, near_items, stacked
 from masonry_opt.scene.rows import dots, lengths
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.clipping import common_to
-from masonry_opt.scene.space.frames import Frames
-from masonry_opt.scene.space.outlines import rolled, wide, without_slivers, without_straight_corners
+from masonry_opt.scene.space.faces import Frames
+from masonry_opt.scene.space.outlines import (
+    common_to,
+    rolled,
+    wide,
+    without_slivers,
+    without_straight_corners,
+)
 from masonry_opt.scene.space.shapes import Shapes
 
 #: Polygons narrower than so many tolerances are nothing.

@@ -6,21 +6,26 @@ from collections.abc import Callable
 
 import numpy as np
 
-from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.contacts import edges, faces, solids
-from masonry_opt.scene.contacts.floating import refuse_floating
 from masonry_opt.scene.contacts.joints import Joints, joint_properties, outline_sides
-from masonry_opt.scene.contacts.pairs import near_pairs, refuse_overlaps
+from masonry_opt.scene.contacts.pairs import near_pairs, refuse_floating, refuse_overlaps
 from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
 from masonry_opt.scene.extents import Extents
-from masonry_opt.scene.rows import lengths
+from masonry_opt.scene.geometry import geometry
+from masonry_opt.scene.rows import lengths, ranges
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.shapes import shapes
 
-#: By dimension: what faces what, and what touches beside it.
-_KINDS: dict[int, tuple[Callable[..., Facing], Callable[..., BlockCorners]]] = {
-    2: (edges.facing, edges.PlaneCorners),
-    3: (faces.facing, solids.SolidCorners),
+#: By dimension: shapes of blocks, what of them faces what, and what touches beside it.
+_KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]] = {
+    2: (geometry, edges.facing, edges.PlaneCorners),
+    3: (shapes, faces.facing, solids.SolidCorners),
 }
+
+
+def shapes_of(scene: Scene) -> Extents:
+    """Shapes of the blocks of a scene, in the plane or in space. Raises CaseError if one is wrong."""
+    return _KINDS[scene.dimension][0](scene)
 
 
 def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joints:
@@ -38,21 +43,18 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a joint of two points,
     a corner on a face and two edges that cross are joints of one.
 
+    Raises CaseError if blocks overlap, a movable block touches nothing or reaches no support, an exception
+    names two blocks that do not touch, or there are more pairs to compare than memory holds.
+
     Parameters
     ----------
     floating: whether blocks may touch nothing, or reach no support: to show them.
-
-    Raises
-    ------
-    CaseError
-        If blocks overlap, a movable block touches nothing or reaches no support, an exception names two
-        blocks that do not touch, or there are more pairs to compare than memory holds.
     """
     fixed = np.array([block.fixed for block in scene.blocks])
     pairs = near_pairs(scene, shapes)
     both_fixed = fixed[pairs].all(axis=1)
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
-    facing, corners_of = _KINDS[scene.dimension]
+    _, facing, corners_of = _KINDS[scene.dimension]
     found = facing(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
     touch, joined = found.most <= shapes.contact_tolerance, ~both_fixed[found.pair]
     fixed_pairs = len(np.unique(found.pair[touch & ~joined]))

@@ -9,9 +9,8 @@ from typing import Any, Self
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.combinations import following
 from masonry_opt.scene.joints import JointDefaults
-from masonry_opt.scene.rows import dots, sums
+from masonry_opt.scene.rows import dots, following, sums
 from masonry_opt.scene.scene import Scene
 
 
@@ -89,6 +88,14 @@ class Joints:
     def end(self) -> np.ndarray:
         """Last contact point of each joint, shape (joints, 2) or (joints, 3)."""
         return self.point[self.last_point]
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Normal and tangent of each joint, in space also their product, shape (dim, joints, dim)."""
+        axes = [self.normal, self.tangent]
+        if self.normal.shape[1] > 2:
+            axes.append(np.cross(*axes))
+        return np.stack(axes)
 
     @cached_property
     def middle(self) -> np.ndarray:

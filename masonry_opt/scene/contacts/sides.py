@@ -9,9 +9,8 @@ from typing import Self
 
 import numpy as np
 
-from masonry_opt.scene.combinations import chunks, combine, ranges
 from masonry_opt.scene.extents import Extents
-from masonry_opt.scene.rows import Rows, dots, first_alike, lengths
+from masonry_opt.scene.rows import Rows, chunks, combine, dots, first_alike, lengths, ranges
 
 #: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).
 #: From ten tolerances on they may lean by any angle that the tolerance allows, shorter ones by this share.

@@ -12,7 +12,7 @@ from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.faces import NARROWEST
 from masonry_opt.scene.contacts.sides import Items, Touches, near_items
 from masonry_opt.scene.rows import dots, first_alike, lengths, sums
-from masonry_opt.scene.space.frames import unit
+from masonry_opt.scene.space.faces import unit
 from masonry_opt.scene.space.shapes import Shapes
 
 #: Sine of the angle between faces below which they lie in one plane.

@@ -1,26 +1,38 @@
-"""COMPAS JSON to a scene."""
+"""COMPAS JSON to a scene: in space, or in the plane of prisms along one direction, seen along it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+import shapely
 from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import compas_data
-from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
-from masonry_opt.scene.drawings.meshes import Mesh
-from masonry_opt.scene.drawings.prisms import SideView, Solid, prism_directions, seen_along
-from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, naming, scene_of
-from masonry_opt.scene.drawings.supports import Supports, with_supports
+from masonry_opt.scene.drawings.meshes import Mesh, Side, area_vector, polyhedron
+from masonry_opt.scene.drawings.stones import (
+    FlatDrawing,
+    SolidDrawing,
+    Supports,
+    drawing_path,
+    naming,
+    scene_in_space,
+    scene_of,
+    with_supports,
+)
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
 
 #: Solids lie in one plane if their middles differ by no more than this, over the thickest of them.
 _ONE_PLANE = 1e-4
+
+#: Lengths below this fraction of a solid's size are nothing: its corners may be in single precision.
+_RELATIVE_TOLERANCE = 1e-5
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -52,6 +64,9 @@ def read_compas(
     plane across, with z upwards. Polygons are taken as they are; those in the plane z = constant with y
     upwards. In space blocks are whole, of any shape; a support of one face is the top of a slab.
 
+    Raises CaseError if the file cannot be read, a block is no prism, the blocks make no scene, or ``along``
+    is given of a scene in space; the message names the file and the block.
+
     Parameters
     ----------
     path:
@@ -82,12 +97,6 @@ def read_compas(
         of gaps as in :class:`Scene`).
     contact_tolerance:
         In space: gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
-
-    Raises
-    ------
-    CaseError
-        If the file cannot be read, a block is no prism, the blocks make no scene, or ``along`` is given of a
-        scene in space; the message names the file and the block.
     """
     path = drawing_path(path, ".json")
     data = parse_file(path)
@@ -113,17 +122,17 @@ def read_compas(
         return scene_in_space(meshes, SolidDrawing.of(given), path)
 
 
-def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> SideView:
+def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
     """The solids seen along the direction that is asked for, or along the only one there is."""
     flat = all(mesh.flat for mesh in meshes)
     asked = drawing.along is not None
     if asked and not any(drawing.along or ()):
         raise ValueError("'along' needs a direction, such as y")
-    solids, views, whys = [Solid(mesh, drawing.tolerance) for mesh in meshes], {}, []
-    for direction in [np.array(drawing.along)] if asked else prism_directions(meshes):
+    solids, views, whys = [_Prism(mesh, drawing.tolerance) for mesh in meshes], {}, []
+    for direction in [np.array(drawing.along)] if asked else _directions(meshes):
         name = _said(direction)
         try:
-            view = seen_along(solids, direction)
+            view = _seen_along(solids, direction)
             if not flat:
                 _refuse_apart(meshes, view, asked)
             views[name] = view
@@ -141,7 +150,7 @@ def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> SideView:
     return next(iter(views.values()))
 
 
-def _refuse_apart(meshes: Sequence[Mesh], view: SideView, asked: bool) -> None:
+def _refuse_apart(meshes: Sequence[Mesh], view: _SideView, asked: bool) -> None:
     """Raise ValueError if no plane cuts all blocks seen as was asked for, or others have no middle plane."""
     begin, end = view.reach.T
     last, first = int(begin.argmax()), int(end.argmin())
@@ -163,10 +172,109 @@ def _said(direction: np.ndarray) -> str:
     return "[" + ", ".join(f"{part + 0.0:.4g}" for part in direction) + "]"
 
 
-def _blocks(meshes: Sequence[Mesh], view: SideView, drawing: CompasDrawing) -> list[Block]:
+def _blocks(meshes: Sequence[Mesh], view: _SideView, drawing: CompasDrawing) -> list[Block]:
     blocks = []
     for mesh, outline, (begin, end) in zip(meshes, view.outlines, view.reach, strict=True):
         weight = drawing.unit_weight * outline.area * float(end - begin)
         keys = {} if mesh.flat else {"weight": weight, "unit_weight": None}
         blocks.append(drawing.block(mesh.name, outline, mesh.fixed, live_per_weight=drawing.live, **keys))
     return blocks
+
+
+@dataclass(frozen=True)
+class _SideView:
+    """Outlines of solids in the plane across a direction, and where each begins and ends along it, shape
+    (solids, 2)."""
+
+    outlines: list[shapely.Polygon]
+    reach: np.ndarray
+
+
+def _axes(direction: np.ndarray) -> np.ndarray:
+    """Axes of the plane across a direction, shape (2, 3): z upwards is its second, or along z itself y.
+
+    Raises ValueError if the direction is neither level nor z, so that weights do not act in the plane.
+    """
+    unit = direction / np.linalg.norm(direction)
+    if abs(abs(unit[2]) - 1) < 1e-9:
+        return np.eye(3)[:2]
+    if abs(unit[2]) > 1e-6:
+        raise ValueError("is neither level nor upright: weights would not act in the plane")
+    across = np.cross(unit, (0.0, 0.0, 1.0))
+    across /= np.linalg.norm(across)
+    # Seen from the side from which x (or else y) runs to the right.
+    if across[0] < -1e-9 or (abs(across[0]) <= 1e-9 and across[1] < 0):
+        across = -across
+    return np.array([across + 0.0, [0.0, 0.0, 1.0]])
+
+
+def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
+    """Directions along which the solids may be prisms: y, x, and level normals of the first one's faces; of
+    polygons also z."""
+    x, y, z = np.eye(3)
+    found = [z, y, x] if all(solid.flat for solid in solids) else [y, x]
+    for face in solids[0].faces[:100]:
+        normal = area_vector(solids[0].points[face])
+        size = float(np.linalg.norm(normal))
+        new = all(np.linalg.norm(np.cross(normal, other)) > 1e-6 * size for other in found)
+        if abs(normal[2]) < 1e-6 * size and new:
+            found.append(normal / size)
+    return found
+
+
+@dataclass(frozen=True)
+class _Prism:
+    """A block, and the length given that is nothing beside it."""
+
+    mesh: Mesh
+    given: float | None
+
+    @cached_property
+    def tolerance(self) -> float:
+        return self.given or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(self.mesh.points, axis=0)))
+
+    @cached_property
+    def sides(self) -> list[Side]:
+        """Its plane sides, for all directions that it is looked at along."""
+        return polyhedron(self.mesh, self.tolerance).sides
+
+
+def _seen_along(solids: Sequence[_Prism], direction: np.ndarray) -> _SideView:
+    """The solids as prisms along a direction.
+
+    Raises ValueError, naming the block, if one is no prism along it.
+    """
+    plane = _axes(direction)
+    unit = direction / np.linalg.norm(direction)
+    outlines, reach = [], []
+    flat = all(solid.mesh.flat for solid in solids)
+    for solid in solids:
+        if solid.mesh.flat and not flat:
+            raise ValueError(f"block '{solid.mesh.name}' is a single face among solids: give it a thickness")
+        with naming(f"block '{solid.mesh.name}'"):
+            outlines.append(_end(solid, plane, unit))
+        along = solid.mesh.points @ unit
+        reach.append((along.min(), along.max()))
+    return _SideView(outlines, np.array(reach))
+
+
+def _end(solid: _Prism, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
+    """The outline of a prism's ends, which must be the same."""
+    mesh, tolerance = solid.mesh, solid.tolerance
+    along, seen = mesh.points @ unit, mesh.points @ plane.T
+    thickness = np.ptp(along)
+    if mesh.flat != (thickness <= tolerance):
+        raise ValueError("does not lie across it" if mesh.flat else "has no thickness along it")
+    ends = []
+    for side in sorted(solid.sides, key=lambda side: side.base @ unit):
+        if np.ptp(along[side.rings[0]]) <= tolerance:
+            ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
+        elif abs(side.normal @ unit) * thickness > tolerance:
+            raise ValueError("has a face that is neither along it nor across: it is no prism")
+    if len(ends) != 2 - mesh.flat:
+        raise ValueError("has a step along it, or an end of several parts, or none: it is no prism")
+    if not all(end.is_valid for end in ends):
+        raise ValueError("has a face that crosses itself")
+    if shapely.area(shapely.symmetric_difference(ends[0], ends[-1])) > tolerance * ends[0].length:
+        raise ValueError("has two ends that differ: it is no prism")
+    return shapely.orient_polygons(ends[0])

@@ -17,10 +17,18 @@ from masonry_opt.files import MARK, refuse_replacing, write_whole
 from masonry_opt.scene.blocks import Block, Name, Positive
 from masonry_opt.scene.drawings import dxf_curves
 from masonry_opt.scene.drawings.outlines import Outline, closed_outlines, outlines_with_holes
-from masonry_opt.scene.drawings.stones import FlatDrawing, block_name, drawing_path, naming, scene_of
-from masonry_opt.scene.drawings.supports import FIXED, listed
+from masonry_opt.scene.drawings.stones import (
+    FIXED,
+    FlatDrawing,
+    block_name,
+    drawing_path,
+    listed,
+    naming,
+    scene_of,
+)
+from masonry_opt.scene.extents import RELATIVE_TOLERANCE
 from masonry_opt.scene.extrude import extrude
-from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
+from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector
 from masonry_opt.scene.tables import reason

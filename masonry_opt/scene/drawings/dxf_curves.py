@@ -108,16 +108,13 @@ def _attribute(entity: Any, name: str, default: object) -> Any:
 def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[list[Curve], float]:
     """Outlines among entities, as chains of straight lines; and the diagonal round them.
 
+    Raises ValueError if an entity cannot be read as an outline; the message names it.
+
     Parameters
     ----------
     entities: of one drawing.
     scale: by which all lengths are multiplied.
     sagitta: largest distance between a curve and its chords; None for 10⁻⁴ of the drawing's diagonal.
-
-    Raises
-    ------
-    ValueError
-        If an entity cannot be read as an outline; the message names it.
     """
     from ezdxf.edgesmith import is_closed_entity
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import io
-from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -15,10 +14,17 @@ from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Positive
-from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh, shells, used
-from masonry_opt.scene.drawings.stones import block_name, naming
-from masonry_opt.scene.drawings.supports import FIXED, Supports, with_supports
+from masonry_opt.scene.drawings.stones import (
+    FIXED,
+    SolidDrawing,
+    Supports,
+    block_name,
+    naming,
+    scene_in_space,
+    with_supports,
+)
+from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, read_bytes
 
@@ -129,7 +135,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
             raise ValueError(f"block '{mesh.name}' has a coordinate that is no number")
     if len(found) == 1:
         found = shells(found[0])
-    if twice := [name for name, count in Counter(mesh.name for mesh in found).items() if count > 1]:
+    if twice := repeated(mesh.name for mesh in found):
         raise ValueError(f"has two blocks '{twice[0]}': rename one")
     axes = drawing.scale * _AXES[drawing.up].T
     return [replace(mesh, points=mesh.points @ axes) for mesh in found]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
-from masonry_opt.scene.arch_ring import ArchRing
+from masonry_opt.scene.arch import ArchRing
 from masonry_opt.scene.blocks import Point, Positive
+from masonry_opt.scene.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solid_generators.bond import cut, every
-from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solids import Solid, prism
 
 
@@ -16,10 +16,12 @@ class Barrel(ArchRing, SolidGenerator):
     """A barrel vault along y, the point (x, y) of its arch being (x, t, y), t from 0 to its
     length: without ``stone`` that arch, extruded.
 
+    Raises CaseError if the measures make no arch, or the stones are longer than the vault.
+
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments:
-        Of its ring: see :class:`~masonry_opt.scene.arch_ring.ArchRing`.
+        Of its ring: see :class:`~masonry_opt.scene.arch.ArchRing`.
     length:
         Of the vault, along y.
     stone:
@@ -30,13 +32,8 @@ class Barrel(ArchRing, SolidGenerator):
     unit_weight:
         Weight per unit volume.
     name, at, live_per_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is that of the
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of the
         arch, at y = 0.
-
-    Raises
-    ------
-    CaseError
-        If the measures make no arch, or the stones are longer than the vault.
     """
 
     length: Positive

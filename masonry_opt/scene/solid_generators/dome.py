@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Number, Positive, YesNo
-from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator, polar
+from masonry_opt.scene.generator import PartKeys, SolidGenerator, polar
 from masonry_opt.scene.solids import Solid, prism
 from masonry_opt.scene.walls import Count
 
@@ -24,6 +24,8 @@ class Dome(SolidGenerator):
 
     Faces are flat and shared whole: voussoirs of "running" bond have further corners in the middle, at those
     of the rings above and below, and are two convex parts.
+
+    Raises CaseError if the measures make no dome.
 
     Parameters
     ----------
@@ -45,13 +47,8 @@ class Dome(SolidGenerator):
     base:
         Whether a fixed ring, as high as the dome is thick, is built under it.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is the centre of
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the centre of
         the spheres.
-
-    Raises
-    ------
-    CaseError
-        If the measures make no dome.
     """
 
     radius: Positive

@@ -8,10 +8,10 @@ from typing import Annotated
 from pydantic import Field, Strict
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.arch_ring import ArchRing
+from masonry_opt.scene.arch import ArchRing
 from masonry_opt.scene.blocks import Point, Positive, YesNo
+from masonry_opt.scene.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
-from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator
 from masonry_opt.scene.solids import Solid, prism
 
 
@@ -21,10 +21,12 @@ class Groin(SolidGenerator):
     On each groin a course is one stone with a leg in either barrel, two convex parts; from there courses go
     on in running bond to the ends of the barrels.
 
+    Raises CaseError if the measures make no arch, or the bay leaves no room for stones beside the corners.
+
     Parameters
     ----------
     span, rise, thickness:
-        Of the barrels' arch: see :class:`~masonry_opt.scene.arch_ring.ArchRing`.
+        Of the barrels' arch: see :class:`~masonry_opt.scene.arch.ArchRing`.
     voussoirs:
         Of that, an even number: a joint runs along the crown.
     bay:
@@ -34,13 +36,8 @@ class Groin(SolidGenerator):
     abutments:
         Whether a fixed abutment is built under each corner.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is the middle of
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle of
         the square, at the height of the springing points.
-
-    Raises
-    ------
-    CaseError
-        If the measures make no arch, or the bay leaves no room for stones beside the corners.
     """
 
     span: Positive

@@ -11,8 +11,9 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
+from masonry_opt.scene.generator import SolidGenerator
+from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every, spaces
-from masonry_opt.scene.solid_generators.generator import SolidGenerator
 from masonry_opt.scene.solid_generators.stretches import WallStretch, conflicts, crossed
 from masonry_opt.scene.solids import Solid
 from masonry_opt.scene.walls import Count
@@ -82,6 +83,9 @@ class Plan(SolidGenerator):
     beyond the other's face. Pieces beside ends and openings are no shorter than a quarter of a block: where
     one would be, its neighbour is as much longer.
 
+    Raises CaseError if an axis turns by other than right angles, walls overlap, an opening does not fit, or a
+    piece would be shorter than a quarter of a block.
+
     Parameters
     ----------
     block:
@@ -102,14 +106,8 @@ class Plan(SolidGenerator):
     base:
         Whether a fixed base is built under all, which reaches a leaf's thickness farther.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is that of the
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of the
         axes, at the foot of the walls.
-
-    Raises
-    ------
-    CaseError
-        If an axis turns by other than right angles, walls overlap, an opening does not fit, or a piece would
-        be shorter than a quarter of a block.
     """
 
     block: tuple[Positive, Positive]
@@ -140,8 +138,7 @@ class Plan(SolidGenerator):
         yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
-        names = [wall.name for wall in self.walls]
-        for name in {name for name in names if names.count(name) > 1}:
+        for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one"
         for wall in self.walls:
             for number, (one, other) in enumerate(pairwise(wall.axis), start=1):

@@ -9,13 +9,15 @@ from typing import Annotated
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Positive, YesNo
-from masonry_opt.scene.solid_generators.generator import SolidGenerator, polar
+from masonry_opt.scene.generator import SolidGenerator, polar
 from masonry_opt.scene.solids import Solid, prism
 from masonry_opt.scene.walls import Count, Widths
 
 
 class Shaft(SolidGenerator):
     """Equally high drums, prisms or frusta of a regular polygon, on a fixed base whose top is z = 0.
+
+    Raises CaseError if a value is none that can be built.
 
     Parameters
     ----------
@@ -30,13 +32,8 @@ class Shaft(SolidGenerator):
     base:
         Whether a fixed base is built under it, with the foot's outline and as high as a drum.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is the middle
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle
         of the foot.
-
-    Raises
-    ------
-    CaseError
-        If a value is none that can be built.
     """
 
     diameter: Widths

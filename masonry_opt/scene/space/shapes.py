@@ -1,24 +1,127 @@
-"""Shapes of the blocks of a scene in space, and the checks that a solid must pass."""
+"""Shapes of the blocks of a scene in space, their convex parts, and the checks that a solid must pass."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
 
-from masonry_opt.scene.combinations import combine
-from masonry_opt.scene.extents import Common, Extents
-from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, raise_for
-from masonry_opt.scene.rows import dots, lengths, sums
+from masonry_opt.scene.extents import Common, Extents, frame_of
+from masonry_opt.scene.geometry import raise_for
+from masonry_opt.scene.rows import chunks, combine, dots, lengths, ranges, sums
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.distance import nearest
-from masonry_opt.scene.space.faces import outer_faces, planes
-from masonry_opt.scene.space.frames import OuterFaces
-from masonry_opt.scene.space.parts import ConvexParts, overlapping
+from masonry_opt.scene.space.faces import OuterFaces, Planes, outer_faces, planes
 from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, surfaces
+
+
+@dataclass(frozen=True)
+class ConvexParts:
+    """Convex parts of the blocks in turn.
+
+    Attributes
+    ----------
+    block: of each part, rising, shape (parts,).
+    points, of_point: corners, shape (points, 3), and the part of each, rising.
+    normal, offset, of_plane: half-spaces normal · x ≤ offset that bound the parts, shape (planes, 3) and
+        (planes,), and the part of each, rising.
+    low, high: boxes round the parts, shape (parts, 3) each.
+    """
+
+    block: np.ndarray
+    points: np.ndarray
+    of_point: np.ndarray
+    normal: np.ndarray
+    offset: np.ndarray
+    of_plane: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    @classmethod
+    def of(cls, surfaces: Surfaces, planes: Planes) -> ConvexParts:
+        """The parts that the surfaces bound, if they are convex."""
+        at, corner = np.unique(surfaces.vertex, return_index=True)
+        points, of_point = surfaces.points[at], surfaces.part[surfaces.face[corner]]
+        order = np.argsort(of_point, kind="stable")
+        points, of_point = points[order], of_point[order]
+        start = np.searchsorted(of_point, np.arange(len(surfaces.block)))
+        low, high = (bound.reduceat(points, start) for bound in (np.minimum, np.maximum))
+        flat = planes.of_face >= 0
+        key = np.column_stack([surfaces.part, planes.of_face, planes.outwards])[flat]
+        of_plane, plane, outwards = np.unique(key, axis=0).T
+        normal = np.where(outwards, 1.0, -1.0)[:, None] * planes.frame.normal[plane]
+        offset = dots(normal, planes.frame.base[plane])
+        return cls(surfaces.block, points, of_point, normal, offset, of_plane, low, high)
+
+    def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far the nearest and the farthest corner of the other parts lie outside, at the plane of the one
+        parts where that is most; negative inside. Shape (pairs,) each."""
+        planes, points = (np.bincount(of, minlength=len(self.block)) for of in (self.of_plane, self.of_point))
+        first_plane, first_point = np.cumsum(planes) - planes, np.cumsum(points) - points
+        nearest, farthest = np.empty(len(one)), np.empty(len(one))
+        for some in chunks(planes[one] * points[other]):
+            a, b = one[some], other[some]
+            rows = np.repeat(np.arange(len(a)), planes[a])
+            i, of_points = ranges(first_plane[a], planes[a]), b[rows]
+            height = [np.empty(len(i)) for _ in range(2)]
+            for part in chunks(points[of_points]):
+                number, k, j = combine(
+                    i[part], np.ones_like(i[part]), *(own[of_points[part]] for own in (first_point, points))
+                )
+                off = dots(self.normal[k], self.points[j]) - self.offset[k]
+                start = np.searchsorted(number, np.arange(len(i[part])))
+                for own, bound in zip(height, (np.minimum, np.maximum), strict=True):
+                    own[part] = bound.reduceat(off, start)
+            pair = np.cumsum(planes[a]) - planes[a]
+            nearest[some], farthest[some] = (np.maximum.reduceat(own, pair) for own in height)
+        return nearest, farthest
+
+
+def overlapping(
+    parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
+) -> Iterator[tuple[int, Common]]:
+    """Numbers of the pairs of parts that overlap by more than the tolerance, and what they have in common."""
+    inside = np.minimum(parts.high[one], parts.high[other]) - np.maximum(parts.low[one], parts.low[other])
+    found = np.flatnonzero((inside > tolerance).all(axis=1))
+    for a, b in ((one, other), (other, one)):
+        # No plane of either keeps them apart.
+        found = found[parts.beyond(a[found], b[found])[0] < -tolerance]
+    for pair in found:
+        both = _common(parts, int(one[pair]), int(other[pair]))
+        if both.depth > tolerance:
+            yield int(pair), both
+
+
+def _common(parts: ConvexParts, one: int, other: int) -> Common:
+    """What two parts have in common, as deep as the largest ball in it is wide; 0 if they do not overlap."""
+    # Few pairs come here, and half a second is much for the others to wait.
+    from scipy.optimize import linprog
+    from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+    low, high = np.maximum(*parts.low[[one, other]]), np.minimum(*parts.high[[one, other]])
+    middle, scale = (low + high) / 2, float(np.abs(high - low).max())
+    own = np.isin(parts.of_plane, (one, other))
+    normal = parts.normal[own]
+    offset = (parts.offset[own] - normal @ middle) / scale
+    # The largest ball: its middle and radius.
+    ball = linprog(
+        [0, 0, 0, -1],
+        A_ub=np.column_stack([normal, np.ones(len(normal))]),
+        b_ub=offset,
+        bounds=[(None, None)] * 3 + [(0, None)],
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+    )
+    if ball.x is None or ball.x[3] <= 1e-9:
+        return Common(0.0, middle, 0.0)
+    corners = HalfspaceIntersection(np.column_stack([normal, -offset]), ball.x[:3]).intersections
+    a, b, c = np.moveaxis(corners[ConvexHull(corners).simplices] - ball.x[:3], 1, 0)
+    pieces = np.abs(dots(a, np.cross(b, c))) / 6
+    centroid = ball.x[:3] + pieces @ (a + b + c) / 4 / pieces.sum()
+    return Common(2 * float(ball.x[3]) * scale, middle + scale * centroid, float(pieces.sum()) * scale**3)
+
 
 #: Weight of the condition that the corners' shares in the nearest point of their hull sum to one.
 _WHOLE = 1e6
@@ -36,6 +139,13 @@ class Shapes(Extents):
 
     parts: ConvexParts
     faces: OuterFaces
+
+    within = "in a volume"
+    remedy = ", or raise 'contact_tolerance' to {} if they are meant to"
+    meeting = "along edges or at corners alone, where a joint needs a face"
+    inside = 0.999
+    mortar = 0.2
+    enough = 100  # each a linear program
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
@@ -56,7 +166,24 @@ class Shapes(Extents):
         return nearest
 
     def nearest(self, block: int) -> tuple[int, float]:
-        return nearest(self.faces, self.boxes, block)
+        low, high = self.boxes
+        at_least = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
+        at_least[block] = np.inf
+        found, gap = block, np.inf
+        for other in np.argsort(at_least).tolist():
+            if at_least[other] >= gap:
+                break
+            apart = min(
+                _from_hull((one[:, None] - own[None]).reshape(-1, 3))
+                for one, own in product(*map(self._parts_of, (block, other)))
+            )
+            found, gap = (other, apart) if apart < gap else (found, gap)
+        return found, gap
+
+    def _parts_of(self, block: int) -> list[np.ndarray]:
+        """Corners of each part of a block."""
+        parts = np.flatnonzero(self.parts.block == block)
+        return [self.parts.points[self.parts.of_point == part] for part in parts]
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
         count = np.bincount(self.parts.block, minlength=len(self.size))
@@ -81,21 +208,11 @@ def shapes(scene: Scene) -> Shapes:
     Parts given inside out are turned, and faces against the others. Coplanar pieces of a block are made one
     face; where its parts meet is no outer face.
 
-    Raises
-    ------
-    CaseError
-        If a part is not closed, not convex, or has no volume, a face is not flat or crosses itself, or parts
-        of a block overlap; the message names the block.
+    Raises CaseError if a part is not closed, not convex, or has no volume, a face is not flat or crosses
+    itself, or parts of a block overlap; the message names the block.
     """
     given = surfaces(scene)
-    fixed = np.array([block.fixed for block in scene.blocks])
-    # Supports may reach far beyond what stands on them: the movable blocks give the size.
-    movable = given.corners[~fixed[given.block[given.part[given.face]]]]
-    low, high = movable.min(axis=0), movable.max(axis=0)
-    origin = (low + high) / 2
-    tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.linalg.norm(high - low))
-    # Digits already lost in the coordinates themselves bound what can be told apart.
-    tolerance = max(tolerance, 8 * float(np.spacing(np.abs(given.corners).max())))
+    origin, tolerance = frame_of(scene, given.corners, given.block[given.part[given.face]])
     given = replace(given, points=given.points - origin)
     masses = _masses(given)
     block = given.block[np.abs(masses.volume) <= tolerance * masses.surface / 2]

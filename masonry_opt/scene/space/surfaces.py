@@ -9,8 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.combinations import following, ranges
-from masonry_opt.scene.rows import first_alike, linked, sums
+from masonry_opt.scene.rows import first_alike, following, linked, ranges, sums
 from masonry_opt.scene.scene import Scene
 
 
@@ -71,10 +70,7 @@ class Surfaces:
 def surfaces(scene: Scene) -> Surfaces:
     """The blocks' surfaces as given, turned consistently within each part.
 
-    Raises
-    ------
-    CaseError
-        If an edge is not in exactly two faces, or faces cannot be turned consistently.
+    Raises CaseError if an edge is not in exactly two faces, or faces cannot be turned consistently.
     """
     bodies = [block.polyhedra for block in scene.in_space()]
     parts = list(chain.from_iterable(bodies))

@@ -101,6 +101,28 @@ class _Convex:
         limit, constant, two = self.cones
         return np.concatenate([flat, limit @ x + constant - np.hypot(*(each @ x for each in two))])
 
+    def dual(self, norm: float) -> _Convex:
+        """Of eq. (9) eq. (10), over (d, p): Aᵀd = Gᵀp + (0, norm), p ≥ 0, whose points bound λ from above; of
+        cones with p = (…, γ, w): γ ≥ |w|."""
+        equations, k = len(self.b), 0
+        rates, constants = [self.G.T], [self.g]
+        if self.cones is not None:
+            limit, constant, two = self.cones
+            k = len(constant)
+            rates += [limit.T, *(each.T for each in two)]
+            constants += [constant, np.zeros(2 * k)]
+        A = sp.hstack([self.A.T, *(-each for each in rates)], format="csr")
+        at, signed = equations + len(self.g) + np.arange(k), len(self.g)
+        speed, first, second = (selection(at + number * k, A.shape[1]) for number in range(3))
+        return _Convex(
+            A=A,
+            b=norm * self.cost,
+            G=selection(equations + np.arange(signed), A.shape[1]),
+            g=np.zeros(signed),
+            cost=np.concatenate([self.b, *constants]) / norm,
+            cones=(speed, np.zeros(k), (first, second)) if k else None,
+        )
+
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
         """Bound of a feasible point next to x; NaN if there is none."""
         x = self._projected(x)
@@ -168,10 +190,8 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     small = problem.joints < _SMALL
     if falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None:
         return CertifiedBounds(-np.inf, -np.inf)
-    if conic:
-        statics, kinematics = _statics_by_cones(problem), _kinematics_by_cones(problem)
-    else:
-        statics, kinematics = by_sides, _kinematics(problem)
+    statics = _by_cones(by_sides, problem) if conic else by_sides
+    kinematics = statics.dual(problem.live_norm)
     within, opening = statics.interior(), kinematics.interior()
     bounds = CertifiedBounds(-np.inf, np.inf)
     for language, name, tolerance in _SOURCES:
@@ -204,56 +224,21 @@ def _statics(problem: Problem) -> _Convex:
     )
 
 
-def _kinematics(problem: Problem) -> _Convex:
-    """Eq. (10) over (d, p): Bᵀd = D p, f_L·d = Σ|f_L|, p ≥ 0."""
-    velocities, faces = problem.B.shape[0], problem.faces
-    live = np.append(problem.live, np.zeros(faces))
-    return _Convex(
-        A=sp.vstack([sp.hstack([problem.B.T, -problem.D(problem.friction)]), live[None, :]], format="csr"),
-        b=np.append(np.zeros(problem.B.shape[1]), problem.live_norm),
-        G=sp.hstack([sp.csr_array((faces, velocities)), sp.eye_array(faces)], format="csr"),
-        g=np.zeros(faces),
-        cost=np.concatenate([-problem.dead, problem.face_cohesion]) / problem.live_norm,
-    )
-
-
-def _statics_by_cones(problem: Problem) -> _Convex:
-    """Eq. (9) over (q, λ): equilibrium, n ≥ 0, |(s, t)| ≤ c + μ n, and limits of forces."""
-    by_sides, width = _statics(problem), problem.B.shape[1] + 1
+def _by_cones(by_sides: _Convex, problem: Problem) -> _Convex:
+    """The same in space with n ≥ 0, |(s, t)| ≤ c + μ n, and limits of forces."""
+    width = problem.B.shape[1] + 1
     normal, *shears = (selection(of_kind, width) for of_kind in problem.columns_of_sliding)
     limit = (sp.diags_array(problem.friction) @ normal).tocsr()
     every, limits = selection(np.arange(problem.joints), width), problem.table.L
     beside = sp.hstack([limits, sp.csr_array((limits.shape[0], 1))])
-    cones = limit, problem.cohesion, (shears[0], shears[1])
     g = np.append(np.zeros(problem.joints), problem.face_constant[problem.table.limits])
-    return replace(by_sides, G=sp.vstack([every, beside], format="csr"), g=g, cones=cones)
-
-
-def _kinematics_by_cones(problem: Problem) -> _Convex:
-    """Eq. (10) over (d, u, v, γ, w): Bᵀd = (u + μ γ, w) + Lᵀv, f_L·d = Σ|f_L|, u, v ≥ 0 and γ ≥ |w|."""
-    (velocities, forces), points, k = problem.B.shape, problem.joints, len(problem.sliding)
-    limits = problem.face_constant[problem.table.limits]
-    signed = points + len(limits)
-    normal, *shears = (selection(of_kind, forces).T for of_kind in problem.columns_of_sliding)
-    opening = selection(np.arange(points), forces).T
-    flow = sp.hstack([opening, problem.table.L.T, normal @ sp.diags_array(problem.friction), *shears])
-    at, width = velocities + signed + np.arange(k), velocities + signed + 3 * k
-    speed, first, second = (selection(at + number * k, width) for number in range(3))
-    return _Convex(
-        A=sp.vstack(
-            [sp.hstack([problem.B.T, -flow]), np.pad(problem.live, (0, width - velocities))[None]], "csr"
-        ),
-        b=np.append(np.zeros(forces), problem.live_norm),
-        G=selection(velocities + np.arange(signed), width),
-        g=np.zeros(signed),
-        cost=np.concatenate([-problem.dead, np.zeros(points), limits, problem.cohesion, np.zeros(2 * k)])
-        / problem.live_norm,
-        cones=(speed, np.zeros(k), (first, second)),
-    )
+    G = sp.vstack([every, beside], format="csr")
+    return replace(by_sides, G=G, g=g, cones=(limit, problem.cohesion, (shears[0], shears[1])))
 
 
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
-    """u, v, γ and w of a mechanism with velocities d (3b,)."""
+    """Rates of the kinematics by cones at velocities d (3b,): of opening, at limits of forces, and γ and w of
+    slip."""
     opening, *slips = problem.by_kind(problem.motion(d, None))
     slips = [slip[problem.sliding] for slip in slips]
     speed = np.hypot(*slips)

@@ -17,7 +17,7 @@ from masonry_opt.files import write_whole
 from masonry_opt.studies.compare.plan import CaseScene
 from masonry_opt.studies.compare.runs import by_sides, residuals_over_limit
 
-#: The registry's name, in the folder of the case files or one above.
+#: The registry's name, in the folder of the case files.
 FILE = "best_known.toml"
 
 #: The kinds of answer that can be exact: in the loop's, sliding may contract.
@@ -39,17 +39,20 @@ class BestKnown:
     method: str
 
 
-def best_known(scenes: Iterable[CaseScene]) -> dict[str, BestKnown]:
-    """The best known states of scenes, by scene name.
+def best_known(scenes: Iterable[CaseScene], registry: Path | None) -> dict[str, BestKnown]:
+    """The best known states of scenes in a registry, by scene name; none of a scene that has changed since.
 
-    Raises CaseError if a registry is no TOML or an entry is not as written here.
+    Raises CaseError if the registry is no TOML or an entry is not as written here.
     """
-    found = {}
-    for registry, keys in _by_registry(scenes).items():
-        entries = _read(registry)
-        for key, scene in keys.items():
-            if (known := _known(registry, entries, key, scene)) is not None:
-                found[scene.name] = known
+    entries, found = _read(registry), {}
+    for scene in scenes:
+        if (entry := entries.get(_key(scene))) is None:
+            continue
+        try:
+            if entry["content"] == scene.content:
+                found[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
+        except (KeyError, TypeError, ValueError):
+            raise CaseError(f"{registry}: '{_key(scene)}' needs load_factor, method and content") from None
     return found
 
 
@@ -85,63 +88,40 @@ def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str
     return known | lower
 
 
-def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: bool) -> list[str]:
-    """Lines on the states lower than the registries say, and on how many scenes have no entry yet; with
-    ``write`` they are written to the registries. A registry that cannot be written is named in its line."""
-    lines: list[str] = []
-    for registry, keys in _by_registry(scenes).items():
-        entries, lower, new = _read(registry), [], 0
-        for key, scene in keys.items():
-            known, found = _known(registry, entries, key, scene), best.get(scene.name)
-            if found is None or (known and not is_lower(found.load_factor, known.load_factor)):
-                continue
-            if known is None:
-                new += 1
-            else:
-                lower.append(f"{key}: lower exact state {found.load_factor:.9g}, found by {found.method}")
-            entries[key] = asdict(found) | {"content": scene.content}
-        if new:
-            lower.append(f"scenes with an exact state and no entry yet: {new}")
-        if lower:
-            done = _write(registry, entries) if write else f"--update-best-known writes it to {registry}"
-            lines += [f"{line}; {done}" for line in lower]
-    return lines
-
-
-def _by_registry(scenes: Iterable[CaseScene]) -> dict[Path, dict[str, CaseScene]]:
-    """The scenes with a registry in their folder or the one above, by registry and by their key there."""
-    found: dict[Path, dict[str, CaseScene]] = {}
+def improve(
+    scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], registry: Path | None, write: bool
+) -> list[str]:
+    """Lines on the states lower than the registry says; with ``write`` they are written to it, and those of
+    scenes that have none yet. A registry that cannot be written is named in its line."""
+    scenes = list(scenes)
+    entries, known, lines = _read(registry), best_known(scenes, registry), []
+    if registry is None:
+        return []
     for scene in scenes:
-        path = scene.registered.resolve()
-        for folder in (path.parent, path.parent.parent):
-            if (folder / FILE).is_file():
-                found.setdefault(folder / FILE, {})[path.relative_to(folder).as_posix()] = scene
-                break
-    return found
+        before, found = known.get(scene.name), best.get(scene.name)
+        if found is None or (before and not is_lower(found.load_factor, before.load_factor)):
+            continue
+        entries[_key(scene)] = asdict(found) | {"content": scene.content}
+        if before or write:
+            which = "lower exact state" if before else "first exact state"
+            lines.append(f"{_key(scene)}: {which} {found.load_factor:.9g}, found by {found.method}")
+    done = f"--update-best-known writes it to {registry}"
+    if lines and write:
+        done = f"written to {registry}"
+        try:
+            write_whole(registry, _HEADER + tomli_w.dumps(dict(sorted(entries.items()))))
+        except OSError as error:
+            done = f"{registry} cannot be written ({error.strerror})"
+    return [f"{line}; {done}" for line in lines]
 
 
-def _known(registry: Path, entries: Mapping[str, Any], key: str, scene: CaseScene) -> BestKnown | None:
-    """The entry of a scene in a registry; None without one, or if the scene has changed since."""
-    entry = entries.get(key)
-    if entry is None:
-        return None
-    try:
-        same = entry["content"] == scene.content
-        return BestKnown(float(entry["load_factor"]), str(entry["method"])) if same else None
-    except (KeyError, TypeError, ValueError):
-        raise CaseError(f"{registry}: '{key}' needs load_factor, method and content") from None
+def _key(scene: CaseScene) -> str:
+    return f"{scene.name}.toml"
 
 
-def _write(registry: Path, entries: Mapping[str, Any]) -> str:
-    """Write a registry; tells in words whether it was written."""
-    try:
-        write_whole(registry, _HEADER + tomli_w.dumps(dict(sorted(entries.items()))))
-    except OSError as error:
-        return f"{registry} cannot be written ({error.strerror})"
-    return f"written to {registry}"
-
-
-def _read(registry: Path) -> dict[str, Any]:
+def _read(registry: Path | None) -> dict[str, Any]:
+    if registry is None or not registry.exists():
+        return {}
     try:
         return tomllib.loads(registry.read_text("utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:

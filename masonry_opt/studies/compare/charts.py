@@ -14,21 +14,8 @@ from masonry_opt.drawing.colours import SERIES
 from masonry_opt.errors import counted
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.charts import NamedChart, alt
-from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.judge import (
-    ASSOCIATIVE,
-    CERTIFIED,
-    COULOMB,
-    FAILED,
-    GAP_FLOOR,
-    NAMED,
-    TARGET,
-    VIOLATION_FLOOR,
-    WRONG,
-    VerdictReason,
-    number,
-    reason_text,
-)
+from masonry_opt.studies.compare import frames, judge
+from masonry_opt.studies.writing import in_words
 
 GREY = "#777777"
 
@@ -55,22 +42,27 @@ _LETTERS = {
 
 #: By question and error: its name in a title and at its axis; the least that is drawn, and why.
 _ERRORS = {
-    (ASSOCIATIVE, "error"): ("error", "relative error of λ (against certified bounds)", 0.0, ""),
-    (COULOMB, "error"): (
+    (judge.ASSOCIATIVE, "error"): ("error", "relative error of λ (against certified bounds)", 0.0, ""),
+    (judge.COULOMB, "error"): (
         "gap to the best exact state",
         "relative gap to the best exact state known",
-        GAP_FLOOR,
-        f"gaps below {GAP_FLOOR:g} are none, drawn there",
+        judge.GAP_FLOOR,
+        f"gaps below {judge.GAP_FLOOR:g} are none, drawn there",
     ),
-    (COULOMB, "violation"): (
+    (judge.COULOMB, "violation"): (
         "violation of yield",
         "largest violation of yield (median block weights)",
-        VIOLATION_FLOOR,
-        f"violations below {VIOLATION_FLOOR:g} are rounding, drawn there",
+        judge.VIOLATION_FLOOR,
+        f"violations below {judge.VIOLATION_FLOOR:g} are rounding, drawn there",
     ),
 }
 
-_VERDICT_COLOURS = {CERTIFIED: SERIES[2], NAMED: SERIES[5], FAILED: "#BBBBBB", WRONG: SERIES[1]}
+_VERDICT_COLOURS = {
+    judge.CERTIFIED: SERIES[2],
+    judge.NAMED: SERIES[5],
+    judge.FAILED: "#BBBBBB",
+    judge.WRONG: SERIES[1],
+}
 
 #: Share of a bar that has room for its count.
 _LABELLED = 0.03
@@ -93,23 +85,14 @@ def charts(summary: pd.DataFrame) -> list[NamedChart]:
     """Every chart of a summary (see :func:`~.frames.summary`); none of an empty one."""
     if summary.empty:
         return []
-    drawn = _success(summary)
-    for question in (ASSOCIATIVE, COULOMB):
-        if not (summary["question"] == question).any():
-            continue
-        drawn.append(_time_error(summary, question, "error"))
-        if question == COULOMB:
-            drawn.append(_time_error(summary, question, "violation"))
-        times = frames.reached(summary, question)
-        if np.isfinite(times["time"]).any():
-            drawn += [_profile(summary, question, times), _size(summary, question, times)]
-    return drawn
+    asked = {*summary["question"]}
+    return _success(summary) + [_time_error(summary, *of) for of in _ERRORS if of[0] in asked]
 
 
 def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
     """Time against error, a panel a scene; runs that are not certified are letters in a band at the top."""
     rows = summary[summary["question"] == question]
-    certified = rows["verdict"] == CERTIFIED
+    certified = rows["verdict"] == judge.CERTIFIED
     low, high = _decades(rows[certified][error])
     band = high * 10**0.3
     top = band * (band / low) ** 0.22
@@ -120,13 +103,13 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
     front = [frames.pareto(frame, error=error).index for _, frame in rows.groupby("scene")]
     looks = _looks(summary, rows["pair"])
     records = rows.to_dict("records")
-    verdicts = [f"{row['verdict']} {reason_text(row)}".strip() for row in records]
-    marks = frames.in_words(rows.assign(verdict=verdicts), _TOLD).set_index(rows.index)
+    verdicts = [f"{row['verdict']} {judge.reason_text(row)}".strip() for row in records]
+    marks = in_words(rows.assign(verdict=verdicts), frames.FORMATS, _TOLD).set_index(rows.index)
     marks["letter"] = [_letter(row) for row in records]
     marks = marks.assign(
         time=rows["time"],
         height=rows[error].clip(low).where(certified, in_band),
-        colour=rows["pair"].map(looks.set_index("pair")["colour"]),
+        colour=rows["pair"].map(looks.set_index("pair")["stroke"]),
         rung=rows["tolerance"],
         front=rows.index.isin(np.concatenate(front)),
         below=certified & rows["below"] & (error == "error"),
@@ -148,68 +131,39 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
         alt.Chart().transform_filter(which)
         for which in ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")
     )
-    once = alt.Chart().transform_aggregate(rows="count()")
+    once, told = alt.Chart().transform_aggregate(rows="count()"), _tooltip(_TOLD.values())
+
+    def by(channel: Any, look: str) -> Any:
+        """Pairs told apart by their looks."""
+        return channel("pair:N", scale=alt.Scale(domain=[*looks["pair"]], range=[*looks[look]]))
+
+    stroke = by(alt.Stroke, "stroke")
     layers = [
         once.mark_rect(color="#EDEDED").encode(y=alt.datum(band), y2=alt.datum(top)),
         once.mark_text(align="left", color=GREY).encode(
             x=alt.value(5), y=alt.value(9), text=alt.value("not certified")
         ),
         steps.mark_line(interpolate="step-after", color=GREY).encode(**places),
-        _line(known, looks).encode(**places, order="rung:Q"),
+        known.mark_line(strokeWidth=1.2).encode(
+            **places, stroke=stroke, strokeDash=by(alt.StrokeDash, "dash"), opacity=_FADED, order="rung:Q"
+        ),
         below.mark_point(shape=SHAPES[-1], fill=GREY, stroke=GREY).encode(**places),
-        _points(known, looks, _TOLD.values()).encode(**places),
-        letters.mark_text(fontWeight="bold", fontSize=13)
-        .encode(**places, text="letter:N", color=alt.Color("colour:N", scale=None), opacity=_FADED)
-        .encode(tooltip=_tooltip(_TOLD.values())),
+        known.mark_point(size=80, opacity=1).encode(
+            **places,
+            stroke=stroke,
+            fill=by(alt.Fill, "fill"),
+            shape=by(alt.Shape, "shape"),
+            opacity=_FADED,
+            tooltip=told,
+        ),
+        letters.mark_text(fontWeight="bold", fontSize=13).encode(
+            **places, text="letter:N", color=alt.Color("colour:N", scale=None), opacity=_FADED, tooltip=told
+        ),
     ]
     title = f"{question.capitalize()} λ: time against {what}"
     name = f"time_{error}_{question.lower()}"
     chart = alt.layer(*layers, data=marks).add_params(_CHOSEN)
     return NamedChart(name, title, chart, "; ".join(notes), "scene")
-
-
-def _profile(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> NamedChart:
-    """Performance profiles over the scenes, of the times as of :func:`~.frames.reached`."""
-    curves = frames.profiles(times)
-    last = 2.0 * float(curves["ratio"].max())
-    ends = curves.groupby("pair", sort=False, as_index=False).last().assign(ratio=last)
-    curves = pd.concat([curves, ends])
-    doublings = math.ceil(math.log2(last))
-    ticks = {2.0**power: f"{2**power}" for power in range(0, doublings + 1, math.ceil(doublings / 7))}
-    share = alt.Axis(title="scenes reached within it", format="%", values=np.linspace(0, 1, 6).tolist())
-    places = {
-        "x": _placed(alt.X, "ratio", "time over the fastest pair's", (1.0, last), ticks),
-        "y": alt.Y("share:Q", scale=alt.Scale(domain=(-0.02, 1.04), nice=False), axis=share),
-    }
-    looks = _looks(summary, curves["pair"])
-    # Few marks a curve: it has many steps.
-    few = curves[curves.groupby("pair").cumcount() % max(1, times["scene"].nunique() // 4) == 0]
-    lines = _line(alt.Chart(curves), looks, interpolate="step-after").encode(**places)
-    chart = (lines + _points(alt.Chart(few), looks, ("pair",)).encode(**places)).add_params(_CHOSEN)
-    title = f"performance profile: to {TARGET[question]:g}, {counted(times['scene'].nunique(), 'scene')}"
-    return NamedChart(f"profile_{question.lower()}", f"{question.capitalize()} λ, {title}", chart)
-
-
-def _size(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> NamedChart:
-    """Time against the number of joints, with fitted exponents."""
-    fits = frames.growth(times).set_index("pair")
-    solved = times[np.isfinite(times["time"])]
-    powers = {pair: f" ∝ c^{of:.2f}" for pair, of in fits["exponent"].items() if np.isfinite(of)}
-    fitted = solved[(solved["joints"] >= frames.FITTED_FROM) & solved["pair"].isin(powers)]
-    lines = fitted.groupby("pair", sort=False)["joints"].agg(["min", "max"]).stack().rename("joints")
-    ends = lines.reset_index(level="pair").join(fits, on="pair")
-    ends["time"] = ends["factor"] * ends["joints"] ** ends["exponent"]
-    looks = _looks(summary, solved["pair"])
-    named = {pair: f"{pair}{powers.get(pair, '')}" for pair in looks["pair"]}
-    looks, solved, ends = (frame.assign(pair=frame["pair"].map(named)) for frame in (looks, solved, ends))
-    places = {
-        "x": _log(alt.X, "joints", "joints c", solved["joints"]),
-        "y": _log(alt.Y, "time", "time (s)", solved["time"]),
-    }
-    points = _points(alt.Chart(solved), looks, ("scene", "pair", "joints", "time")).encode(**places)
-    chart = (_line(alt.Chart(ends), looks).encode(**places) + points).add_params(_CHOSEN)
-    title = f"{question.capitalize()} λ: time to reach {TARGET[question]:g}, against size"
-    return NamedChart(f"size_{question.lower()}", title, chart)
 
 
 def _success(summary: pd.DataFrame) -> list[NamedChart]:
@@ -238,7 +192,7 @@ def _success(summary: pd.DataFrame) -> list[NamedChart]:
     colour = alt.Color("verdict:N", scale=verdict, legend=alt.Legend(columns=1))
     ended = all_bars.mark_bar().encode(x=share, color=colour) + counts
     times = table.rename(columns={"time 25 %": "low", "time 75 %": "high"})[["row", "low", "time", "high"]]
-    times["seconds"] = [f"{number(time, 3)} s" if math.isfinite(time) else "" for time in times["time"]]
+    times["seconds"] = [f"{judge.number(time, 3)} s" if math.isfinite(time) else "" for time in times["time"]]
     every = pd.Series(times[["low", "time", "high"]].to_numpy().ravel())
     rows = alt.Chart(times).encode(y=row, tooltip=_tooltip(("row", "seconds")))
     half = rows.mark_rule(color=GREY, strokeWidth=3).encode(
@@ -264,27 +218,7 @@ def _looks(summary: pd.DataFrame, pairs: pd.Series) -> pd.DataFrame:
         colour, full = SERIES[solvers.index(run.solver) % len(SERIES)], run.model == "cvxpy"
         shape = SHAPES[methods.index(str(run.method)) % len(SHAPES)]
         rows.append((run.pair, colour, colour if full else "white", shape, [1, 0] if full else [4, 3]))
-    return pd.DataFrame(rows, columns=["pair", "colour", "fill", "shape", "dash"])
-
-
-def _by(channel: Any, looks: pd.DataFrame, column: str) -> Any:
-    """Pairs told apart by a column of their looks."""
-    return channel("pair:N", scale=alt.Scale(domain=[*looks["pair"]], range=[*looks[column]]))
-
-
-def _line(chart: Any, looks: pd.DataFrame, **how: Any) -> Any:
-    stroke, dash = _by(alt.Stroke, looks, "colour"), _by(alt.StrokeDash, looks, "dash")
-    return chart.mark_line(strokeWidth=1.2, **how).encode(stroke=stroke, strokeDash=dash, opacity=_FADED)
-
-
-def _points(chart: Any, looks: pd.DataFrame, said: Iterable[str]) -> Any:
-    return chart.mark_point(size=80, opacity=1).encode(
-        stroke=_by(alt.Stroke, looks, "colour"),
-        fill=_by(alt.Fill, looks, "fill"),
-        shape=_by(alt.Shape, looks, "shape"),
-        opacity=_FADED,
-        tooltip=_tooltip(said),
-    )
+    return pd.DataFrame(rows, columns=["pair", "stroke", "fill", "shape", "dash"])
 
 
 def _tooltip(columns: Iterable[str]) -> list[Any]:
@@ -293,9 +227,11 @@ def _tooltip(columns: Iterable[str]) -> list[Any]:
 
 def _letter(row: Mapping[Any, Any]) -> str:
     """The letter of a row; "" if it is certified."""
-    if row["verdict"] != FAILED:
-        return {CERTIFIED: "", WRONG: "W"}.get(row["verdict"], "N")
-    return {VerdictReason.TIME_LIMIT: "T", VerdictReason.MEMORY_LIMIT: "M"}.get(row["reason"], "F")
+    if row["verdict"] != judge.FAILED:
+        return {judge.CERTIFIED: "", judge.WRONG: "W"}.get(row["verdict"], "N")
+    return {judge.VerdictReason.TIME_LIMIT: "T", judge.VerdictReason.MEMORY_LIMIT: "M"}.get(
+        row["reason"], "F"
+    )
 
 
 def _decades(values: pd.Series) -> tuple[float, float]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -12,120 +11,84 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.errors import MasonryError, OptionError
-from masonry_opt.solvers.registry import LANGUAGES
-from masonry_opt.studies.cases import case_folder
-from masonry_opt.studies.compare import frames
+from masonry_opt.answer.thresholds import APART
+from masonry_opt.errors import counted, printable
+from masonry_opt.studies.compare import frames, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.answer import REPEATED_BELOW, Comparison, RunLimits
-from masonry_opt.studies.compare.best_known import best_known, improve, lowest_exact, merged
-from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE, COULOMB, question_of
-from masonry_opt.studies.compare.plan import CaseScene, Pair, RunPlan, find_scenes, plan
-from masonry_opt.studies.compare.runs import (
-    COLUMNS,
-    bound_scene,
-    key_of,
-    row_of,
-    run_pair,
-    scene_to_expect,
-)
+from masonry_opt.studies.compare.best_known import BestKnown, best_known, improve, lowest_exact, merged
+from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE, COULOMB, TARGET, question_of
+from masonry_opt.studies.compare.plan import CaseScene, Pair, RunPlan
 from masonry_opt.studies.journal import Journal, digest
 from masonry_opt.studies.machine import versions_hash
-from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
+from masonry_opt.studies.runner import DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
+from masonry_opt.studies.writing import in_words
 
-#: Defaults: the methods that take seconds on a wall of Table 1, the solvers of the package, a loose tolerance
-#: and the package's own.
-METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
-SOLVERS = ("clarabel", "highs", "highs-ipm")
-TOLERANCES = (1e-6, 1e-9)
-
-#: Folder of results and report.
-OUT = Path("results/compare")
+#: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
+REPEATED_BELOW = 5.0
 
 #: Seconds that what is computed once for a scene may take at least.
 _SCENE_TIME = 120.0
 
 
-class NoRunEndedError(MasonryError):
-    """Every run of a comparison crashed or died."""
+@dataclass(frozen=True)
+class RunLimits:
+    """Seconds and MB that a run may take, and how often it is repeated."""
 
-    exit_code = 1
+    time: float = 60.0
+    memory: float = 4000.0
+    repeats: int = 3
 
 
-def compare(
-    scenes: str | Path | Sequence[str | Path] = (),
-    *,
-    methods: str | Sequence[str] = METHODS,
-    models: str | Sequence[str] = LANGUAGES,
-    solvers: str | Sequence[str] = SOLVERS,
-    tolerances: Sequence[float] = TOLERANCES,
-    repeats: int = RunLimits.repeats,
-    time_limit: float = RunLimits.time,
-    memory_limit: float = RunLimits.memory,
-    out: str | Path = OUT,
-    update_best_known: bool = False,
-    cases: str | Path | None = None,
-    progress: Callable[[str], None] = lambda _: None,
-) -> Comparison:
-    """Time methods and solvers on scenes, judge their answers, write tables, charts and a page.
+@dataclass(frozen=True)
+class Comparison:
+    """Results of a comparison; ``print`` shows the report.
 
-    Runs that ``out`` holds already are not made again: an interrupted comparison (Ctrl-C) is reported with
-    what it has, and continues when it is called again.
-
-    Parameters
+    Attributes
     ----------
-    scenes: case files, or names of those in the folder ``cases``.
-    cases: folder of the case files; see :func:`~masonry_opt.studies.cases.case_folder`.
-    tolerances: asked of the solvers that take one.
-    repeats: runs of each; times are medians.
-    time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
-    out: folder of results and report.
-    update_best_known: write lower exact Coulomb states to the registry ``best_known.toml``.
-    progress: called with a line before each run.
-
-    Raises
-    ------
-    CaseError
-        If a case file or a registry is missing or wrong.
-    OptionError
-        If an argument is wrong, nothing is left to compare, or ``out`` holds other runs.
-    OutputError
-        If ``out`` cannot be written.
-    NoRunEndedError
-        If every run crashed or died; the report is written nevertheless.
+    bounds: certified bounds of the associative load factor, by scene name.
+    best: lowest exact Coulomb state known, by scene name.
+    to_expect: load factor to expect, by scene name, where Coulomb methods are compared; None: there is none.
+    results: one row a run (see :data:`~.runs.COLUMNS`).
+    summary: one row a scene and pair (see :func:`~.frames.summary`), with the load factor to expect.
+    notes: further remarks, a line each.
+    interrupted: whether runs are missing.
     """
-    # Charts and pages are slow to import: only when they are needed.
-    from masonry_opt.studies.compare.report import summary_text, write_report
 
-    if repeats < 1:
-        raise OptionError(f"repeats must be at least 1, not {repeats}")
-    planned = plan(
-        _listed("methods", methods), _listed("models", models), _listed("solvers", solvers), tolerances
-    )
-    folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
-    named = _listed("scenes", scenes)
-    if not named:
-        raise OptionError("nothing to compare: name case files")
-    limits = RunLimits(time_limit, memory_limit, repeats)
-    comparison = run_plan(find_scenes(named, folder), planned, limits, out, progress, update_best_known)
-    progress("report")
-    write_report(comparison, out)
-    ended = comparison.results["ended"]
-    if len(ended) and ended.isin((CRASHED, DIED)).all() and not comparison.interrupted:
-        ends = Counter(zip(ended, comparison.results["message"], strict=True))
-        (((how, why), count),) = ends.most_common(1)
-        said = f"{count} of {len(ended)} {how}: {why}"
-        raise NoRunEndedError(f"no run ended: {said}; see {out / 'summary.csv'}")
-    return replace(comparison, text=summary_text(comparison))
+    scenes: tuple[CaseScene, ...]
+    plan: RunPlan
+    limits: RunLimits
+    bounds: dict[str, CertifiedBounds]
+    best: dict[str, BestKnown]
+    to_expect: dict[str, float | None]
+    results: pd.DataFrame
+    summary: pd.DataFrame
+    notes: tuple[str, ...] = ()
+    interrupted: bool = False
 
-
-def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
-    """Names; a name by itself is a list of one."""
-    if isinstance(names, str | Path):
-        return [names]
-    if not isinstance(names, Sequence):
-        raise OptionError(f"{what} must be a list of names (found {names!r})")
-    return names
+    def __str__(self) -> str:
+        """The success table, scenes whose Coulomb load factors differ, combinations left out, notes."""
+        lines = []
+        if len(self.summary):
+            named = {name: name for name in ("method", "model", "solver", "tolerance", "scenes")}
+            success = in_words(frames.success(self.summary), frames.FORMATS, named | frames.SUCCESS)
+            lines.append(success.to_string(index=False))
+            lines.append(
+                f"\n{counted(len(self.scenes), 'scene')}; success: certified or named correctly;\n"
+                f"on target: certified, with an error of at most {TARGET[ASSOCIATIVE]:g} (associative), "
+                f"{TARGET[COULOMB]:g} (Coulomb: gap to the best exact state);\n"
+                "median time, largest error and violation (1e-10 at least): of the certified answers, each a "
+                f"median of {counted(self.limits.repeats, 'run')} (of one where a run takes over "
+                f"{REPEATED_BELOW:g} s)"
+            )
+        if len(apart := frames.spread(self.summary)):
+            lines.append(f"\ncertified Coulomb λ more than {APART:.0%} apart:")
+            lines.append(in_words(apart, frames.FORMATS).to_string(index=False))
+        if self.plan.left_out:
+            lines.append("\nnot applicable:")
+            lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]
+        if self.notes:
+            lines += ["\nnotes:", *(f"  {note}" for note in self.notes)]
+        return printable("\n".join(lines))
 
 
 def run_plan(
@@ -134,12 +97,14 @@ def run_plan(
     limits: RunLimits,
     folder: Path,
     progress: Callable[[str], None],
+    registry: Path | None = None,
     update_best_known: bool = False,
 ) -> Comparison:
-    """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`)."""
-    known = best_known(scenes)
+    """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`~.report.compare`), Coulomb
+    states by those that ``registry`` has."""
+    known = best_known(scenes, registry)
     notes: list[str] = []
-    made = _JournalRuns(Journal(folder, {"columns": digest(COLUMNS)}), limits, progress, notes)
+    made = _JournalRuns(Journal(folder, {"columns": digest(runs.COLUMNS)}), limits, progress, notes)
     bounds: dict[str, CertifiedBounds] = {}
     to_expect: dict[str, float | None] = {}
     coulomb = any(question_of(pair.method) == COULOMB for pair in plan.pairs)
@@ -148,9 +113,9 @@ def run_plan(
     try:
         for scene in scenes:
             known_without = scene.expected.get(ASSOCIATIVE, ANSWER) != ANSWER  # then there is no λ to bound
-            if not known_without and (found := made.once(scene, "certified bounds", bound_scene)):
+            if not known_without and (found := made.once(scene, "certified bounds", runs.bound_scene)):
                 bounds[scene.name] = CertifiedBounds(**found)
-            if coulomb and (found := made.once(scene, "load to expect", scene_to_expect)):
+            if coulomb and (found := made.once(scene, "load to expect", runs.scene_to_expect)):
                 to_expect[scene.name] = found["load_factor"]
         for row in made.runs(scenes, plan.pairs):
             rows.append(row)  # those before an interrupt stay
@@ -163,12 +128,12 @@ def run_plan(
             f"certified bounds by chords inside it: no error is given for the former on {', '.join(bent)}"
         )
     found = lowest_exact(rows, known)
-    notes += improve(scenes, found, update_best_known)
+    notes += improve(scenes, found, registry, update_best_known)
     best = merged(known, found)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
     if len(summary):
         summary["to_expect"] = summary["scene"].map(to_expect).astype(float)
-    results = pd.DataFrame(rows, columns=COLUMNS)
+    results = pd.DataFrame(rows, columns=runs.COLUMNS)
     return Comparison(
         tuple(scenes), plan, limits, bounds, best, to_expect, results, summary, tuple(notes), interrupted
     )
@@ -187,18 +152,19 @@ class _JournalRuns:
         versions, limits = versions_hash(), self.limits
         long: set[tuple[str, Pair]] = set()
         # Repeats come last: an interrupted comparison has made everything once.
-        runs = [*product(range(1, limits.repeats + 1), scenes, pairs)]
-        for number, (repeat, scene, pair) in enumerate(runs, start=1):
+        asked = [*product(range(1, limits.repeats + 1), scenes, pairs)]
+        for number, (repeat, scene, pair) in enumerate(asked, start=1):
             if (scene.name, pair) in long:
                 continue
-            columns = key_of(scene, pair, repeat, versions)
+            columns = runs.key_of(scene, pair, repeat, versions)
             key = " · ".join(map(str, columns.values()))
             row = self.journal.find(key)
             if row is None or _ended_by_less(row, limits):
                 tolerance = "" if pair.tolerance is None else f" · {pair.tolerance:.0e}"
-                self.progress(f"{number}/{len(runs)} {scene.name} · {pair.label}{tolerance}")
-                end = run_alone(partial(run_pair, scene.path, pair, limits.time), limits.time, limits.memory)
-                row = row_of(columns, end, limits.time, limits.memory)
+                self.progress(f"{number}/{len(asked)} {scene.name} · {pair.label}{tolerance}")
+                run = partial(runs.run_pair, scene.path, pair, limits.time)
+                end = run_alone(run, limits.time, limits.memory)
+                row = runs.row_of(columns, end, limits.time, limits.memory)
                 if end.how != DIED:  # the system may have killed it
                     self.journal.add(key, row)
             if row["wall"] > REPEATED_BELOW or row["ended"] != FINISHED:

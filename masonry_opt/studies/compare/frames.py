@@ -1,4 +1,4 @@
-"""The tables behind charts and reports: medians, Pareto fronts, performance profiles, growth, success."""
+"""The tables behind charts and reports: medians, Pareto fronts, success."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.judge import CERTIFIED, COULOMB, GAP_FLOOR, NAMED, TARGET, VERDICTS, judge
 from masonry_opt.studies.compare.runs import RESIDUALS, pair_of
-
-#: Scenes with fewer joints are left out of the fit of time against size: fixed costs dominate them.
-FITTED_FROM = 50
 
 _PAIR = ["method", "model", "solver", "tolerance"]
 
@@ -113,56 +110,6 @@ def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.
     return known[known[error] < before]
 
 
-def reached(frame: pd.DataFrame, question: str) -> pd.DataFrame:
-    """Least time, by scene and pair, of a certified answer with an error within TARGET, at any tolerance.
-
-    Columns: scene, pair, joints, time (infinite where none reached it). Scenes without any error are left
-    out: nothing is known of their answers.
-    """
-    rows = frame[frame["question"] == question]
-    known = rows.groupby("scene")["error"].transform(lambda errors: errors.notna().any())
-    rows = rows[known].copy()
-    there = (rows["verdict"] == CERTIFIED) & (rows["error"] <= TARGET[question])
-    rows["time"] = rows["time"].where(there, np.inf)
-    joints = rows.groupby("scene")["joints"].transform("max")
-    times = rows.assign(joints=joints).groupby(["scene", "pair"], as_index=False, sort=False)
-    return times.agg(joints=("joints", "first"), time=("time", "min"))
-
-
-def profiles(times: pd.DataFrame) -> pd.DataFrame:
-    """Performance profiles (Dolan & Moré, 2002): pair, ratio to the best, share of scenes within it.
-
-    ``times`` is a frame as of ``reached``. Scenes that no pair solved are kept: no profile reaches 1.
-    Each profile starts with ratio 1 and holds one row a scene solved.
-    """
-    table = times.pivot_table(index="scene", columns="pair", values="time", aggfunc="min", dropna=False)
-    ratios = table.div(table.min(axis=1), axis=0).replace(np.inf, np.nan)
-    lines = []
-    for pair in table.columns:
-        solved = np.sort(ratios[pair].dropna().to_numpy())
-        shares = np.arange(1, len(solved) + 1) / len(table)
-        lines.append((pair, 1.0, float((solved <= 1).sum() / len(table))))
-        lines += zip([pair] * len(solved), solved, shares, strict=True)
-    return pd.DataFrame(lines, columns=["pair", "ratio", "share"])
-
-
-def growth(times: pd.DataFrame) -> pd.DataFrame:
-    """Least-squares fits time = factor × joints^exponent, one row a pair.
-
-    ``times`` is a frame as of ``reached``. ``exponent`` and ``factor`` are NaN with fewer than three sizes of
-    at least FITTED_FROM joints.
-    """
-    lines = []
-    for pair, group in times.groupby("pair", sort=False):
-        fitted = group[np.isfinite(group["time"]) & (group["joints"] >= FITTED_FROM)]
-        exponent = factor = np.nan
-        if fitted["joints"].nunique() >= 3:
-            exponent, logarithm = np.polyfit(np.log(fitted["joints"]), np.log(fitted["time"]), 1)
-            factor = np.exp(logarithm)
-        lines.append((pair, float(exponent), float(factor), len(fitted)))
-    return pd.DataFrame(lines, columns=["pair", "exponent", "factor", "scenes"])
-
-
 def success(frame: pd.DataFrame) -> pd.DataFrame:
     """How the scenes ended, one row a pair and tolerance.
 
@@ -219,17 +166,3 @@ def _who_ended(group: pd.DataFrame, load_factor: float) -> str:
     near = (group["load_factor"] - load_factor).abs() <= GAP_FLOOR * max(abs(load_factor), SMALLEST)
     first, *others = group.loc[near, "pair"].unique()
     return f"{first} and {len(others)} more" if others else str(first)
-
-
-def in_words(frame: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
-    """Some of a frame's columns under their headings, as text; a dash for a missing value."""
-
-    def text(name: str, value: Any) -> str:
-        if pd.isna(value):
-            return "–"
-        return FORMATS.get(name, "{}").format(value + 0.0 if isinstance(value, float) else value)
-
-    return pd.DataFrame(
-        {heading: [text(name, value) for value in frame[name]] for name, heading in columns.items()},
-        dtype=object,
-    )

@@ -15,7 +15,7 @@ from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.runs import by_sides, residuals_over_limit
-from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, REFUSED, TIME_LIMIT
+from masonry_opt.studies.runner import FINISHED, REFUSED
 from masonry_opt.words.sentences import numeral
 
 #: The two questions: the load factor with normal flow, and with Coulomb's.
@@ -46,28 +46,23 @@ TARGET = {ASSOCIATIVE: 1e-6, COULOMB: 1e-2}
 
 
 class VerdictReason(StrEnum):
-    """Why a run has its verdict."""
+    """Why a run has its verdict: none if it is certified; a load factor that fails; a claim on the scene,
+    known to be false, known to be right, or neither; no claim, or how the run was ended."""
 
-    #: Certified.
     NONE = ""
-    #: Wrong load factor: a residual over its limit, no certificate, or λ outside the certified bounds.
     RESIDUAL = "residual"
     NO_CERTIFICATE = "no_certificate"
     ABOVE_BOUND = "above_bound"
     BELOW_BOUND = "below_bound"
-    #: A claim on the scene, known to be false, known to be right, or neither.
     FALSE_CLAIM = "false_claim"
     RIGHT_CLAIM = "right_claim"
     UNCONFIRMED = "unconfirmed"
-    #: No claim: not converged, solver failed, or the run was ended.
     NO_ANSWER = "no_answer"
     TIME_LIMIT = "time_limit"
     MEMORY_LIMIT = "memory_limit"
     CRASHED = "crashed"
     DIED = "died"
 
-
-_ENDS = {end: VerdictReason(end.replace(" ", "_")) for end in (TIME_LIMIT, MEMORY_LIMIT, CRASHED, DIED)}
 
 _TEXTS = {
     VerdictReason.NONE: "",
@@ -80,16 +75,9 @@ _TEXTS = {
 def known_claims(
     question: str, bounds: CertifiedBounds | None, expected: Mapping[str, str]
 ) -> dict[str, bool]:
-    """Whether each claim is right; unknown ones are left out.
+    """Whether each claim is right, by bounds of the associative load factor, or as derived by hand (the
+    failure atlas); unknown ones are left out.
 
-    Parameters
-    ----------
-    question: ASSOCIATIVE or COULOMB.
-    bounds: certified bounds of the associative load factor; None if unknown.
-    expected: by question, the claim that was derived by hand (the failure atlas).
-
-    Notes
-    -----
     The bounds decide the associative question. Coulomb's law has the same states of equilibrium within yield:
     if the dead load has none, the scene does not stand; if their load factors are bounded, λ is limited. It
     has other mechanisms, so nothing else follows.
@@ -122,34 +110,26 @@ def judge(
     best: BestKnown | None,
     expected: Mapping[str, str],
 ) -> dict[str, Any]:
-    """Verdict, reason and errors of one run.
+    """Verdict, reason and errors of one run, by name (see :func:`known_claims` for ``expected``).
 
-    Parameters
-    ----------
-    bounds: of the associative load factor, with crushing by chords, and in space by cones. Not applied to a
-        run with the parabola; of one by the sides of cones the lower does not hold, nor that λ is unlimited.
-    expected: claims known by hand, by question (see :func:`known_claims`).
+    ``verdict``: one of VERDICTS. ``right``: the claims known to be right. ``error``: relative distance of λ
+    from the middle of the bounds (half their width at least) or from the best exact Coulomb state (GAP_FLOOR
+    at least). ``below``: whether λ is below that state. ``violation``: largest violation of yield, in median
+    block weights (1e-10 at least). A missing number is None.
 
-    Returns
-    -------
-    ``question``; ``verdict`` (one of VERDICTS); ``reason`` (VerdictReason); ``right``: the claims known to be
-    right; ``error``: relative distance of λ from the middle of the bounds (half their width at least) or from
-    the best exact Coulomb state (GAP_FLOOR at least); ``below``: whether λ is below that state;
-    ``violation``: largest violation of yield, in median block weights (1e-10 at least). A missing number is
-    None.
+    The bounds are those with crushing by chords, and in space by cones: not applied to a run with the
+    parabola; of one by the sides of cones the lower does not hold, nor that λ is unlimited.
     """
     question = question_of(row["method"])
     if row["crushing"] == "parabola" or (bounds and by_sides(row) and not bounds.finite):
         bounds = None
     known = known_claims(question, bounds, expected)
     verdict, reason = _verdict(row, bounds, known)
-    error, below = None, False
-    load_factor = row["load_factor"]
+    load_factor, error, below = row["load_factor"], None, False
     if load_factor is not None and question == ASSOCIATIVE and bounds is not None and bounds.finite:
-        distance = abs(load_factor - bounds.middle) / max(abs(bounds.middle), SMALLEST)
-        error = max(distance, bounds.width / 2, 1e-16)
+        error = max(abs(_relative(load_factor, bounds.middle)), bounds.width / 2, 1e-16)
     elif load_factor is not None and question == COULOMB and best is not None:
-        gap = (load_factor - best.load_factor) / max(abs(best.load_factor), SMALLEST)
+        gap = _relative(load_factor, best.load_factor)
         error, below = max(abs(gap), GAP_FLOOR), gap < -GAP_FLOOR
     return {
         "question": question,
@@ -174,7 +154,7 @@ def _verdict(
             return NAMED, VerdictReason.RIGHT_CLAIM
         if claim in CLAIMS:
             return FAILED, VerdictReason.UNCONFIRMED
-        return FAILED, _ENDS.get(ended, VerdictReason.NO_ANSWER)
+        return FAILED, VerdictReason("no_answer" if ended == FINISHED else ended.replace(" ", "_"))
     if over := residuals_over_limit(row):
         missing = all(value is None for value in over.values())
         return WRONG, VerdictReason.NO_CERTIFICATE if missing else VerdictReason.RESIDUAL
@@ -187,6 +167,10 @@ def _verdict(
         if both and load_factor < bounds.lower - margin:
             return WRONG, VerdictReason.BELOW_BOUND
     return CERTIFIED, VerdictReason.NONE
+
+
+def _relative(load_factor: float, to: float) -> float:
+    return (load_factor - to) / max(abs(to), SMALLEST)
 
 
 def reason_text(row: Mapping[Any, Any], brief: bool = False) -> str:

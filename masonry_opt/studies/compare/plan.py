@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.registry import LANGUAGES, MODELS, SOLVERS, find_entry, find_solver, names
+from masonry_opt.solvers.registry import LANGUAGES, MODELS, find_solver, names
 
 #: Keys of a scene that do not change an answer.
 _WORDS = {"title", "source", "reference"}
@@ -25,41 +25,22 @@ class CaseScene:
     Attributes
     ----------
     name: folder and stem of its case file, such as "ferris_tinloi/wall_1".
-    path: the case file.
-    registered: path under which the registry of best known states has it: the case file; of a scene that the
-        comparison makes, its place in the folder of case files ("cases/random/wall_0.toml").
     content: hash of its numbers (see :func:`content_of`).
     expected: claims known by hand, by question (see :func:`~.judge.known_claims`).
     """
 
     name: str
     path: Path
-    registered: Path
     content: str
     title: str
     expected: Mapping[str, str] = field(default_factory=dict)
 
 
-def find_scenes(
-    cases: Iterable[str | Path],
-    folder: Path = Path("cases"),
-    expected: Mapping[Path, Mapping[str, str]] | None = None,
-    made: Path | None = None,
-) -> tuple[CaseScene, ...]:
-    """Read and name the scenes of a comparison.
+def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
+    """Read and name the scenes of a comparison: paths of case files, or names of those in a folder
+    ("ferris_tinloi/wall_1" or "wall_1").
 
-    Parameters
-    ----------
-    cases: paths of case files, or names of those in ``folder`` ("ferris_tinloi/wall_1" or "wall_1").
-    expected: claims known of some of them by hand, by path.
-    made: folder of the scenes that the comparison makes; they are registered with those of ``folder``.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
-    OptionError
-        If two different files have one name.
+    Raises CaseError if a case file is missing or wrong, OptionError if two different files have one name.
     """
     scenes: dict[str, CaseScene] = {}
     for case in cases:
@@ -67,9 +48,8 @@ def find_scenes(
         scene = load(path)
         if scene.load_cases:
             raise OptionError(f"{path}: has load cases, which are not compared: leave it out")
-        name, known = f"{path.resolve().parent.name}/{path.stem}", (expected or {}).get(path, {})
-        registered = folder / path.relative_to(made) if made and path.is_relative_to(made) else path
-        found = CaseScene(name, path, registered, content_of(scene), scene.title, known)
+        name = f"{path.resolve().parent.name}/{path.stem}"
+        found = CaseScene(name, path, content_of(scene), scene.title)
         before = scenes.setdefault(found.name, found)
         if before.content != found.content:
             raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")
@@ -119,21 +99,12 @@ class Pair:
         return f"{self.method} · {self.model} · {self.solver}"
 
 
-class NotApplicable(NamedTuple):
-    """A combination that was named and cannot be, and why."""
-
-    method: str
-    model: str
-    solver: str
-    reason: str
-
-
 @dataclass(frozen=True)
 class RunPlan:
-    """The pairs of a comparison, and the combinations left out."""
+    """The pairs of a comparison; and method, model and solver of combinations that cannot be, and why."""
 
     pairs: tuple[Pair, ...]
-    left_out: tuple[NotApplicable, ...]
+    left_out: tuple[tuple[str, str, str, str], ...]
 
 
 def plan(
@@ -143,25 +114,25 @@ def plan(
 
     A method with tolerances of its own runs once, with its default solver if none of its solvers is named.
 
-    Raises
-    ------
-    OptionError
-        If a name is unknown, a tolerance is out of range, or nothing is left to run.
+    Raises OptionError if a name is unknown, a tolerance is out of range, or nothing is left to run.
     """
-    _known("method", methods, METHODS)
-    _known("model", models, MODELS)
-    _known("solver", solvers, names())
+    named = {"method": (methods, METHODS), "model": (models, MODELS), "solver": (solvers, names())}
+    for what, (asked, known) in named.items():
+        if unknown := [name for name in asked if name not in known]:
+            raise OptionError(f"{what} '{unknown[0]}' is unknown; choose from: {', '.join(known)}")
     for tolerance in tolerances:
         find_solver(LANGUAGES[0], None, tolerance)  # refuses what is out of range
     pairs: list[Pair] = []
-    left_out: list[NotApplicable] = []
+    left_out: list[tuple[str, str, str, str]] = []
     for method in methods:
         for model, solver in _combinations(method, models, solvers):
-            if reason := _reason(method, model, solver):
-                left_out.append(NotApplicable(method, model, solver, reason))
-            else:
-                takes_one = find_entry(model, solver).options and not METHODS[method].own_tolerances
-                pairs += [Pair(method, model, solver, t) for t in (tolerances if takes_one else [None])]
+            try:
+                how = HowToSolve(method, model, solver)
+            except OptionError as error:
+                left_out.append((method, model, solver, str(error)))
+                continue
+            takes_one = how.engine.entry.options and not how.chosen.own_tolerances
+            pairs += [Pair(method, model, solver, t) for t in (tolerances if takes_one else [None])]
     if not pairs:
         why = "; ".join(f"{', '.join(names)}: {reason}" for *names, reason in left_out)
         raise OptionError(f"nothing to compare: {why}")
@@ -175,27 +146,3 @@ def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) ->
         return [(model, solver) for model in models for solver in solvers]
     every = [(model, solver) for model, allowed in own.solvers.items() for solver in allowed]
     return [pair for pair in every if pair[1] in solvers] or every[:1]
-
-
-def _reason(method: str, model: str, solver: str) -> str:
-    """Why a combination cannot be; "" if it can."""
-    own = METHODS[method]
-    if model not in own.solvers:
-        return f"the method is declared in {', '.join(own.solvers)} only"
-    driven = [language for language, name in SOLVERS if name == solver] or [LANGUAGES[0]]
-    if model not in driven:
-        return f"the solver is driven from {', '.join(driven)} only"
-    allowed = own.solvers[model]
-    if allowed and solver not in allowed:
-        return f"the method takes there: {', '.join(allowed)}"
-    try:
-        entry = find_entry(model, solver)
-    except OptionError as error:
-        return str(error).split(": ", 1)[-1]
-    return "a solver of nonlinear programs" if entry.nonlinear and not allowed else ""
-
-
-def _known(what: str, names: Sequence[str], known: Collection[str]) -> None:
-    for name in names:
-        if name not in known:
-            raise OptionError(f"{what} '{name}' is unknown; choose from: {', '.join(known)}")

@@ -15,10 +15,9 @@ from masonry_opt.effort import PARTS
 from masonry_opt.errors import MasonryError
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import load
-from masonry_opt.scene.joints import JointDefaults
-from masonry_opt.scene.scene import Scene
+from masonry_opt.solvers.registry import LANGUAGES
+from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.compare.plan import CaseScene, Pair
 from masonry_opt.studies.runner import TaskEnd
@@ -42,21 +41,13 @@ COLUMNS += (*_SIZE, "time_limit", "memory_limit")
 #: Share of a run's time limit that a method with a time limit of its own is given.
 _OWN_LIMIT = 0.8
 
-#: One block on a floor.
-_WARM_UP = Scene(
-    joints=JointDefaults(friction=0.6),
-    blocks=[
-        Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=1, live=(1, 0)),
-        Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True),
-    ],
-)
+#: A case file of two blocks.
+_WARM_UP = Path("gilbert", "two_blocks.toml")
 
 
 def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
-    """Solve a case file on one core; returns the columns that the result gives.
-
-    A first solve of one block is not timed: libraries load parts of themselves at the first use.
-    """
+    """Solve a case file on one core; returns the columns that the result gives. A first solve of two blocks
+    is not timed: libraries load parts of themselves at the first use."""
     _take_one_core()
     chosen: dict[str, Any] = {"model": pair.model, "solver": pair.solver, "tolerance": pair.tolerance}
     method = METHODS[pair.method]
@@ -65,11 +56,12 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
         options["time_limit"] = _OWN_LIMIT * time_limit
     with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):
         # A solver that fails here fails again below, where it counts.
+        small = case_folder() / _WARM_UP
         if method.own_tolerances:
-            for model in ("cvxpy", "pyomo"):
-                solve(_WARM_UP, "static", model=model)
+            for model in LANGUAGES:
+                solve(small, "static", model=model)
         else:
-            solve(_WARM_UP, pair.method, **chosen)
+            solve(small, pair.method, **chosen)
     start = time.perf_counter()
     # Without the load to expect: the time measured is the method's own.
     result = solve(path, pair.method, expected=False, **chosen, **options)

@@ -2,55 +2,63 @@
 
 from __future__ import annotations
 
-import json
 import math
+from base64 import b64encode
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import cycle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 
 from masonry_opt.answer.frames import unsigned
-from masonry_opt.errors import counted, printable
+from masonry_opt.drawing.colours import HATCH, LIVE, MARKED, SERIES
+from masonry_opt.drawing.elements import title_of
+from masonry_opt.drawing.figure import Picture, save_as, style
+from masonry_opt.drawing.notebook import notebook_html
+from masonry_opt.drawing.pictures import draw_mechanism
+from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.result import Result
+from masonry_opt.studies.answer import StudyAnswer, records
 from masonry_opt.studies.crossing.passage import Passage
-from masonry_opt.studies.crossing.search import PassageTrials, PositionTrial
+from masonry_opt.studies.crossing.search import CrossedPassage, PassageTrials, load_factor
 from masonry_opt.studies.many.runs import COLUMNS, columns
+from masonry_opt.studies.writing import frame_table, render
 from masonry_opt.words.sentences import numeral
+
+#: Columns of the table on a page with their headings, and how their numbers are written.
+_SHOWN = {"axles": "axles", "direction": "direction", "position": "first axle at", "load_factor": "λ"}
+_SHOWN |= {"mechanism": "mechanism", "status": "status"}
+_FORMATS = dict.fromkeys(("position", "load_factor"), "{:.6g}")
 
 #: Positions without an answer that are named in words; the table has all.
 _NAMED = 5
 
+#: Inches: width of the axes, height of the chart, room beside, below, between and above them; most of the
+#: bridge's height.
+_WIDTH, _HIGH, _LEFT, _BELOW, _BETWEEN, _ABOVE, _TALLEST = 7.2, 3.0, 0.8, 0.85, 0.75, 0.7, 5.0
 
-@dataclass(frozen=True)
-class CrossedPassage:
-    """A passage with its answers, and those of associative flow at all positions looked at."""
+#: Load factors are shown up to so many times the least.
+_SHOWN_UP_TO = 4.0
 
-    passage: Passage
-    found: PassageTrials
-    associative: PassageTrials = field(repr=False)
-
-    @property
-    def least(self) -> float:
-        """The least load factor; infinite without one."""
-        known = self.found.load_factors
-        return float(np.nanmin(known)) if not np.isnan(known).all() else math.inf
-
-    @property
-    def position(self) -> float:
-        """Where it is least, the first of several with an axle on a block that can move."""
-        return min(self.found.trials, key=self._least_first).position
-
-    def _least_first(self, trial: PositionTrial) -> tuple[float, bool]:
-        if math.isfinite(trial.load_factor):
-            return trial.load_factor, False
-        return math.inf, not self.passage.carried(trial.position)
+#: Length of the arrow of the greatest axle, as a share of the bridge's length.
+_ARROW = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
-class Crossings:
-    """Load factors of a scene by the position of axles, in numbers; see :class:`~.crossing.Crossing`."""
+class Crossing(StudyAnswer):
+    """Load factors of a scene by the position of axles.
+
+    Attributes
+    ----------
+    worst: result at the worst position, as of :func:`~masonry_opt.analysis.solve` of a scene with the axles
+        there as loads of its blocks; of a scene that does not stand, that. It has the mechanism.
+    passages: each group of axles in each direction in which it travelled.
+    interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
+    """
 
     worst: Result
     passages: tuple[CrossedPassage, ...] = field(repr=False)
@@ -111,10 +119,10 @@ class Crossings:
     def undecided_at(self) -> list[dict[str, Any]]:
         """These: ``axles``, ``direction`` and ``position`` of each, as in the table."""
         return [
-            _place(one.passage, trial.position)
+            _place(one.passage, position)
             for one in self.passages
-            for trial in one.found.trials
-            if math.isnan(trial.load_factor)
+            for position, answer in one.found.answers.items()
+            if math.isnan(load_factor(answer))
         ]
 
     @cached_property
@@ -123,9 +131,9 @@ class Crossings:
         first axle), then the columns of ``mo.sweep`` but for the seconds. Where loads jump
         there is a row on either side."""
         rows = [
-            _place(one.passage, trial.position) | columns(one.passage.loaded(trial.position), trial.solution)
+            _place(one.passage, position) | columns(one.passage.loaded(one.passage.live(position)), answer)
             for one in self.passages
-            for trial in one.found.trials
+            for position, answer in one.found.answers.items()
         ]
         types = {"axles": "object", "direction": "object", "position": "float64"} | COLUMNS
         del types["seconds"]
@@ -142,69 +150,136 @@ class Crossings:
         ]
         return pd.DataFrame(rows, columns=["axles", "direction", "position", "associative"])
 
-    def __str__(self) -> str:
-        return printable("\n".join(f"{name:<16} {value}" for name, value in self.facts().items()))
-
     def facts(self) -> dict[str, str]:
-        """What it found, in words by name."""
         worst, least = self.worst, self.least
         told = {"case": worst.case, "method": worst.method}
         if worst.load_case is not None:
             told["load case"] = f"'{worst.load_case}': {worst.assembly.scene.load_case}"
         if least is None:
             return told | {"status": f"{worst.status}: {worst.message}"}
-        found = (
-            "none: any load is carried" if worst.load_factor is None else numeral(worst.load_factor, ".6f")
-        )
-        group = least.passage.axles.group
+        found = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
+        if worst.load_factor is not None:
+            found = numeral(worst.load_factor, ".6f")
+        at = ", ".join(numeral(x, ".6g") for x in self.at)
+        source = least.passage.axles.group.source
+        positions, away = counted(len(self.table), "position"), numeral(self.resolution or 0.0, ".3g")
         told |= {
-            "least λ": found
-            if worst.load_factor is not None or worst.solution.carries_any_load
-            else str(worst.status),
-            "at": ", ".join(numeral(x, ".6g") for x in self.at)
-            + " (abscissae of the axles, the first first)",
-            "axles": f"'{self.axles}', travelling {self.direction}"
-            + (f" ({group.source})" if group.source else ""),
-            "solved": f"{counted(len(self.table), 'position')}, the next ones to the worst at most "
-            f"{numeral(self.resolution or 0.0, '.3g')} away",
+            "least λ": found,
+            "at": f"{at} (abscissae of the axles, the first first)",
+            "axles": f"'{self.axles}', travelling {self.direction}{f' ({source})' if source else ''}",
+            "solved": f"{positions}, the next ones to the worst at most {away} away",
         }
         if least.passage.assembly.problem.live.any():
             told["beside them"] = "the scene's other live loads, which λ multiplies too"
         if self.bound is not None:
             told["bound"] = f"λ is nowhere on the road less than {numeral(self.bound, '.6f')}"
         if self.undecided:
-            told["undecided"] = f"{counted(self.undecided, 'position')}, at which λ may be less: " + _named(
-                self.undecided_at
-            )
+            named = _named(self.undecided_at)
+            told["undecided"] = f"{counted(self.undecided, 'position')}, at which λ may be less: {named}"
         if self.interrupted:
             told["interrupted"] = "λ may be less at positions that were not solved"
         return told
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
         worst = self.worst.as_dict()
         keys = ("case", "load_case", "method", "model", "solver", "status", "load_factor")
-        own = (
-            "axles",
-            "direction",
-            "position",
-            "at",
-            "resolution",
-            "bound",
-            "undecided",
-            "undecided_at",
-            "interrupted",
-        )
-        table = self.table.astype(object).where(self.table.notna(), None)
+        own = ("axles", "direction", "position", "at", "resolution", "bound", "undecided", "undecided_at")
         return (
             {key: worst[key] for key in keys}
-            | {key: getattr(self, key) for key in own}
-            | {"positions": table.to_dict("records"), "worst": worst}
+            | {key: getattr(self, key) for key in (*own, "interrupted")}
+            | {"positions": records(self.table), "worst": worst}
         )
 
-    def to_json(self) -> str:
-        """``as_dict`` as one JSON object."""
-        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+    def plot(self) -> Picture:
+        """Draw the load factor over the position of the first axle, and below it, in the same scale, the
+        mechanism at the worst, as a matplotlib figure; a notebook shows it.
+
+        Raises OptionError of a scene that does not stand.
+        """
+        least, worst = self.least, self.worst
+        if least is None:
+            raise OptionError(f"{worst.case}: {worst.status}: no axle was moved, none can be drawn")
+        passage = least.passage
+        with style():
+            made = Picture()
+            chart, bridge = made.subplots(2)
+            if worst.load_factor is not None:
+                draw_mechanism(worst, bridge)
+            low, high = bridge.get_xlim()
+            positions = np.concatenate([one.found.positions for one in self.passages])
+            low, high = min(low, positions.min()), max(high, positions.max())
+            bottom, top = bridge.get_ylim()
+            arrow = _ARROW * (high - low)
+            top = max(top, _axles(bridge, passage, least.position, arrow) + 1.5 * arrow)
+            tall = min((top - bottom) / (high - low) * _WIDTH, _TALLEST)
+            size = np.array([_WIDTH + 1.4 * _LEFT, tall + _HIGH + _BELOW + _BETWEEN + _ABOVE])
+            made.set_size_inches(*size)
+            for axes, foot, height in ((bridge, _BELOW, tall), (chart, _BELOW + tall + _BETWEEN, _HIGH)):
+                axes.set_position((_LEFT / size[0], foot / size[1], _WIDTH / size[0], height / size[1]))
+                axes.set_xlim(low, high)
+            bridge.set_ylim(bottom, top)
+            bridge.set_xlabel("x, y in the length unit of the case")
+            self._draw_load_factors(chart, least.position)
+            heading = str(worst.status)
+            if worst.load_factor is not None:
+                heading = printable(
+                    f"least λ = {numeral(worst.load_factor, '.5g')} with '{passage.axles.name}' at "
+                    f"{numeral(least.position, '.4g')}, travelling {passage.direction}"
+                )
+            chart.set_title(f"{title_of(worst.assembly.scene)}\n{heading}", parse_math=False, fontsize=10.5)
+            handles, labels = chart.get_legend_handles_labels()
+            made.legend(handles, labels, loc="lower center", ncols=3, frameon=False, fontsize=8.5)
+        return made
+
+    def _draw_load_factors(self, axes: Axes, position: float) -> None:
+        """A line for each passage over its first axle's position, and of Coulomb methods associative λ."""
+        values: list[float] = []
+        for one, colour in zip(self.passages, cycle(SERIES), strict=False):
+            name = printable(f"'{one.passage.axles.name}', travelling {one.passage.direction}")
+            proven = one.associative is one.found
+            if not proven:
+                axes.plot(
+                    one.associative.positions, _finite(one.associative), color=HATCH, linewidth=0.8, zorder=2
+                )
+            known = _finite(one.found)
+            look: dict[str, Any] = (
+                {"linewidth": 1.1} if proven else {"linestyle": "none", "marker": ".", "markersize": 7}
+            )
+            axes.plot(one.found.positions, known, color=colour, label=name, zorder=3, **look)
+            values += known[np.isfinite(known)].tolist()
+        if self.passages[0].associative is not self.passages[0].found:
+            axes.plot([], [], color=HATCH, linewidth=0.8, label="associative")
+        axes.set_ylabel("load factor λ")
+        axes.set_xlabel("position of the first axle")
+        axes.grid(color="#E4E4E4", linewidth=0.6)
+        if self.load_factor is not None:
+            ring: dict[str, Any] = {"marker": "o", "markersize": 11, "fillstyle": "none", "linestyle": "none"}
+            axes.plot(position, self.load_factor, color=MARKED, label="worst", zorder=4, **ring)
+            axes.set_ylim(0.0, min(_SHOWN_UP_TO * self.load_factor, 1.1 * max(values)) or 1.0)
+
+    def save(self, path: str | Path, force: bool = False) -> None:
+        """Write the picture (.png, .svg, .pdf), or a page with it, the worst position's result and the table
+        (.html), whole or not at all.
+
+        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
+        replaces what was not written here), or the scene does not stand.
+        """
+        save_as(path, force, self._page, self.plot)
+
+    def _page(self) -> str:
+        """The picture, what was found, the worst position's result and the table, as HTML that stands by
+        itself.
+
+        Raises OptionError if Jinja2, of the extra "studies", is not installed.
+        """
+        return render(
+            "crossing.html",
+            title=title_of(self.worst.assembly.scene),
+            facts=self.facts(),
+            picture=b64encode(self.plot().image("svg")).decode(),
+            worst=notebook_html(self.worst),
+            rows=frame_table(self.table, _FORMATS, _SHOWN),
+        )
 
 
 def _named(places: list[dict[str, Any]]) -> str:
@@ -215,3 +290,21 @@ def _named(places: list[dict[str, Any]]) -> str:
 
 def _place(passage: Passage, position: float) -> dict[str, Any]:
     return {"axles": passage.axles.name, "direction": passage.direction, "position": position}
+
+
+def _finite(trials: PassageTrials) -> np.ndarray:
+    """Load factors, NaN where any load is carried."""
+    return np.where(np.isfinite(trials.load_factors), trials.load_factors, np.nan)
+
+
+def _axles(axes: Axes, passage: Passage, position: float, arrow: float) -> float:
+    """Draw the road and the axles on it; the highest point of the road."""
+    line = passage.road.line
+    axes.plot(*line.T, color=LIVE, linewidth=0.8, zorder=6)
+    loads = np.array(passage.axles.group.loads)
+    for x, share in zip(position + passage.offsets, loads / loads.max(), strict=True):
+        if line[0, 0] <= x <= line[-1, 0]:
+            y = float(np.interp(x, *line.T))
+            look = {"arrowstyle": "-|>", "color": LIVE, "linewidth": 1.3, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", (x, y), (x, y + share * arrow), arrowprops=look, zorder=7)
+    return float(line[:, 1].max())

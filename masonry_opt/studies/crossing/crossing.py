@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,20 +16,16 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.road import Road
 from masonry_opt.scene.axles import Axles
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
-from masonry_opt.studies.crossing.answer import CrossedPassage, Crossings
+from masonry_opt.studies.crossing import search
+from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.moving_load import MovingLoad
 from masonry_opt.studies.crossing.passage import Passage
-from masonry_opt.studies.crossing.search import PassageSolver, SolveLive, least_associative, least_coulomb
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: Distance of the least load factor from what is proven, relative, where anything is.
 WITHIN = 1e-3
@@ -39,50 +34,11 @@ WITHIN = 1e-3
 _LONGEST = 0.01
 
 
-@dataclass(frozen=True, kw_only=True)
-class Crossing(Crossings):
-    """Load factors of a scene by the position of axles.
-
-    Attributes
-    ----------
-    worst: result at the worst position, as of :func:`~masonry_opt.analysis.solve` of a scene with the axles
-        there as loads of its blocks; of a scene that does not stand, that. It has the mechanism.
-    passages: each group of axles in each direction in which it travelled.
-    interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
-    """
-
-    def plot(self) -> Figure:
-        """Draw the load factor over the position of the first axle, and below it, in the same scale, the
-        mechanism at the worst, as a matplotlib figure; a notebook shows it.
-
-        Raises OptionError of a scene that does not stand.
-        """
-        from masonry_opt.studies.crossing.picture import picture
-
-        return picture(self)
-
-    def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the picture (.png, .svg, .pdf), or a page with it, the worst position's result and the table
-        (.html), whole or not at all.
-
-        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
-        replaces what was not written here), or the scene does not stand.
-        """
-        from masonry_opt.drawing.figure import save_as
-        from masonry_opt.studies.crossing.picture import page, picture
-
-        save_as(path, force, partial(page, self), partial(picture, self))
-
-
 def crossing(
     scene: Scene | str | Path,
     axles: str | Axles | Sequence[Axles] | None = None,
     *,
     method: str = DEFAULT,
-    model: str | None = None,
-    solver: str | None = None,
-    tolerance: float | None = None,
-    expected: bool = True,
     load_case: str | None = None,
     progress: Callable[[float, float], None] = lambda position, load_factor: None,
     **options: Any,
@@ -107,8 +63,9 @@ def crossing(
         A scene, or the path of a case file.
     axles:
         A group, several, or the name of one of the scene's. Default: all of the scene's.
-    method, model, solver, tolerance, expected, options:
-        As of :func:`~masonry_opt.analysis.solve`; the load to expect is that of the worst position alone.
+    method, options:
+        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too; the load to expect is that of
+        the worst position alone.
     load_case:
         Name of the load case in which they cross, where the scene has any: its ``live`` names "axles", whose
         factor multiplies them, and what else is live beside them.
@@ -125,7 +82,7 @@ def crossing(
     KeyboardInterrupt
         If it was interrupted before any position was solved.
     """
-    session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
+    session = prepare(method, **options)
     many = session.without_expected()
     scene = as_scene(scene, load_case)
     scene.in_plane()  # which refuses solids
@@ -140,19 +97,20 @@ def crossing(
         return Crossing(worst=result, passages=())
     associative = MovingLoad(replace(first.assembly.problem, live=first.live(start)), effort)
     crossed, interrupted, proves = [], False, session.method.associative
+    own = session.how.model is None and session.how.solver is None
     for passage in passages:
         solve = _solve(many, passage, effort)
-        plain = proves and model is None and solver is None and not len(passage.assembly.problem.crushing)
-        solving = PassageSolver(passage, associative if plain else solve, progress)
-        envelope = solving if proves else PassageSolver(passage, associative)
+        plain = own and proves and not len(passage.assembly.problem.crushing)
+        solving = search.PassageSolver(passage, associative if plain else solve, progress)
+        envelope = solving if proves else search.PassageSolver(passage, associative)
         try:
-            beside = least_associative(envelope, _longest(passage), WITHIN)
-            found = beside if proves else least_coulomb(solving, beside, WITHIN)
+            beside = search.least_associative(envelope, _longest(passage), WITHIN)
+            found = beside if proves else search.least_coulomb(solving, beside, WITHIN)
         except KeyboardInterrupt:
             interrupted, found = True, solving.found()
             beside = found if proves else envelope.found()
-        if found.trials:
-            crossed.append(CrossedPassage(passage, found, beside))
+        if found.answers:
+            crossed.append(search.CrossedPassage(passage, found, beside))
         if interrupted:
             break
     if not crossed:
@@ -166,15 +124,9 @@ def _longest(passage: Passage) -> float:
     return _LONGEST * float(passage.road.breaks[-1] - passage.road.breaks[0])
 
 
-def _solve(session: Session, passage: Passage, effort: Effort) -> SolveLive:
+def _solve(session: Session, passage: Passage, effort: Effort) -> search.SolveLive:
     """The method itself, on the scene's own matrices, of a scene that stands."""
-    assembly = passage.assembly
-
-    def solve(live: np.ndarray) -> Any:
-        problem: Problem = replace(assembly.problem, live=live)
-        return session.pushed(replace(assembly, problem=problem), lambda _: None, effort)
-
-    return solve
+    return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
 def _passages(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> Iterator[Passage]:

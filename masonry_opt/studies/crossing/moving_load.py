@@ -20,13 +20,8 @@ from masonry_opt.solvers.lp import Verdict
 
 
 class MovingLoad:
-    """Eq. (9) in HiGHS, compiled once: of a new live load the column of λ alone changes, and simplex goes on
-    from the last basis.
-
-    Parameters
-    ----------
-    problem: of a scene that stands, with any live load.
-    """
+    """Eq. (9) in HiGHS, compiled once of a scene that stands, with any live load: of a new one the column of
+    λ alone changes, and simplex goes on from the last basis."""
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self._problem = problem

@@ -23,14 +23,8 @@ _BESIDE = 1e-9
 
 @dataclass(frozen=True)
 class Passage:
-    """A group of axles that travels in one direction. Its position is the abscissa of its first axle; the
-    others follow.
-
-    Attributes
-    ----------
-    assembly: of the scene, with whatever other live loads it has.
-    road: under the axles.
-    """
+    """A group of axles that travels in one direction over a road of a scene with whatever other live loads.
+    Its position is the abscissa of its first axle; the others follow."""
 
     axles: Axles
     direction: TravelDirection
@@ -52,10 +46,9 @@ class Passage:
         forces[:, 2] /= problem.length_unit
         return problem.live + forces.ravel()
 
-    def loaded(self, position: float) -> Assembly:
+    def loaded(self, live: np.ndarray) -> Assembly:
         """The assembly with that live load."""
-        problem = replace(self.assembly.problem, live=self.live(position))
-        return replace(self.assembly, problem=problem)
+        return replace(self.assembly, problem=replace(self.assembly.problem, live=live))
 
     def scene(self, position: float) -> Scene:
         """The scene with the axles there as loads of its blocks, one a block, and none that move."""

@@ -34,38 +34,20 @@ _FIRST, _MARGIN, _ROUNDS = 25, 0.005, 10
 
 
 @dataclass(frozen=True)
-class PositionTrial:
-    """An answer at a position."""
-
-    position: float
-    solution: Solution = field(repr=False)
-
-    @property
-    def load_factor(self) -> float:
-        """λ; infinite where any load is carried, NaN where nothing is decided."""
-        found = self.solution.load_factor
-        return found if found is not None else math.inf if self.solution.carries_any_load else math.nan
-
-
-@dataclass(frozen=True)
 class PassageTrials:
-    """Trials of a passage, by rising position.
+    """Answers of a passage by rising position, and what no load factor at any position is below, proven; None
+    where nothing is."""
 
-    Attributes
-    ----------
-    bound: what no load factor at any position is below, proven; None where nothing is.
-    """
-
-    trials: list[PositionTrial]
+    answers: dict[float, Solution] = field(repr=False)
     bound: float | None = None
 
     @property
     def positions(self) -> np.ndarray:
-        return np.array([trial.position for trial in self.trials])
+        return np.array([*self.answers])
 
     @property
     def load_factors(self) -> np.ndarray:
-        return np.array([trial.load_factor for trial in self.trials])
+        return np.array([*map(load_factor, self.answers.values())])
 
     def resolution(self, position: float) -> float:
         """The larger distance from a position to the next ones on either side that were solved, other than
@@ -78,35 +60,67 @@ class PassageTrials:
         )
 
 
+@dataclass(frozen=True)
+class CrossedPassage:
+    """A passage with its answers, and those of associative flow at all positions looked at."""
+
+    passage: Passage
+    found: PassageTrials
+    associative: PassageTrials = field(repr=False)
+
+    @property
+    def least(self) -> float:
+        """The least load factor; infinite without one."""
+        known = self.found.load_factors
+        return float(np.nanmin(known)) if not np.isnan(known).all() else math.inf
+
+    @property
+    def position(self) -> float:
+        """Where it is least, the first of several with an axle on a block that can move."""
+        return min(self.found.answers, key=self._least_first)
+
+    def _least_first(self, position: float) -> tuple[float, bool]:
+        found = load_factor(self.found.answers[position])
+        return (found, False) if math.isfinite(found) else (math.inf, not self.passage.carried(position))
+
+
+def load_factor(answer: Solution) -> float:
+    """λ; infinite where any load is carried, NaN where nothing is decided."""
+    if answer.load_factor is not None:
+        return answer.load_factor
+    return math.inf if answer.carries_any_load else math.nan
+
+
 #: Of a position where no axle loads a block that can move.
 _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANISM),))
 
 
+@dataclass
 class PassageSolver:
-    """Trials of a passage so far, each position solved once; whoever is interrupted finds them here."""
+    """Answers of a passage so far, each position solved once; whoever is interrupted finds them here."""
 
-    def __init__(
-        self, passage: Passage, solve: SolveLive, progress: PositionProgress = lambda *_: None
-    ) -> None:
-        self.passage, self.solve, self._progress = passage, solve, progress
-        self.trials: dict[float, PositionTrial] = {}
+    passage: Passage
+    solve: SolveLive
+    progress: PositionProgress = lambda *_: None
+    answers: dict[float, Solution] = field(default_factory=dict)
+    load_factors: dict[float, float] = field(default_factory=dict)
 
     def at(self, position: float) -> float:
         """λ at a position."""
-        if position not in self.trials:
+        if position not in self.answers:
             live = self.passage.live(position)
-            trial = PositionTrial(position, self.solve(live) if live.any() else _UNLOADED)
-            self.trials[position] = trial
-            self._progress(position, trial.load_factor)
-        return self.trials[position].load_factor
+            self.answers[position] = self.solve(live) if live.any() else _UNLOADED
+            self.load_factors[position] = load_factor(self.answers[position])
+            self.progress(position, self.load_factors[position])
+        return self.load_factors[position]
 
     def found(self, bound: float | None = None) -> PassageTrials:
-        return PassageTrials([self.trials[position] for position in sorted(self.trials)], bound)
+        return PassageTrials(dict(sorted(self.answers.items(), key=lambda one: one[0])), bound)
 
 
 def least_associative(solved: PassageSolver, longest: float, within: float) -> PassageTrials:
     """The least associative load factor of a passage, and a bound below it, no farther than ``within``
-    (relative) where one can be had.
+    (relative) where one can be had; no two positions solved are farther apart than ``longest``.
 
     Loads that a standing scene carries are a convex set with zero in it: 1/λ, by which a load must shrink to
     lie in it, is a convex function of the load. Between two positions where loads follow a line, λ is
@@ -115,16 +129,12 @@ def least_associative(solved: PassageSolver, longest: float, within: float) -> P
     that spread leave of a parabola is a load itself: of sums of loads 1/λ is at most the sum, and it is taken
     as twice what it is at a quarter of the range. Ranges whose least may be too low are halved; not those of
     which a load has no answer, next to which there may be none either: then nothing is proven.
-
-    Parameters
-    ----------
-    longest: range between two positions solved.
     """
     ranges = [(_needed(solved, *ends), *ends) for ends in solved.passage.pieces(longest)]
     finest = _FINEST * (ranges[-1][2] - ranges[0][1]) if ranges else 0.0
     done = []
     while ranges:
-        greatest = max(_inverse(trial.load_factor) for trial in solved.trials.values())
+        greatest = max(map(_inverse, solved.load_factors.values()))
         open_ = [one for one in ranges if one[0] > greatest * (1 + within) and one[2] - one[1] > finest]
         done += [one[0] for one in ranges if one not in open_]
         halves = [(start, (start + end) / 2, end) for _, start, end in open_]
@@ -143,16 +153,16 @@ def _needed(solved: PassageSolver, start: float, end: float) -> float:
     scale = _ROUNDING * np.abs(middle).max()
     found = [solved.at(start), solved.at(end)]
     if np.abs(corner - mean).max() > scale:
-        found.append(PositionTrial(math.nan, solved.solve(corner)).load_factor)
-    beside = PositionTrial(math.nan, solved.solve(off)).load_factor if np.abs(off).max() > scale else math.inf
+        found.append(load_factor(solved.solve(corner)))
+    beside = load_factor(solved.solve(off)) if np.abs(off).max() > scale else math.inf
     if any(math.isnan(one) for one in (*found, beside)):
         return math.nan
     return max(_inverse(one) for one in found) + 2 * _inverse(beside)
 
 
-def _inverse(load_factor: float) -> float:
+def _inverse(known: float) -> float:
     """1/λ; 0 where λ is unknown or infinite."""
-    return 1 / max(load_factor, 1e-300) if math.isfinite(load_factor) else 0.0
+    return 1 / max(known, 1e-300) if math.isfinite(known) else 0.0
 
 
 def least_coulomb(solved: PassageSolver, associative: PassageTrials, within: float) -> PassageTrials:
@@ -172,7 +182,7 @@ def least_coulomb(solved: PassageSolver, associative: PassageTrials, within: flo
         known = [index for index, x in enumerate(at) if not math.isnan(_known(solved, x))]
         least = min((_known(solved, at[index]) for index in known), default=math.inf)
         may_be = (1 - _MARGIN) * _estimates(at, most, known, solved)
-        may_be[[index for index, x in enumerate(at) if float(x) in solved.trials]] = math.inf
+        may_be[[index for index, x in enumerate(at) if float(x) in solved.answers]] = math.inf
         index = int(np.argmin(may_be))
         if may_be[index] >= least or not math.isfinite(may_be[index]):
             break
@@ -182,8 +192,7 @@ def least_coulomb(solved: PassageSolver, associative: PassageTrials, within: flo
 
 
 def _known(solved: PassageSolver, position: float) -> float:
-    trial = solved.trials.get(float(position))
-    return math.nan if trial is None else trial.load_factor
+    return solved.load_factors.get(float(position), math.nan)
 
 
 def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: PassageSolver) -> np.ndarray:
@@ -205,13 +214,11 @@ def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: Passa
 def _halve(solved: PassageSolver, at: np.ndarray, within: float) -> None:
     """Ask between the least and the positions beside it, while that finds less."""
     for _ in range(_ROUNDS):
-        decided = {
-            x: trial.load_factor for x, trial in solved.trials.items() if math.isfinite(trial.load_factor)
-        }
+        decided = {x: found for x, found in solved.load_factors.items() if math.isfinite(found)}
         if not decided:
             return
         best = min(decided, key=decided.__getitem__)
-        beside = np.union1d(at, [*solved.trials])
+        beside = np.union1d(at, [*solved.answers])
         index = int(np.searchsorted(beside, best))
         near = [float(beside[other]) for other in (index - 1, index + 1) if 0 <= other < len(beside)]
         lower = [solved.at((best + other) / 2) for other in near]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,7 +15,9 @@ from masonry_opt.analysis import prepare
 from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
-from masonry_opt.drawing.figure import Picture
+from masonry_opt.drawing.colours import AT_REST, VERMILION
+from masonry_opt.drawing.elements import title_of
+from masonry_opt.drawing.figure import Picture, entitle, finish, style
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
@@ -24,15 +25,19 @@ from masonry_opt.methods.task import Progress
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.answer import StudyAnswer
 from masonry_opt.words.summary import told_factor
 from masonry_opt.words.terminal import frame_text
+
+#: Height of a bar over the width of the axes; most letters of a name beside one.
+_BAR, _LETTERS = 0.09, 24
 
 #: Columns of a table of results, beside what tells them apart.
 COLUMNS = ("load_factor", "status", "expected", "associative", "exact")
 
 
 @dataclass(frozen=True, eq=False)
-class Cases:
+class Cases(StudyAnswer):
     """The load cases of a scene, solved.
 
     Attributes
@@ -113,15 +118,31 @@ class Cases:
             told["left_out"] = list(self.left_out)
         return told | {"load_cases": [result.as_dict() for result in self.results.values()]}
 
-    def to_json(self) -> str:
-        """``as_dict`` as one JSON object."""
-        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+    @property
+    def _heading(self) -> str:
+        return f"least {told_factor(self.to_draw)}, {self.governing}" if self.governing else "no load factor"
 
     def plot(self) -> Picture:
-        """Draw load factors as bars, the governing one marked."""
-        from masonry_opt.studies.load_cases.charts import bars
-
-        return bars(self.results, self.governing, self.to_draw)
+        """Draw load factors as bars, from the top down, the governing one marked."""
+        names = [name if len(name) <= _LETTERS else f"{name[: _LETTERS - 1]}…" for name in self.results]
+        with style():
+            made = Picture()
+            axes = made.add_subplot()
+            axes.set_box_aspect(_BAR * (len(names) + 1))
+            values = [result.load_factor or 0.0 for result in self.results.values()]
+            colours = [VERMILION if name == self.governing else AT_REST for name in self.results]
+            axes.barh(range(len(values)), values, color=colours, height=0.6)
+            beside: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points"}
+            for number, result in enumerate(self.results.values()):
+                at = (max(values[number], 0.0), number)
+                axes.annotate(told_factor(result), at, va="center", fontsize=8, **beside)
+            axes.set_yticks(range(len(names)), [*map(printable, names)], fontsize=8, parse_math=False)
+            axes.invert_yaxis()
+            axes.set_xlim(min(0.0, *values), 1.25 * max(*values, 1e-9))
+            axes.set_xlabel("load factor λ")
+            entitle(axes, title_of(self.to_draw.assembly.scene.with_load_case(None)), self._heading)
+            finish(made, axes, [])
+        return made
 
     def save(self, path: str | Path, force: bool = False) -> None:
         """Write that picture (.png, .svg, .pdf); raises as :meth:`Result.save`."""

@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.drawing.figure import Picture
+from masonry_opt.drawing.colours import BLACK, SERIES
+from masonry_opt.drawing.elements import title_of
+from masonry_opt.drawing.figure import Picture, entitle, finish, style
 from masonry_opt.effort import Phases
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import OptionError, counted
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
 from masonry_opt.result import Result
@@ -19,6 +21,9 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.load_cases import Earthquake
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.load_cases.cases import COLUMNS, Cases, solve_all
+
+#: Load factors no farther from λ than this are not drawn beside it.
+_SAME = 1e-4
 
 #: Degrees between directions in plan, and the most directions.
 EVERY, _MOST = 15.0, 3600
@@ -57,11 +62,40 @@ class Directions(Cases):
     def plot(self) -> Picture:
         """Draw the load factor over the direction: in space in plan, as a polar chart, x to the right; in the
         plane as bars."""
-        from masonry_opt.studies.load_cases.charts import bars, polar
-
-        if self.to_draw.assembly.scene.dimension == 2:
-            return bars(self.results, self.governing, self.to_draw)
-        return polar(self.table, self.governing, self.to_draw)
+        drawn, table = self.to_draw, self.table
+        if drawn.assembly.scene.dimension == 2:
+            return super().plot()
+        with style():
+            made = Picture()
+            axes: Any = made.add_subplot(projection="polar")
+            axes.set_thetagrids(range(0, 360, 30), [f"{angle}°" for angle in range(0, 360, 30)])
+            entitle(axes, title_of(drawn.assembly.scene), f"{self._heading}\n")
+            shown = {"load_factor": f"λ ({drawn.method})"}
+            ratios = table["vertical"].unique()
+            if len(ratios) == 1:
+                shown |= {"expected": "to expect", "associative": "associative"}
+            looks = zip(itertools.cycle(SERIES), itertools.product(ratios, shown.items()), strict=False)
+            for colour, (ratio, (column, words)) in looks:
+                rows = table[table["vertical"] == ratio]
+                first = column == "load_factor"
+                if not first and not (rows[column] - rows["load_factor"]).abs().max() > _SAME:
+                    continue
+                angle, value = (np.append(values, values[:1]) for values in (rows["direction"], rows[column]))
+                look = {"marker": ".", "linewidth": 1.4} if first else {"linewidth": 0.9}
+                sense = "against" if ratio < 0 else "with"
+                beside = f", and {abs(ratio):g} of it {sense} gravity" if ratio else ""
+                angle = np.radians(angle.astype(float))
+                axes.plot(angle, value, color=colour, label=f"{words}{beside}", **look)
+            if self.governing and isinstance(worst := quake_of(drawn).direction, float):
+                ring = {"marker": "o", "markersize": 9, "fillstyle": "none", "linestyle": "none"}
+                axes.plot(np.radians(worst), drawn.load_factor or 0.0, color=BLACK, label="least", **ring)
+            axes.set_ylim(0)
+            axes.tick_params(axis="y", labelsize=8)
+            notes = ["The push is along the ray; x points to the right, y upwards."]
+            if missing := int(table["load_factor"].isna().sum()):
+                notes.append(f"No load factor in {counted(missing, 'direction')}.")
+            finish(made, axes, axes.get_legend_handles_labels()[0], tuple(notes))
+        return made
 
 
 def quake_of(result: Result) -> Earthquake:

@@ -11,8 +11,6 @@ from scipy import stats
 
 from masonry_opt.errors import OptionError
 
-_KINDS = ("normal", "lognormal", "uniform")
-
 _HOW = (
     "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or '15%' "
     "of the mean, both positive; ('normal', mean, positive deviation); ('uniform', least, greatest); or any "
@@ -44,25 +42,17 @@ def distribution(name: str, given: Any) -> Distribution:
     of = f"distribution of '{name}'"
     if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
         return Distribution(_text(given), given)
-    if not isinstance(given, tuple | list) or len(given) != 3 or given[0] not in _KINDS:
-        raise OptionError(f"{of}: {_HOW} (found {given!r})")
-    kind = given[0]
     try:
-        first = _number(given[1])
-        second = _number(given[2]) if kind == "uniform" else _deviation(given[2], first)
-        possible = {"uniform": first < second, "normal": second > 0, "lognormal": min(first, second) > 0}
-        if not possible[kind]:
-            raise TypeError
-    except TypeError:
+        kind, first, second = given
+        frozen = _FROZEN[kind]
+        first = _number(first)
+        second = _number(second) if kind == "uniform" else _deviation(second, first, of)
+        least = {"uniform": second - first, "normal": second, "lognormal": min(first, second)}[kind]
+        if least <= 0:
+            raise ValueError
+    except (TypeError, ValueError, KeyError):
         raise OptionError(f"{of}: {_HOW} (found {given!r})") from None
-    except OptionError as error:
-        raise OptionError(f"{of}: {error}") from None
-    frozen = {
-        "normal": stats.norm,
-        "lognormal": lognormal,
-        "uniform": lambda least, greatest: stats.uniform(least, greatest - least),
-    }[kind](first, second)
-    return Distribution(f"{kind}({first:g}, {second:g})", frozen)
+    return Distribution(f"{kind}({first:g}, {second:g})", frozen(first, second))
 
 
 def lognormal(mean: float, deviation: float) -> Any:
@@ -72,6 +62,14 @@ def lognormal(mean: float, deviation: float) -> Any:
     """
     variance = math.log1p((deviation / mean) ** 2)
     return stats.lognorm(math.sqrt(variance), scale=mean * math.exp(-variance / 2))
+
+
+#: What makes a distribution of two numbers, by kind.
+_FROZEN = {
+    "normal": stats.norm,
+    "lognormal": lognormal,
+    "uniform": lambda least, greatest: stats.uniform(least, greatest - least),
+}
 
 
 def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
@@ -103,14 +101,15 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-def _deviation(value: Any, mean: float) -> float:
+def _deviation(value: Any, mean: float, of: str) -> float:
     if isinstance(value, str) and value.strip().endswith("%"):
         return abs(mean) / 100 * _number(_read(value.strip()[:-1]))
     number = _number(value)
     if mean and number > abs(mean):
         raise OptionError(
-            f"a standard deviation of {number:g} is more than the mean, {mean:g}: if per cent of the mean "
-            f"are meant, write '{number:g}%'; if it is meant as it stands, '{100 * number / abs(mean):.6g}%'"
+            f"{of}: a standard deviation of {number:g} is more than the mean, {mean:g}: if per cent of the "
+            f"mean are meant, write '{number:g}%'; if it is meant as it stands, "
+            f"'{100 * number / abs(mean):.6g}%'"
         )
     return number
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -41,16 +40,9 @@ _LEVEL = 1e-3
 _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")
 
 
-@dataclass(frozen=True)
-class DrawnColumn:
-    """One column of the table of values drawn.
-
-    Attributes
-    ----------
-    of: name of the number.
-    pairs: blocks of the joints that get the value; none where the number is drawn once for the scene.
-    course: of these joints, 1 the lowest.
-    """
+class DrawnColumn(NamedTuple):
+    """One column of the table of values drawn: of a number by name, for the joints between these pairs of
+    blocks, in a course (1 the lowest); without pairs for the scene."""
 
     name: str
     of: str
@@ -171,16 +163,11 @@ class Draws:
 
 
 def scores(count: int, groups: ArrayLike, correlation: float, sequence: str | None, seed: int) -> np.ndarray:
-    """Standard normal scores, shape (count, columns), of columns that are correlated in groups.
+    """Standard normal scores, shape (count, columns), of columns that are correlated in groups, which are
+    numbered from 0.
 
     Score j of a group is √ρ g + √(1 − ρ) e_j, with g common to the group: every two have the correlation ρ,
     and columns of different groups none. The first points of a longer sequence are those of a shorter one.
-
-    Parameters
-    ----------
-    groups: number of each column's group, from 0.
-    correlation: ρ within groups, from 0 to 1.
-    sequence: one of SEQUENCES; None for "sobol", or "random" in more than 10 dimensions.
 
     Raises OptionError if the sequence has fewer dimensions.
     """
@@ -220,9 +207,9 @@ def _courses(scene: Scene) -> dict[tuple[str, str], int]:
     order = np.argsort(height, kind="stable")
     course = np.empty(len(height), dtype=int)
     course[order] = 1 + np.cumsum(np.diff(height[order], prepend=height[order[:1]]) > apart)
-    pairs = zip(assembly.names(joints.first), assembly.names(joints.second), strict=True)
     found: dict[tuple[str, str], int] = {}
-    for (first, second), number in zip(pairs, course.tolist(), strict=True):
+    names = assembly.names(joints.first), assembly.names(joints.second)
+    for first, second, number in zip(*names, course.tolist(), strict=True):
         if (second, first) not in found:
             found.setdefault((first, second), number)
     return found

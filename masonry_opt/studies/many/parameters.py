@@ -31,20 +31,8 @@ _NAMED = ("block", "joint")
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
 
 #: Points, forces and moments: their two or three numbers are x, y and z.
-_POINTS = (
-    *(
-        "at",
-        "live",
-        "live_at",
-        "live_per_weight",
-        "live_moment",
-        "dead",
-        "dead_at",
-        "dead_moment",
-        "weight_at",
-    ),
-    *("force", "gravity", "start", "end", "tilt"),
-)
+_POINTS = {"at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"}
+_POINTS |= {"live", "live_at", "live_per_weight", "live_moment"}
 
 #: Keys of a scene that no analysis follows steadily.
 _LEFT_OUT = ("tolerance", "reference")
@@ -63,9 +51,9 @@ class Parameters:
         self.scene = scene
         self._source: SceneKeys = case if unchanged and case is not None else scene
         self._ways = dict(_numbers(self._source))
-        if scene.dimension == 3:
-            kept = [name for name in self._ways if name != "thickness" and not _of_plane_joints(name)]
-            self._ways = {name: self._ways[name] for name in kept}
+        if scene.dimension == 3:  # whose joints have no strength
+            for name in [name for name in self._ways if name == "thickness" or _is_strength(name)]:
+                del self._ways[name]
         self._joint_ways = dict(_numbers(scene))
         self._last: tuple[dict[str, float], Scene] | None = None
 
@@ -137,8 +125,7 @@ def is_of_joints(name: str) -> bool:
     return name.startswith(("joints.", "joint."))
 
 
-def _of_plane_joints(name: str) -> bool:
-    """Whether a number is one that joints in space do not have."""
+def _is_strength(name: str) -> bool:
     return is_of_joints(name) and name.endswith(".strength")
 
 
@@ -180,9 +167,8 @@ def _is_number(value: object) -> bool:
 def _takes_number(field: FieldInfo) -> bool:
     def holds(annotation: Any) -> bool:
         # One number of a pair that is not given would leave the other unknown.
-        if getattr(annotation, "__origin__", None) in (tuple, list):
-            return False
-        return annotation in (int, float) or any(map(holds, get_args(annotation)))
+        pair = getattr(annotation, "__origin__", None) in (tuple, list)
+        return not pair and (annotation in (int, float) or any(map(holds, get_args(annotation))))
 
     return holds(field.annotation)
 

@@ -1,27 +1,33 @@
-"""One certified run of many: a scene with other values, solved, as a row of plain numbers and words."""
+"""Many certified runs of a scene with other values, each a row of a table of plain numbers and words."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.frames import unsigned
 from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
+from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.kept import Kept
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
-from masonry_opt.studies.journal import digest
+from masonry_opt.studies.journal import NAME, Journal, digest
 from masonry_opt.studies.machine import versions
-from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.runner import FINISHED, TaskEnd
+from masonry_opt.studies.many.parameters import Parameters, is_of_joints
+from masonry_opt.studies.runner import FINISHED, REFUSED, TaskEnd, Workers
+from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order, and their types in a table. ``seconds`` alone depends on
@@ -44,6 +50,16 @@ SLIDING, HINGING, CRUSHING, MIXED = "sliding", "hinging", "crushing", "mixed"
 SEPARATING, NONE = "separating", "none"
 
 _NAMES = {"slides": SLIDING, "hinges": HINGING, "crushes": CRUSHING}
+
+#: Called with how many runs are done, and of how many.
+RunProgress = Callable[[int, int], None]
+
+#: The table's name in a study's folder, and what to do where it must not be replaced.
+_TABLE = "runs.csv"
+_INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
+
+#: Makes a scene from values.
+Maker = Callable[[Mapping[str, float]], Scene]
 
 
 @dataclass(frozen=True)
@@ -94,6 +110,109 @@ class RunSolver:
             assert self._parameters is not None  # the study has a scene where its runs have none
             scene = self._parameters.at(run.values)
         return columns(*self._session.answer(scene, lambda _: None, Effort()))
+
+
+@dataclass(frozen=True)
+class ManyRuns:
+    """Where many runs are made, and kept: in a folder with ``runs.csv`` and the journal of finished runs,
+    which are not made again; without one nothing is. Attributes as of :func:`~.sweep.sweep`."""
+
+    out: str | Path | None = None
+    parquet: bool = False
+    force: bool = False
+    workers: int | None = None
+    dask: str | None = None
+    progress: RunProgress = lambda done, of: None
+
+    def table(
+        self, study: Study, points: Sequence[Mapping[str, float]], make: Maker | None = None
+    ) -> pd.DataFrame:
+        """One row a point, in the order of the points, which are values by name: see :func:`~.sweep.sweep`,
+        errors too. ``make`` makes the scene of a point where the study has none, in this process."""
+        study.how.refuse_functions()
+        journal = self._journal(study, points)
+        rows: dict[int, dict[str, Any]] = {}
+        under_way: list[tuple[int, StudyRun]] = []
+
+        def missing() -> Iterator[StudyRun]:
+            for index in _neighbours_together(points):
+                values = points[index]
+                try:
+                    run = StudyRun(values, make(values) if make else None)
+                except CaseError as error:
+                    rows[index] = row(StudyRun(values), TaskEnd(REFUSED, str(error)))
+                    continue
+                found = journal.find(run.key) if journal else None
+                if found is None:
+                    under_way.append((index, run))
+                    yield run
+                else:
+                    rows[index] = found
+
+        with Workers(partial(RunSolver, study), self.workers, self.dask) as made:
+            for number, end in made.map(missing()):
+                index, run = under_way[number]
+                under_way[number] = (index, StudyRun({}))  # scenes are not kept
+                rows[index] = row(run, end)
+                # A run that crashed or died is made again by the same command: memory may have been short.
+                if journal and end.how in (FINISHED, REFUSED):
+                    journal.add(run.key, rows[index])
+                self.progress(len(rows), len(points))
+        self.progress(len(rows), len(points))
+        frame = framed([rows[index] for index in range(len(points))], list(points[0]))
+        if self.out is not None:
+            contents: dict[str, str | bytes] = {_TABLE: csv_text(frame)}
+            if self.parquet:
+                contents["runs.parquet"] = frame.to_parquet(None, index=False)
+            write_files(Path(self.out), contents)
+        return frame
+
+    def _journal(self, study: Study, points: Sequence[Mapping[str, float]]) -> Journal | None:
+        """That of these runs. Raises OptionError if the folder holds others."""
+        if self.parquet and find_spec("pyarrow") is None:
+            raise OptionError("--parquet needs: pip install '.[parquet]'")
+        if self.out is None:
+            return None
+        # A journal of other runs is refused first; none is begun beside a table that stays.
+        folder = Path(self.out)
+        journal = Journal(folder, study.identity()) if (folder / NAME).exists() else None
+        if not self.force:
+            _refuse_losing(folder / _TABLE, points)
+        return journal or Journal(folder, study.identity())
+
+
+def framed(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> pd.DataFrame:
+    """Rows of runs as a frame: numbers of the scene by these names, then COLUMNS. No zero has a sign."""
+    types = dict.fromkeys(names, "float64") | COLUMNS
+    return unsigned(pd.DataFrame(rows, columns=[*types]).astype(types))
+
+
+def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
+    """Raise OptionError if a file is no table of these points or of some of them."""
+    if not path.exists():
+        return
+    try:
+        table = pd.read_csv(path, dtype=str)
+        values = table.iloc[:, : table.columns.get_loc("load_factor")].astype(float)
+    except (OSError, ValueError, KeyError):
+        raise OptionError(f"{path}: is there already, and no table of runs: {_INSTEAD}") from None
+    wanted = {tuple(point.values()) for point in points}
+    same = [*values] == [*points[0]]
+    lost = sum(not same or run not in wanted for run in values.itertuples(index=False, name=None))
+    if lost:
+        raise OptionError(f"{path}: {lost} of its {counted(len(table), 'run')} would be lost: {_INSTEAD}")
+
+
+def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
+    """Order in which points that differ in joint properties alone follow one another: a worker builds its
+    programs once for all of them."""
+    first: dict[tuple[float, ...], int] = {}
+
+    def place(index: int) -> int:
+        others = tuple(value for name, value in points[index].items() if not is_of_joints(name))
+        return first.setdefault(others, index)
+
+    return sorted(range(len(points)), key=place)
 
 
 def row(run: StudyRun, end: TaskEnd) -> dict[str, Any]:

@@ -3,23 +3,239 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from masonry_opt.errors import OptionError
-from masonry_opt.methods.how_to_solve import HowToSolve
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from masonry_opt.analysis import prepare
+from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import SAME
+from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.answer import StudyAnswer, records
+from masonry_opt.studies.load_factor_axis import ends
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.runs import Study
-from masonry_opt.studies.many.sample_answer import KINDS, Sample
-from masonry_opt.studies.many.table import ManyRuns, RunProgress, RunsFolder
+from masonry_opt.studies.many.runs import ManyRuns, RunProgress, Study
 from masonry_opt.studies.writing import csv_text, write_files
+from masonry_opt.words.sentences import numeral
+
+if TYPE_CHECKING:
+    import altair
+
+    from masonry_opt.studies.charts import NamedChart
 
 #: Default number of runs: Sobol's points are most even for powers of two.
 RUNS = 128
+
+#: Probabilities of the quantiles, unless others are asked for.
+PROBABILITIES = (0.05, 0.5, 0.95)
+
+#: Confidence of intervals, unless another is asked for.
+CONFIDENCE = 0.95
+
+#: Kinds of chart.
+KINDS = ("distribution", "fragility", "sensitivity")
+
+#: Most rank correlations that are printed.
+_PRINTED = 5
+
+
+@dataclass(frozen=True)
+class Sample(StudyAnswer):
+    """The load factors of a scene whose numbers were drawn.
+
+    A scene that is proven to carry any load counts as collapsed at none. Any other run without a load factor
+    (the scene falls by itself, or the run is ``undecided``: not converged, refused, unlimited without a
+    proof, ...) counts as collapsed at any load, so that no probability of collapse is too low.
+
+    Intervals are those of independent runs (``sequence="random"``), for any distribution. Sobol's points of
+    few numbers are closer to the truth than the intervals show.
+
+    Attributes
+    ----------
+    case: case file or title of the scene.
+    table: one row a run: the numbers drawn, then the columns of ``mo.sweep``.
+    drawn: names of the columns that were drawn.
+    distributions: of each number, in words.
+    """
+
+    case: str
+    table: pd.DataFrame = field(repr=False)
+    drawn: tuple[str, ...] = field(repr=False)
+    distributions: Mapping[str, str]
+
+    @property
+    def runs(self) -> int:
+        """Number of scenes solved."""
+        return len(self.table)
+
+    @property
+    def load_factors(self) -> np.ndarray:
+        """Load factor of each run, shape (n,); -inf: collapsed at any load, inf: at none."""
+        found = self.table["load_factor"].to_numpy(dtype=float)
+        any_load = self.table["any_load"].fillna(False).to_numpy(dtype=bool)
+        return np.where(np.isfinite(found), found, np.where(any_load, math.inf, -math.inf))
+
+    @property
+    def falling(self) -> int:
+        """Runs whose scene falls by itself."""
+        return int((self.table["status"] == str(Status.UNSTABLE)).sum())
+
+    @property
+    def unlimited(self) -> int:
+        """Runs whose scene is proven to carry any load."""
+        return int(np.isposinf(self.load_factors).sum())
+
+    @property
+    def undecided(self) -> int:
+        """Runs that decide nothing, counted as collapsed at any load."""
+        return int(np.isneginf(self.load_factors).sum()) - self.falling
+
+    @property
+    def counted(self) -> str:
+        """How many runs there are, and how many of them have no load factor, in words."""
+        without = {
+            "fell under dead load alone": self.falling,
+            "carried any load": self.unlimited,
+            "undecided, counted as fallen": self.undecided,
+        }
+        told = [f"{count} ({count / self.runs:.1%}) {what}" for what, count in without.items() if count]
+        return "; ".join([counted(self.runs, "run"), *told])
+
+    def quantiles(
+        self, probabilities: Sequence[float] = PROBABILITIES, confidence: float = CONFIDENCE
+    ) -> pd.DataFrame:
+        """Quantiles of the load factor: ``probability``, ``value``, ``lower``, ``upper``.
+
+        The limits are two of the ordered load factors, whose ranks are quantiles of the binomial distribution
+        (n, p): on either side half of what the confidence leaves. A limit is NaN where there are too few runs
+        to have one.
+
+        Raises OptionError if a probability is not between 0 and 1.
+        """
+        _refuse_shares(probabilities=probabilities, confidence=[confidence])
+        values, rows = self.load_factors, []
+        for p in probabilities:
+            limits = stats.quantile_test(values, p=p).confidence_interval(confidence)
+            rows.append((p, np.quantile(values, p, method="inverted_cdf"), *limits))
+        return pd.DataFrame(rows, columns=["probability", "value", "lower", "upper"])
+
+    def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
+        """Probability of collapse at load factors: ``load``, ``probability``, ``lower``, ``upper``.
+
+        It is the share of runs whose load factor does not exceed them; the limits are Clopper & Pearson's. By
+        default at the load factors found, and 5 % of their range to either side.
+
+        Raises OptionError if the confidence is not between 0 and 1.
+        """
+        _refuse_shares(confidence=[confidence])
+        if loads is None:
+            found = np.unique(self.load_factors[np.isfinite(self.load_factors)])
+            least, greatest = ends(found)
+            aside = 0.05 * (greatest - least) if len(found) else 0.0
+            loads = [max(least - aside, 0.0), *found.tolist(), greatest + aside]
+        n, collapsed = self.runs, np.searchsorted(np.sort(self.load_factors), loads, side="right")
+        beside = (1 - confidence) / 2
+        with np.errstate(invalid="ignore"):
+            lower = np.where(collapsed == 0, 0.0, stats.beta.ppf(beside, collapsed, n - collapsed + 1))
+            upper = np.where(collapsed == n, 1.0, stats.beta.ppf(1 - beside, collapsed + 1, n - collapsed))
+        return pd.DataFrame({"load": loads, "probability": collapsed / n, "lower": lower, "upper": upper})
+
+    def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
+        """Spearman's rank correlation of the load factor with each number drawn, strongest first:
+        ``parameter``, ``rank_correlation``, ``lower``, ``upper``; NaN where the load factor, or the number,
+        is the same in all runs. Load factors that differ by rounding have one rank.
+
+        The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All intervals
+        hold at once with the confidence (Bonferroni).
+
+        Raises OptionError if the confidence is not between 0 and 1.
+        """
+        _refuse_shares(confidence=[confidence])
+        values, drawn = self.load_factors, self.table[list(self.drawn)]
+        known = np.abs(values[np.isfinite(values)])
+        step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
+        ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index)
+        r = drawn.rank().corrwith(ranks).clip(-1, 1)
+        each = 1 - (1 - confidence) / max(drawn.shape[1], 1)
+        degrees = len(values) - 3
+        half = stats.norm.ppf((1 + each) / 2) * np.sqrt((1 + r**2 / 2) / degrees) if degrees > 0 else np.inf
+        # Of a perfect correlation Fisher's transform is infinite.
+        middle = np.arctanh(r.clip(-1 + 1e-15, 1 - 1e-15))
+        columns = {"rank_correlation": r, "lower": np.tanh(middle - half), "upper": np.tanh(middle + half)}
+        found = pd.DataFrame(columns).rename_axis("parameter").reset_index()
+        # Rounded, and sorted stably: equal ones stay in the order in which they were named.
+        order = found["rank_correlation"].abs().round(12).sort_values(ascending=False, kind="stable").index
+        return found.loc[order].reset_index(drop=True)
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Quantiles, fragility and sensitivity, by these names."""
+        return {name: getattr(self, name)() for name in ("quantiles", "fragility", "sensitivity")}
+
+    def plot(self, kind: str = "distribution") -> altair.TopLevelMixin:
+        """Draw the "distribution" of the load factor, its "fragility" curve or the "sensitivity" to what was
+        drawn, as a chart of Altair.
+
+        Raises OptionError if there is no such kind, or Altair, of the extra "studies", is not installed.
+        """
+        if kind not in KINDS:
+            raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
+        return self.drawing(kind).on_paper()
+
+    def drawing(self, kind: str) -> NamedChart:
+        """The chart of a kind. Raises OptionError if Altair is not installed."""
+        # Charts are slow to import: only when they are needed.
+        from masonry_opt.studies.many import sample_charts
+
+        case = Path(self.case)
+        # A scene made in Python has a title instead, which may have dots.
+        name = case.stem if case.suffix in (".toml", ".json") else self.case
+        title = f"{name}: {self.counted}"
+        sure, of_tables = f"{CONFIDENCE:.0%} confidence", ("fragility", "sensitivity")
+        if kind in of_tables:
+            return getattr(sample_charts, kind)(title, self.tables()[kind], sure)
+        return sample_charts.distribution(title, self.load_factors, self.quantiles(), sure)
+
+    def facts(self) -> dict[str, str]:
+        drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
+        return {"case": self.case, "drawn": drawn, "solved": self.counted}
+
+    def __str__(self) -> str:
+        text = []
+        for row in self.quantiles().to_dict("records"):
+            limits = f"({_worded(row['lower'])} to {_worded(row['upper'])} with {CONFIDENCE:.0%} confidence)"
+            text.append(f"{row['probability']:<6.0%} of λ below {_worded(row['value'])} {limits}")
+        for row in self.sensitivity().dropna().head(_PRINTED).to_dict("records"):
+            r, low, high = (numeral(row[name], "+.3f") for name in ("rank_correlation", "lower", "upper"))
+            text.append(f"rank correlation {r} with {row['parameter']} ({low} to {high})")
+        return printable("\n".join([super().__str__(), *text]))
+
+    def as_dict(self) -> dict[str, Any]:
+        """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
+        told = {"case": self.case, "distributions": dict(self.distributions)}
+        told |= {name: getattr(self, name) for name in ("runs", "falling", "unlimited", "undecided")}
+        tables = {name: records(frame) for name, frame in self.tables().items()}
+        return told | {"confidence": CONFIDENCE} | tables
+
+
+def _worded(value: float) -> str:
+    if math.isfinite(value):
+        return numeral(value, ".5f")
+    return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
+
+
+def _refuse_shares(**shares: Sequence[float]) -> None:
+    for name, values in shares.items():
+        if wrong := [value for value in values if not 0 < value < 1]:
+            raise OptionError(f"{name} must lie between 0 and 1 (found {wrong[0]})")
 
 
 def sample(
@@ -32,10 +248,6 @@ def sample(
     correlation: float | None = None,
     sequence: str | None = None,
     method: str = DEFAULT,
-    model: str | None = None,
-    solver: str | None = None,
-    tolerance: float | None = None,
-    expected: bool = True,
     out: str | Path | None = None,
     parquet: bool = False,
     force: bool = False,
@@ -74,8 +286,8 @@ def sample(
     sequence:
         "sobol", scrambled (the default up to 10 numbers), or "random", independent points (the default
         above: of many numbers Sobol's points correlate some unless there are thousands of runs).
-    method, model, solver, tolerance, expected, **options:
-        Of :func:`~masonry_opt.analysis.solve`.
+    method, options:
+        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
     out:
         Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
         each. Runs that it holds already are not made again.
@@ -103,13 +315,13 @@ def sample(
             raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     draws = Draws(scene, distributions, by, correlation)
     values = draws.table(n, seed, sequence)
-    folder = None if out is None else Path(out)
-    how = HowToSolve(method, model, solver, tolerance, expected, options)
+    how = prepare(method, **options).how
     study, make = (Study(None, how), draws.scene) if draws.varied else (Study(scene, how), None)
-    runs = ManyRuns(study, values.to_dict("records"), make)  # type: ignore[arg-type]  # columns have names
-    table = runs.table(RunsFolder(folder, parquet, force), workers, dask, progress)
+    points: list[Any] = values.to_dict("records")
+    table = ManyRuns(out, parquet, force, workers, dask, progress).table(study, points, make)
     found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
-    if folder is not None:
+    if out is not None:
+        folder = Path(out)
         write_files(folder, {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
         with contextlib.suppress(OptionError):  # the tables need no extra
             from masonry_opt.studies.charts import write_charts

@@ -1,4 +1,5 @@
-"""Charts of a sample: how its load factors are distributed, the fragility curve, and what matters."""
+"""Charts of a sample: how its load factors are distributed, the fragility curve, and what matters; ``sure``
+says with what confidence."""
 
 from __future__ import annotations
 
@@ -8,7 +9,6 @@ import pandas as pd
 from masonry_opt.drawing.colours import SERIES
 from masonry_opt.studies.charts import NamedChart, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
-from masonry_opt.studies.many.estimates import CONFIDENCE, LIMITS
 
 #: Most numbers drawn that are shown, those that matter most.
 _SHOWN = 15
@@ -19,7 +19,7 @@ _BARS = 12
 _RUNS, _MARKS = SERIES[0], SERIES[1]
 
 
-def distribution(title: str, load_factors: np.ndarray, marks: pd.DataFrame) -> NamedChart:
+def distribution(title: str, load_factors: np.ndarray, marks: pd.DataFrame, sure: str) -> NamedChart:
     """Histogram of load factors, with quantiles (``marks``) and their intervals."""
     finite = load_factors[np.isfinite(load_factors)]
     least, greatest = ends(finite)
@@ -31,7 +31,7 @@ def distribution(title: str, load_factors: np.ndarray, marks: pd.DataFrame) -> N
     bars = alt.Chart(pd.DataFrame({"from": edges[:-1], "to": edges[1:], "runs": runs}))
     marks = marks[np.isfinite(marks["value"])].reset_index(drop=True)
     marks["lower"], marks["upper"] = (
-        marks[end].where(np.isfinite(marks[end]), marks["value"]) for end in LIMITS
+        marks[end].where(np.isfinite(marks[end]), marks["value"]) for end in ("lower", "upper")
     )
     # Each on a line of its own above the bars: quantiles may lie close together.
     marks["height"] = top * (1.06 + 0.09 * marks.index)
@@ -58,27 +58,29 @@ def distribution(title: str, load_factors: np.ndarray, marks: pd.DataFrame) -> N
         line.encode(x=alt.X("value:Q", **x), y2=alt.datum(0)),
         *texts,
     )
-    notes = f"quantiles, with {CONFIDENCE:.0%} confidence"
+    notes = f"quantiles, with {sure}"
     return NamedChart("distribution", f"Load factors, {title}", chart, notes)
 
 
-def fragility(title: str, curve: pd.DataFrame) -> NamedChart:
+def fragility(title: str, curve: pd.DataFrame, sure: str) -> NamedChart:
     """Probability of collapse against load, with its interval."""
     share = axis("probability of collapse", 0, 1.02)
     along = alt.Chart(curve).encode(
         x=alt.X("load:Q", **axis(LABEL, *curve["load"].agg(["min", "max"]))),
-        tooltip=[alt.Tooltip(f"{name}:Q", format=".4f") for name in ("load", "probability", *LIMITS)],
+        tooltip=[
+            alt.Tooltip(f"{name}:Q", format=".4f") for name in ("load", "probability", "lower", "upper")
+        ],
     )
     band = along.mark_area(color=_RUNS, opacity=0.25, interpolate="step-after")
     line = along.mark_line(color=_RUNS, strokeWidth=2, interpolate="step-after")
     chart = alt.layer(
         band.encode(y=alt.Y("lower:Q", **share), y2="upper:Q"), line.encode(y=alt.Y("probability:Q", **share))
     )
-    notes = f"line: share of runs; band: {CONFIDENCE:.0%} confidence"
+    notes = f"line: share of runs; band: {sure}"
     return NamedChart("fragility", f"Fragility, {title}", chart, notes)
 
 
-def sensitivity(title: str, correlations: pd.DataFrame) -> NamedChart:
+def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart:
     """Rank correlations, strongest on top."""
     found = correlations.dropna()
     shown = found.head(_SHOWN).copy()
@@ -88,7 +90,7 @@ def sensitivity(title: str, correlations: pd.DataFrame) -> NamedChart:
     x = axis("rank correlation with λ", -1.05, 1.05)
     rows = alt.Chart(shown).encode(
         y=alt.Y("parameter:N", sort=None, title=None, axis=alt.Axis(labelLimit=190)),
-        tooltip=["parameter:N", *(f"{name}:Q" for name in ("rank_correlation", *LIMITS))],
+        tooltip=["parameter:N", *(f"{name}:Q" for name in ("rank_correlation", "lower", "upper"))],
     )
     bars = rows.mark_bar(opacity=0.7).encode(
         x=alt.X("rank_correlation:Q", **x), color=alt.Color("colour:N", scale=None)
@@ -98,5 +100,5 @@ def sensitivity(title: str, correlations: pd.DataFrame) -> NamedChart:
     if found.empty:
         left_out = ": nothing drawn matters"
     chart = chart.properties(height=28 * max(len(shown), 2))
-    notes = f"{CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none"
+    notes = f"{sure} that all intervals hold; grey: may be none"
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,17 +30,11 @@ from masonry_opt.words.sentences import message, numeral
 from masonry_opt.words.summary import summary
 
 
-@dataclass(frozen=True)
-class DeadLoadMargin:
-    """How a scene stands under its dead load alone.
-
-    Attributes
-    ----------
-    margin: in median block weights; below zero no state of equilibrium exists. Where there is no such number
-        (joints that crush; blocks that wedge; smooth joints) inf if the scene stands, -inf if it falls.
-    certificate: residuals of the margin; None where it is not finite.
-    result: the forces that carry the dead load, or the mechanism that it drives; without a load factor.
-    """
+class DeadLoadMargin(NamedTuple):
+    """How a scene stands under its dead load alone: the margin in median block weights, below zero where no
+    state of equilibrium exists, with its residuals; and a result without a load factor, of the forces that
+    carry the dead load, or the mechanism that it drives. Where there is no such number (joints that crush;
+    blocks that wedge; smooth joints) it is inf if the scene stands, -inf if it falls, without residuals."""
 
     margin: float
     certificate: Certificate | None

@@ -13,14 +13,13 @@ from typing import Any
 
 import pandas as pd
 
+from masonry_opt.analysis import prepare
 from masonry_opt.errors import OptionError, counted
-from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, Study, at_least
-from masonry_opt.studies.many.table import Maker, ManyRuns, RunProgress, RunsFolder
+from masonry_opt.studies.many.runs import COLUMNS, Maker, ManyRuns, RunProgress, Study, at_least
 from masonry_opt.words.sentences import numeral
 
 
@@ -29,10 +28,6 @@ def sweep(
     vary: Mapping[str, Sequence[float]],
     *,
     method: str = DEFAULT,
-    model: str | None = None,
-    solver: str | None = None,
-    tolerance: float | None = None,
-    expected: bool = True,
     out: str | Path | None = None,
     parquet: bool = False,
     force: bool = False,
@@ -50,8 +45,8 @@ def sweep(
     vary:
         Values by name. Of a scene: ``joints.friction``, ``block.A.weight``, ``arch.thickness``, ... (see
         :mod:`~masonry_opt.studies.many.parameters`). Of a function: its arguments.
-    method, model, solver, tolerance, expected, options:
-        As of :func:`~masonry_opt.analysis.solve`.
+    method, options:
+        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
     out:
         Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds are not made
         again: an interrupted sweep goes on where it stopped. A table that would lose runs is not replaced.
@@ -96,16 +91,14 @@ def sweep(
     else:
         of = as_scene(scene)
         Parameters(of).check_names(vary)
-    folder = None if out is None else Path(out)
-    study = Study(of, HowToSolve(method, model, solver, tolerance, expected, options))
-    runs = ManyRuns(study, points, make)
-    frame = runs.table(RunsFolder(folder, parquet, force), workers, dask, progress)
-    if folder is not None:
+    study = Study(of, prepare(method, **options).how)
+    frame = ManyRuns(out, parquet, force, workers, dask, progress).table(study, points, make)
+    if out is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.charts import write_charts
             from masonry_opt.studies.many.sweep_charts import drawings
 
-            write_charts("Sweep", drawings(frame, list(vary)), folder)
+            write_charts("Sweep", drawings(frame, list(vary)), Path(out))
     return frame
 
 

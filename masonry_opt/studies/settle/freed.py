@@ -15,19 +15,13 @@ from masonry_opt.scene.scene import Scene
 def freed(
     assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float | None, turns: bool
 ) -> Assembly:
-    """Assembly in which supports move in one direction at a common rate, or turn at most.
+    """Assembly in which supports, by their indices (k,), move in one direction (a unit vector) at a common
+    rate, or turn about their centroids at most.
 
     The supports are blocks without weight, held by forces without limits: across the direction, against
     rotation, and, of several, on each other along it. The live load is the push, along the direction, shared
-    by them: the scene's own live loads are left out.
-
-    Parameters
-    ----------
-    supports: indices of fixed blocks, shape (k,).
-    direction: unit vector, shape (2,) or (3,).
-    push: sum of the live forces along the direction, in the case's unit of force; None: the supports are held
-        along it too.
-    turns: whether each support can turn about its centroid.
+    by them, in the case's unit of force: the scene's own live loads are left out. Without a push they are
+    held along the direction too.
     """
     force = (push or 0.0) / len(supports) * direction
     restraints = _restraints(assembly, supports, direction, turns, held=push is None)

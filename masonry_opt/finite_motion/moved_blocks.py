@@ -1,0 +1,219 @@
+"""The blocks of a scene after they have moved: how their joints touch, and the problem that they are then."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from masonry_opt.finite_motion.point_forces import placed, turned
+from masonry_opt.problem import points
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.laws import Law
+from masonry_opt.problem.loads import Forces
+from masonry_opt.problem.problem import Problem
+from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.rows import linked
+
+#: Share of the fastest corner's speed below which a corner of a joint stays.
+_STAYS = 1e-6
+
+#: Friction from which on it limits nothing.
+_UNLIMITED = 1e9
+
+
+def moved_geometry(geometry: Geometry, poses: np.ndarray) -> Geometry:
+    """Shapes of blocks where poses, shape (blocks, 3), bring them."""
+    corners, block = geometry.corners
+    polygons = shapely.set_coordinates(geometry.polygons.copy(), placed(corners, poses[block]))
+    return replace(geometry, polygons=polygons, centroid=placed(geometry.centroid, poses))
+
+
+@dataclass(frozen=True)
+class MovedBlocks:
+    """The blocks of a scene in the plane wherever they move, in the problem's unit of length. Poses and their
+    rates are those of all blocks, shape (blocks, 3).
+
+    Attributes
+    ----------
+    geometry, joints: at rest.
+    movable: indices of the movable blocks, shape (b,).
+    dead, live: forces on these.
+    cohesion: of each joint, as a force while it is closed, shape (joints,).
+    faces: whose edge a joint's corner touches, first and second block's: both where two corners meet, shape
+        (joints, 2, 2), joint, corner, block.
+    """
+
+    geometry: Geometry
+    joints: Joints
+    movable: np.ndarray
+    dead: Forces
+    live: Forces
+    cohesion: np.ndarray
+    faces: np.ndarray
+
+    @classmethod
+    def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> MovedBlocks:
+        """The blocks of an assembly, with dead and live forces in such a unit, of the problem's, and λ in
+        units of ``live``."""
+        problem, at_rest, geometry = assembly.problem, assembly.joints, assembly.geometry
+        length = problem.length_unit
+        joints = replace(at_rest, point=at_rest.point / length, extent=at_rest.extent / length)
+        shapes = replace(
+            geometry,
+            tolerance=geometry.tolerance / length,
+            centroid=geometry.centroid / length,
+            polygons=shapely.transform(geometry.polygons, lambda corners: corners / length),
+        )
+        cohesion = np.zeros(problem.joints)
+        cohesion[problem.sliding] = problem.cohesion / unit
+        ends = shapely.points(np.stack([joints.start, joints.end], axis=1))
+        outer = [shapely.multipoints(shapely.get_coordinates(each)) for each in shapes.polygons]
+        corners = np.array(outer, dtype=object)
+        of_first, of_second = (
+            shapely.distance(ends, corners[block][:, None]) <= 2 * shapes.tolerance
+            for block in (joints.first, joints.second)
+        )
+        # A corner of the second block alone touches the first one's edge.
+        faces = np.stack([of_second | ~of_first, of_first | ~of_second], axis=-1)
+        dead, pushing = (
+            replace(each, force=each.force * scale, point=each.point / length)
+            for each, scale in zip(forces, np.array([1.0, live]) / (unit * problem.force_unit), strict=True)
+        )
+        return cls(shapes, joints, assembly.movable, dead, pushing, cohesion, faces)
+
+    @property
+    def blocks(self) -> np.ndarray:
+        """The two blocks of each joint, shape (joints, 2)."""
+        return np.stack([self.joints.first, self.joints.second], axis=1)
+
+    @property
+    def corner(self) -> np.ndarray:
+        """Start and end of each joint at rest, which both blocks keep, shape (joints, 2, 2)."""
+        return np.stack([self.joints.start, self.joints.end], axis=1)
+
+    @property
+    def at_rest(self) -> np.ndarray:
+        """Which corners of the joints touch at rest, shape (joints, 2): of a corner on an edge the first."""
+        return np.stack([np.ones_like(self.joints.extent, dtype=bool), self.joints.extent > 0], axis=1)
+
+    def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
+        """The problem of the moved blocks, with the joints of which any corner touches.
+
+        Closed joints are as at rest. A corner that touches alone has no cohesion, and the edge that it
+        touches is the joint's; where two corners meet their bisector is, and friction that of the forces
+        which both edges bear.
+
+        Parameters
+        ----------
+        touch: corners that touch, shape (joints, 2).
+        """
+        kept = np.flatnonzero(touch.any(axis=1))
+        touch, blocks, at_rest = touch[kept], self.blocks[kept], self.joints
+        closed, corner = touch.all(axis=1), touch.argmax(axis=1)
+        edges = np.where(closed[:, None], [True, False], self.faces[kept, corner])
+        angle = poses[blocks, 2]
+        turn = np.zeros((len(kept), 3))
+        turn[:, 2] = (angle * edges).sum(axis=1) / edges.sum(axis=1)
+        lean = np.where(edges.all(axis=1), np.abs(angle[:, 0] - angle[:, 1]) / 2, 0.0)
+        friction = np.tan(np.arctan(at_rest.friction[kept]) - lean)
+        pressed = np.column_stack([corner, np.where(closed, 1, corner)])
+        place = placed(self.corner[kept[:, None], pressed], poses[blocks[:, :1]])
+        number = np.repeat(np.arange(len(kept)), 2)
+        joints = replace(
+            at_rest,
+            first=blocks[:, 0],
+            second=blocks[:, 1],
+            normal=turned(at_rest.normal[kept], turn),
+            tangent=turned(at_rest.tangent[kept], turn),
+            extent=np.where(closed, at_rest.extent[kept], 0.0),
+            point=place.reshape(-1, 2),
+            joint=number,
+            ring=number,
+        )
+        sliding = np.flatnonzero(friction < _UNLIMITED)
+        slope, cohesion, none = friction[sliding], np.where(closed, self.cohesion[kept], 0.0), np.zeros(0)
+        law = Law(sliding, slope, cohesion[sliding], slope, np.full((len(slope), 2), np.inf), none, none)
+        geometry = moved_geometry(self.geometry, poses)
+        dead, live = (
+            replace(each, point=placed(each.point, poses[self.movable][each.block])).about(
+                geometry.centroid[self.movable]
+            )
+            for each in (self.dead, self.live)
+        )
+        return Problem(points.matrices(joints, geometry, self.movable, 1.0), law, dead, live, 1.0)
+
+    def rates(self, poses: np.ndarray, d: np.ndarray) -> np.ndarray:
+        """Rates of the poses under velocities of the movable blocks (3b,)."""
+        rates = np.zeros_like(poses)
+        rates[self.movable] = d.reshape(-1, 3)
+        x, y = turned(self.geometry.centroid, poses).T
+        rates[:, :2] += rates[:, 2:] * np.column_stack([y, -x])
+        return rates
+
+    def bodies(self, touch: np.ndarray) -> np.ndarray:
+        """Number of the rigid body that each block belongs to, shape (blocks,): blocks whose joints are
+        closed move as one, and so do fixed ones. The last is that of these."""
+        fixed = np.setdiff1d(np.arange(len(self.geometry.size)), self.movable)
+        closed = self.blocks[touch.all(axis=1)]
+        links = np.concatenate([closed, np.column_stack([fixed[1:], fixed[:-1]])])
+        body = linked(len(self.geometry.size), *links.T)
+        return np.asarray((body - body[fixed[0]] - 1) % (body.max() + 1))
+
+    def opening_angle(self, touch: np.ndarray, poses: np.ndarray) -> np.ndarray:
+        """Angle by which hinged joints, which have a length and touch in one corner, are open, shape
+        (joints,); 0 of all others."""
+        rotation = poses[self.joints.first, 2] - poses[self.joints.second, 2]
+        hinged = self.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
+        return np.where(hinged, np.where(touch[:, 0], rotation, -rotation), 0.0)
+
+    def overlap(self, poses: np.ndarray) -> tuple[int, int] | None:
+        """Two blocks that lie over one another, deeper than the scene's tolerance; None if none do."""
+        moved = moved_geometry(self.geometry, poses).polygons
+        one, other = shapely.STRtree(moved).query(moved, predicate="intersects")
+        kept = (one < other) & (np.isin(one, self.movable) | np.isin(other, self.movable))
+        one, other = one[kept], other[kept]
+        common = shapely.intersection(moved[one], moved[other])
+        area, length = shapely.area(common), shapely.length(common)
+        depth = np.divide(2 * area, length, out=np.zeros_like(area), where=area > 0)
+        if not (depth > self.geometry.tolerance).any():
+            return None
+        return int(one[depth.argmax()]), int(other[depth.argmax()])
+
+    def _velocities(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
+        """Velocities of the joints' corners with their first and second blocks, shape (2, joints, 2, 2), as
+        these poses change."""
+        blocks = self.blocks.T[..., None]
+        arm = turned(self.corner, poses[blocks])
+        quarter = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+        return motion[blocks][..., :2] + motion[blocks][..., 2:] * quarter
+
+    def fastest(self, poses: np.ndarray, motion: np.ndarray) -> float:
+        """Speed of the fastest corner of a joint."""
+        return float(np.linalg.norm(self._velocities(poses, motion), axis=-1).max(initial=0.0))
+
+    def relative(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
+        """Rates at which the joints' corners open, and slip, shape (2, joints, 2)."""
+        first, second = self._velocities(poses, motion)
+        along = np.stack([self.joints.normal, self.joints.tangent])[:, :, None]
+        frame = turned(along, poses[self.joints.first][:, None])
+        return np.asarray(((first - second) * frame).sum(axis=-1))
+
+    def after(
+        self, touch: np.ndarray, poses: np.ndarray, motion: np.ndarray, pressed: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Which corners still touch in a motion, shape (joints, 2), and which joints slide in it, shape
+        (joints,): under pressure, or without opening.
+
+        Parameters
+        ----------
+        touch: which corners touch, shape (joints, 2).
+        pressed: joints that carry a force, shape (joints,).
+        """
+        relative, least = self.relative(poses, motion), _STAYS * (self.fastest(poses, motion) or 1.0)
+        stays = touch & (np.hypot(*relative) <= least)
+        slips, opens = touch & ~stays, relative[0] > least
+        slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & pressed)
+        return stays, slides
