@@ -18,8 +18,9 @@ import numpy as np
 from masonry_opt.methods.push.law import Rounded
 from masonry_opt.methods.push.matrix import BlockFactors, BlockMatrix
 
-#: First length of a step, in mean forces, and the least, over the length so far, at which a path is given up.
-_FIRST, _LEAST = 0.3, 1e-9
+#: First length of a step, in mean forces, and the least, over the length so far, at which a path is given up;
+#: and the length at which it is: trial forces have no digit left there.
+_FIRST, _LEAST, _FURTHEST = 0.3, 1e-9, 1e14
 
 #: What is left of equilibrium, over the mean force: at points of the path, at a state at most, and where its
 #: steps end.
@@ -132,12 +133,14 @@ class Curve:
         return (d, load_factor) if size < _STATE else None
 
     def points(self, d: np.ndarray, load_factor: float, most: int) -> Iterator[Point]:
-        """Points from one on, λ growing at first, until steps are too short."""
+        """Points from one on, λ growing at first, until steps are too short, or the way is too long."""
         at, length, gone = np.append(d, load_factor), _FIRST, 0.0
         factors = self.matrix.factors(self._at(d, load_factor)[1], self.live, self.live)
         point = self._point(at, factors, None, 0)
         for _ in range(most):
             yield point
+            if gone > _FURTHEST:
+                return
             moves = self._moves(point.along[:-1])
             row = -self.matrix.B @ (self.law.stiffness * moves).ravel() / (self.unit**2 * moves.size)
             while (found := self._stepped(point, row, length)) is None:

@@ -109,9 +109,12 @@ class Pushed:
 class Elastic:
     """A problem whose contacts give."""
 
-    def __init__(self, problem: Problem, matrix: BlockMatrix | None = None) -> None:
-        """The matrix is one of the same B."""
-        self.problem, self._compliance = problem, compliance(problem)
+    def __init__(
+        self, problem: Problem, matrix: BlockMatrix | None = None, gives: np.ndarray | None = None
+    ) -> None:
+        """The matrix is one of the same B; by default, what contacts give suits the dead load."""
+        self.problem = problem
+        self._compliance = compliance(problem) if gives is None else gives
         self._law = Rounded.of(problem, self._compliance, 0.0)
         self._matrix = matrix or BlockMatrix(problem, self._law)
         extent = problem.matrices.extent
@@ -141,6 +144,16 @@ class Elastic:
                 *_, last = (None, *_sharper(whole, d, 0.0, None))
                 return None if last is None else self._law.of_problem(last[0].forces(last[1]))
         return None
+
+    @cached_property
+    def falls(self) -> Answer | None:
+        """The state in which the dead load, growing from nothing, brings the scene down before it is whole;
+        None if it does not, or that is not known."""
+        if self.settled is not None:
+            return None
+        nothing, dead = np.zeros(self.problem.B.shape[1]), self.problem.dead
+        grows = replace(self.problem, dead=np.zeros_like(dead), live=dead, settled=nothing)
+        return Elastic(grows, self._matrix, self._compliance).pushed().answer
 
     def tells(self, load_factor: float, d: np.ndarray) -> bool:
         """Whether a mechanism (3b,) at a load factor tells of the load. One of blocks that weigh nothing
