@@ -90,7 +90,7 @@ class Pushed:
     @property
     def folds(self) -> int:
         """How often the displacement turned."""
-        moves = np.diff([0.0, *(step.displacement for step in self.steps)])
+        moves = np.diff([step.displacement for step in self.steps])
         way = np.sign(moves[moves != 0])
         return int((way[1:] != way[:-1]).sum())
 
