@@ -141,7 +141,7 @@ class Rounded:
         return forces, rates
 
     def _crushed(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The same of joints of limited strength, by Newton's steps for n and y = τ²/z, with a τ that falls."""
+        """The same of joints of limited strength, by Newton's steps for n and y = τ²/z, while τ falls."""
         inside = self.room.max(axis=0) / 8
         n, normals = np.stack([inside, inside]), self.normals
         z, size = normals @ n + self.room, np.abs(trial - n).max(axis=0) + inside

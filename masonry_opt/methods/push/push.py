@@ -29,9 +29,8 @@ from masonry_opt.standing.weightless import weightless
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
 ROUNDING, _FALLS, _LAST = 0.1, 0.2, 1e-9
 
-#: Points of a path at most; and displacement from which on the end is looked for, again each time that it is
-#: so many times as large, and up to which.
-_POINTS, _END, _AGAIN, _BEYOND = 1500, 1e6, 2, 1e10
+#: Points of a path at most; and displacement from which on the end is looked for, and up to which.
+_POINTS, _END, _BEYOND = 1500, 1e6, 1e10
 
 #: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight
 #: on then, and what it may leave there of equilibrium, over the forces there.
@@ -156,7 +155,7 @@ class Elastic:
         start = replace(rounded, live=still).state(still, 0.0, None)
         points: list[Point] = []
         steps: list[PushStep] = []
-        ended, answer, looked = Ended.STOPPED, None, _END
+        ended, answer = Ended.STOPPED, None
         for point in rounded.points(start[0], 0.0, _POINTS) if start else ():
             points.append(point)
             u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
@@ -164,9 +163,8 @@ class Elastic:
             follow(steps[-1])
             if u < -_END:
                 ended = Ended.BACK
-            elif u > looked and grows:
+            elif u > _END and grows:
                 ended, answer = self._end(point, u)
-                looked = _AGAIN * u
             if ended is not Ended.STOPPED or not -_END <= u <= min(until, _BEYOND):
                 break
         peak = max((step.load_factor for step in steps), default=None)
