@@ -10,8 +10,8 @@ from scenes import CASES
 
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.comparison import Comparison, RunLimits
 from masonry_opt.studies.compare.best_known import BestKnown
+from masonry_opt.studies.compare.comparison import Comparison, RunLimits
 from masonry_opt.studies.compare.plan import find_scenes, plan
 from masonry_opt.studies.compare.runs import COLUMNS
 

@@ -39,6 +39,7 @@ class Given(dict[str, Any]):
     def rest(self, function: Function | None = None) -> dict[str, Any]:
         """What is left, and the method's options, for a function (or the command's first) that passes these
         on. Raises OptionError as :func:`method_options`."""
+        method_options(self.options, solve)  # to which the function passes the rest
         return self | method_options(self.options, function or self.function)
 
 

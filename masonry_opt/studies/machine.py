@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import shlex
 import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from masonry_opt.studies.journal import digest
 
 #: Packages whose versions decide times and answers.
 _PACKAGES = (
@@ -29,7 +30,7 @@ def versions() -> dict[str, str]:
 
 def versions_hash() -> str:
     """Short hash of versions and processor: only measurements with the same may be compared."""
-    return hashlib.sha256(repr((versions(), _processor())).encode()).hexdigest()[:8]
+    return digest((versions(), _processor()))[:8]
 
 
 def machine() -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,22 @@ def frame_table(
     words = in_words(frame, formats, columns)
     numbers = [heading for name, heading in columns.items() if name in formats]
     return table(map(str, words), words.to_numpy(), numbers)
+
+
+def study_page(
+    title: str,
+    facts: Mapping[str, str],
+    pictures: Mapping[str, bytes],
+    parts: Mapping[str, str],
+    tables: Mapping[str, dict[str, Any]],
+) -> str:
+    """What a study found, its pictures (SVG) by what they show, and parts (HTML) and tables by headings, as
+    HTML that stands by itself.
+
+    Raises OptionError if Jinja2, of the extra "studies", is not installed.
+    """
+    drawn = {shows: b64encode(picture).decode() for shows, picture in pictures.items()}
+    return render("study.html", title=title, facts=facts, pictures=drawn, parts=parts, tables=tables)
 
 
 def render(template: str, **values: object) -> str:

@@ -51,8 +51,8 @@ class McpOptions(Options):
 def mcp(task: Task) -> Solution:
     """Load factor of an exact state that a push from rest leads to, on small scenes the lowest of several.
 
-    Scenes of more than 3000 joints (in space contact points) are for the loop, and those whose dilatancy falls
-    with stress.
+    Scenes of more than 3000 joints (in space contact points) are for the loop, and those whose dilatancy
+    falls with stress.
     """
     if task.problem.dilatancy_depends_on_stress:
         return _by_loop(task, Code.DILATANCY_FALLS)

@@ -21,7 +21,7 @@ from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elastic_of
 from masonry_opt.methods.task import Options, Task
 
-#: Joints, in space contact points, up to which the load to expect is told beside the answers of other methods.
+#: Joints, in space contact points, up to which the load to expect is told beside other methods' answers.
 PUSHED_UP_TO = 3000
 
 #: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load
@@ -30,6 +30,9 @@ DEEP = 0.1
 
 #: Displacement at which contacts are soft still: their forces lead to states that are sometimes lower.
 SOFT = 1e2
+
+#: Displacements at which a state is looked for where the push comes to no ray.
+_TRIED = 1e6, 1e5, 1e4, 1e3, 1e2
 
 #: How much softer contacts are with which a state is compared, and the states of a curve at most.
 _SOFTER, _ON_CURVE = 10.0, 100
@@ -99,7 +102,9 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
         told["peak"] = peak if peak > answer.load_factor * (1 + PLATEAU) + ZERO else None
         return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told)
     furthest = max((step.displacement for step in pushed.steps), default=0.0)
-    state = elastic.at(pushed, asked or furthest) if furthest > 0 and pushed.ended is not Ended.BACK else None
+    tried = [asked] if asked else [u for u in _TRIED if u <= furthest] if pushed.ended is not Ended.BACK else []
+    states = (elastic.at(pushed, u) for u in tried)
+    state = next((state for state in states if state is not None), None)
     if state is None or state.answer.failing(Kind.COMPLIANT):
         return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=str(pushed.ended), steps=steps)
     found, elastic_share = state.answer, _elastic_share(state)

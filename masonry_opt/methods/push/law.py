@@ -1,9 +1,9 @@
-"""The law of contacts that give, its corners rounded: one formula for joints in the plane and contact points.
+"""The law of contacts that give, its corners rounded: one formula for joints and for contact points in space.
 
-Normal forces n of trial forces n~ minimise |n - n~|²/2 - τ² Σ log z over the faces z ≥ 0 that bound them: without
-crushing n = (n~ + √(n~² + 4 τ²)) / 2. A slip P takes k P off the size r of the trial shear, and opens points
-by ψ P: k P = r - r L/M, with the limit L = c + μ Σ n and M = (L + r + √((L - r)² + 4 τ²)) / 2, which is the larger
-of both but near the corner. Forces keep within all limits; n·opening and (L - |s|)·P are some τ².
+Normal forces n of trial forces n~ minimise |n - n~|²/2 - τ² Σ log z over the faces z ≥ 0 that bound them:
+without crushing n = (n~ + √(n~² + 4 τ²)) / 2. A slip P takes k P off the size r of the trial shear, and opens
+points by ψ P: k P = r - r L/M, with the limit L = c + μ Σ n and M = (L + r + √((L - r)² + 4 τ²)) / 2, which
+is the larger of both but near the corner. Forces keep within limits; n·opening and (L - |s|)·P are some τ².
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy.sparse.linalg import spsolve
 from masonry_opt.problem.chords import CHORDS
 from masonry_opt.problem.problem import Problem
 
-#: Newton's steps for the slip of joints that dilate, and for forces between chords, at most; and what ends them.
+#: Newton's steps for the slip of joints that dilate, and for forces between chords, at most; and their end.
 _STEPS, _FOUND = 60, 1e-13
 
 #: Of forces between chords: the share that τ² falls to in a step, that a step goes towards a chord, and the

@@ -16,12 +16,13 @@ from masonry_opt.problem.problem import Problem
 #: Unknowns up to which matrices are full: LAPACK has little overhead.
 _FULL_UP_TO = 250
 
-#: Added to the diagonal of S, over its largest stiffness, for blocks that hang on nothing.
+#: Stiffness that is added to contacts, over the largest, where some motion finds none: it chooses among many
+#: mechanisms one in which joints move about alike.
 _REGULARISATION = 1e-15
 
 
 class BlockMatrix:
-    """[[S, -f], [c, 0]] with S = B J k Bᵀ, for a load f and a row c, shape (3b,) each; [[S, 0], [0, 1]] without.
+    """[[S, -f], [c, 0]] with S = B J k Bᵀ, for a load f and a row c, shape (3b,) each; else [[S, 0], [0, 1]].
 
     Attributes
     ----------
@@ -51,6 +52,8 @@ class BlockMatrix:
         self._of_stiffness = sp.csr_array(
             (value[one] * value[other], (place, entry)), shape=(len(self._places), 9 * m)
         )
+        springs = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, m))
+        self._of_springs = self._of_stiffness @ springs.ravel()
         self._rows = (self._places % self.size).astype(np.int32)
         ends = np.arange(self.size + 1) * self.size
         self._starts = np.searchsorted(self._places, ends).astype(np.int32)
@@ -60,7 +63,7 @@ class BlockMatrix:
     ) -> BlockFactors:
         """Factors of the matrix under sliders' stiffnesses, shape (3, 3, m)."""
         values = self._of_stiffness @ stiffness.ravel()
-        values[self._diagonal[:-1]] += _REGULARISATION * np.abs(stiffness).max()
+        values += _REGULARISATION * np.abs(stiffness).max() * self._of_springs
         if load is None:
             values[self._diagonal[-1]] = 1.0
         else:

@@ -15,14 +15,15 @@ from math import sqrt
 
 import numpy as np
 
-from masonry_opt.methods.push.matrix import BlockFactors, BlockMatrix
 from masonry_opt.methods.push.law import Rounded
+from masonry_opt.methods.push.matrix import BlockFactors, BlockMatrix
 
 #: First length of a step, in mean forces, and the least, over the length so far, at which a path is given up.
 _FIRST, _LEAST = 0.3, 1e-9
 
-#: What is left of equilibrium, over the mean force, at points of the path, and at a state.
-_ON_PATH, _EXACT = 1e-7, 1e-11
+#: What is left of equilibrium, over the mean force: at points of the path, at a state at most, and where its
+#: steps end.
+_ON_PATH, _STATE, _EXACT = 1e-6, 1e-9, 1e-12
 
 #: Corrections of a step at most, and those up to which the next is four times, and twice as long.
 _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
@@ -108,8 +109,8 @@ class Curve:
         return sqrt(float((of * of).mean())) / self.unit
 
     def state(self, d: np.ndarray, load_factor: float, u: float | None) -> tuple[np.ndarray, float] | None:
-        """The state at u, or without one under that load, by Newton's steps from one nearby, each as long as it
-        lowers what is left; None if that ends before nothing is."""
+        """The state at u, or without one under that load, by Newton's steps from one nearby, each as long as
+        it lowers what is left; None if that ends before nothing is."""
         live = None if u is None else self.live
         (left, stiffness), short = self._at(d, load_factor), 0.0 if u is None else u - self.live @ d
         size, done = self._size(np.append(left, short)), 0
@@ -123,12 +124,12 @@ class Curve:
                     break
                 length /= 2
             else:
-                return (d, load_factor) if size < _ON_PATH else None
-            slow = size < _ON_PATH and after > size / 4
+                break
+            slow = size < _STATE and after > size / 4
             d, load_factor, size, done = further, load, after, done + 1
             if slow:
                 break
-        return (d, load_factor) if size < _ON_PATH else None
+        return (d, load_factor) if size < _STATE else None
 
     def points(self, d: np.ndarray, load_factor: float, most: int) -> Iterator[Point]:
         """Points from one on, λ growing at first, until steps are too short."""

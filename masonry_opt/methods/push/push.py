@@ -27,10 +27,10 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
-ROUNDING, _FALLS, _LAST = 0.1, 0.2, 1e-9
+ROUNDING, _FALLS, _LAST = 0.1, 0.1, 1e-9
 
-#: Points of a path at most; and displacement from which on the end is looked for, and up to which.
-_POINTS, _END, _BEYOND = 1500, 1e6, 1e10
+#: Points of a path at most; and displacement from which on the end is looked for, at so many points.
+_POINTS, _END, _TRIED = 1500, 1e6, 6
 
 #: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight
 #: on then, and what it may leave there of equilibrium, over the forces there.
@@ -120,8 +120,8 @@ class Elastic:
 
     @cached_property
     def settled(self) -> np.ndarray | None:
-        """Forces under the dead load from rest, shape (3c + t,), which contacts give from; None if they do not
-        come to carry it."""
+        """Forces under the dead load from rest, shape (3c + t,), which contacts give from; None if they do
+        not come to carry it."""
         problem, still = self.problem, np.zeros_like(self.problem.dead)
         if problem.settled is not None:
             return problem.settled
@@ -144,9 +144,7 @@ class Elastic:
         there does so only where from rest these do not carry the dead load either."""
         return not weightless(self.problem, load_factor, d) or self.settled is None
 
-    def pushed(
-        self, follow: Callable[[PushStep], None] = lambda _: None, until: float = inf
-    ) -> Pushed:
+    def pushed(self, follow: Callable[[PushStep], None] = lambda _: None, until: float = inf) -> Pushed:
         """The push, followed to its end, or until it comes to a displacement."""
         if self.settled is None:
             return Pushed(Ended.NOT_SETTLED)
@@ -155,7 +153,7 @@ class Elastic:
         start = replace(rounded, live=still).state(still, 0.0, None)
         points: list[Point] = []
         steps: list[PushStep] = []
-        ended, answer = Ended.STOPPED, None
+        ended, answer, tried = Ended.STOPPED, None, 0
         for point in rounded.points(start[0], 0.0, _POINTS) if start else ():
             points.append(point)
             u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
@@ -165,7 +163,8 @@ class Elastic:
                 ended = Ended.BACK
             elif u > _END and grows:
                 ended, answer = self._end(point, u)
-            if ended is not Ended.STOPPED or not -_END <= u <= min(until, _BEYOND):
+                tried += 1
+            if ended is not Ended.STOPPED or u >= until or tried == _TRIED:
                 break
         peak = max((step.load_factor for step in steps), default=None)
         if answer is not None and steps and (highest := max(steps, key=lambda step: step.load_factor)):
@@ -182,18 +181,17 @@ class Elastic:
         return Curve(self._law, self._matrix, rest, problem.dead, live, self._unit)
 
     def _end(self, point: Point, u: float) -> tuple[Ended, Answer | None]:
-        """Whether a point lies on a ray, and the best of the exact states there under ever sharper laws: in
-        space the direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
+        """Whether a point lies on a ray, and the last exact state there under ever sharper laws: in space the
+        direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
         problem, best = self.problem.by_cone, None
+        before = point.along[:-1] / float(self._curve.live @ point.along[:-1])
         last: tuple[Curve, np.ndarray, float] | None = None
         for last in _sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0):
             curve, d, load = last
-            along = curve.along(d, load)
-            answer = certified(
-                problem, load / problem.live_norm, self._law.of_problem(curve.forces(d)), along[:-1]
-            )
-            if answer.exact and (best is None or answer.certificate.worst <= 10 * best.certificate.worst):
-                best = answer
+            along, q = curve.along(d, load), self._law.of_problem(curve.forces(d))
+            for way in (along[:-1], before):
+                answer = certified(problem, load / problem.live_norm, q, way)
+                best = answer if answer.exact else best
         if best is not None:
             return Ended.RAY, best
         if last is None or u * along[-1] < _GROWS * abs(load):
@@ -204,8 +202,9 @@ class Elastic:
 
     def _state(self, point: Point, u: float) -> Answer | None:
         """The state at u next to a point of the path, certified for its contacts."""
+        curve, still = self._curve.moved(point.d), np.zeros_like(point.d)
         short = u - float(self._curve.live @ point.d)
-        *_, last = (None, *_sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, short))
+        *_, last = (None, *_sharper(curve, still, point.load_factor, short))
         if last is None:
             return None
         curve, d, load = last

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +12,7 @@ from masonry_opt.methods.registry import METHODS
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES, MODELS, find_solver, names
+from masonry_opt.studies.journal import digest
 
 #: Keys of a scene that do not change an answer.
 _WORDS = {"title", "source", "reference"}
@@ -68,7 +68,7 @@ def content_of(scene: Scene) -> str:
         if "weight" in block and "live" not in block and (times := block.pop("live_per_weight", None)):
             block["live"] = tuple(part * block["weight"] for part in times)
             block |= {"live_at": block["weight_at"]} if "weight_at" in block else {}
-    return hashlib.sha256(repr(keys).encode()).hexdigest()[:12]
+    return digest(keys)[:12]
 
 
 def _path(case: str | Path, folder: Path) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from base64 import b64encode
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import cycle
@@ -26,7 +25,7 @@ from masonry_opt.studies.answer import StudyAnswer, records
 from masonry_opt.studies.crossing.passage import Passage
 from masonry_opt.studies.crossing.search import CrossedPassage, PassageTrials, load_factor
 from masonry_opt.studies.many.runs import COLUMNS, columns
-from masonry_opt.studies.writing import frame_table, render
+from masonry_opt.studies.writing import frame_table, study_page
 from masonry_opt.words.sentences import numeral
 
 #: Columns of the table on a page with their headings, and how their numbers are written.
@@ -267,19 +266,10 @@ class Crossing(StudyAnswer):
         save_as(path, force, self._page, self.plot)
 
     def _page(self) -> str:
-        """The picture, what was found, the worst position's result and the table, as HTML that stands by
-        itself.
-
-        Raises OptionError if Jinja2, of the extra "studies", is not installed.
-        """
-        return render(
-            "crossing.html",
-            title=title_of(self.worst.assembly.scene),
-            facts=self.facts(),
-            picture=b64encode(self.plot().image("svg")).decode(),
-            worst=notebook_html(self.worst),
-            rows=frame_table(self.table, _FORMATS, _SHOWN),
-        )
+        pictures = {"load factor by position, and the mechanism at the worst": self.plot().image("svg")}
+        parts = {"At the worst position": notebook_html(self.worst)}
+        rows = {"Every position solved": frame_table(self.table, _FORMATS, _SHOWN)}
+        return study_page(title_of(self.worst.assembly.scene), self.facts(), pictures, parts, rows)
 
 
 def _named(places: list[dict[str, Any]]) -> str:

@@ -51,9 +51,10 @@ class Parameters:
         self.scene = scene
         self._source: SceneKeys = case if unchanged and case is not None else scene
         self._ways = dict(_numbers(self._source))
-        if scene.dimension == 3:  # whose joints have no strength
-            for name in [name for name in self._ways if name == "thickness" or _is_strength(name)]:
-                del self._ways[name]
+        if scene.dimension == 3:  # without thickness, and joints without strength
+            for name in [*self._ways]:
+                if name == "thickness" or (is_of_joints(name) and name.endswith(".strength")):
+                    del self._ways[name]
         self._joint_ways = dict(_numbers(scene))
         self._last: tuple[dict[str, float], Scene] | None = None
 
@@ -123,10 +124,6 @@ class Parameters:
 def is_of_joints(name: str) -> bool:
     """Whether a number is a property of joints, which changes no matrix."""
     return name.startswith(("joints.", "joint."))
-
-
-def _is_strength(name: str) -> bool:
-    return is_of_joints(name) and name.endswith(".strength")
 
 
 def _numbers(record: Record, prefix: str = "", way: _Way = ()) -> Iterator[tuple[str, _Way]]:

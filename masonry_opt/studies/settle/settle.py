@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -36,7 +35,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.answer import StudyAnswer
 from masonry_opt.studies.settle.freed import freed
-from masonry_opt.studies.writing import frame_table, render
+from masonry_opt.studies.writing import frame_table, study_page
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
@@ -248,16 +247,13 @@ class Settlement(StudyAnswer):
         save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
 
     def _page(self, view: ViewAngles | None) -> str:
-        """Both ends with their pictures, and the table, as HTML that stands by itself.
-
-        Raises OptionError if Jinja2, of the extra "studies", is not installed.
-        """
         ends = list(self.ends) or ["least"]
-        drawn = {end: b64encode(self.plot(end, view=view).image("svg")).decode() for end in ends}
+        drawn = {end: self.plot(end, view=view).image("svg") for end in ends}
+        pictures = {f"what moves at the {end} reaction": picture for end, picture in drawn.items()}
         columns = {"end": "end", "kind": "flow", "reaction": "reaction", "status": "status"}
         rows = frame_table(self.table, {"reaction": "{:.6g}"}, columns | {"moves": "moves, fastest first"})
         title = title_of((self.fallen or next(iter(self.ends.values())).result).assembly.scene)
-        return render("settlement.html", title=title, facts=self.facts(), pictures=drawn, rows=rows)
+        return study_page(title, self.facts(), pictures, {}, {"Reactions": rows})
 
 
 def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
