@@ -102,7 +102,9 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
         told["peak"] = peak if peak > answer.load_factor * (1 + PLATEAU) + ZERO else None
         return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told)
     furthest = max((step.displacement for step in pushed.steps), default=0.0)
-    tried = [asked] if asked else [u for u in _TRIED if u <= furthest] if pushed.ended is not Ended.BACK else []
+    tried = (
+        [asked] if asked else [u for u in _TRIED if u <= furthest] if pushed.ended is not Ended.BACK else []
+    )
     states = (elastic.at(pushed, u) for u in tried)
     state = next((state for state in states if state is not None), None)
     if state is None or state.answer.failing(Kind.COMPLIANT):
