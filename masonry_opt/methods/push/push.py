@@ -213,7 +213,7 @@ class Elastic:
 
     def giving(self, give: float) -> Problem:
         """The problem with contacts that give so much, over the motion of the live load."""
-        return replace(self.problem, compliance=give * self._compliance, settled=self.settled)
+        return replace(self.problem.by_cone, compliance=give * self._compliance, settled=self.settled)
 
     def at(self, pushed: Pushed, u: float) -> GivingState | None:
         """The state of a push as it first comes to u; None if it does not."""
