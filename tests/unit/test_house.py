@@ -17,10 +17,10 @@ BUDGETS = {
     "scene": 8800,
     "problem": 2417,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1080,
-    "methods": 4228,
+    "methods": 4227,
     "standing": 748,
     "answer": 2010,
-    "words": 1108,
+    "words": 1113,
     "drawing": 2514,
     "finite_motion": 1414,
     "exports": 671,

@@ -17,7 +17,6 @@ import numpy as np
 
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.solution import GivingState
-from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
@@ -36,8 +35,10 @@ _POINTS, _END, _TRIED = 1500, 1e6, 6
 #: on then, and what it may leave there of equilibrium, over the forces there.
 _GROWS, _FAR, _STRAIGHT = 0.5, 1e3, 1e-9
 
-#: Share of the largest λ on the way below which λ may fall without being told.
-_TRIFLE = 1e-2
+#: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load
+#: brings three down in contact dynamics at less than .92 of the highest λ; of 31 others none. And share of
+#: the largest λ below which no fall is.
+_DEEP, _TRIFLE = 0.1, 1e-2
 
 
 class Ended(StrEnum):
@@ -95,12 +96,14 @@ class Pushed:
         return int((way[1:] != way[:-1]).sum())
 
     @property
-    def drop(self) -> float:
-        """Largest share by which λ falls from its highest so far, if that is no trifle, before its peak."""
+    def deep_fall(self) -> tuple[float, float] | None:
+        """λ from which it first falls deep, to come higher later, and the largest share by which it does."""
         path = np.array([0.0, *(step.load_factor for step in self.steps)])
+        path = path[: path.argmax() + 1]
+        path = path[np.maximum.accumulate(path) > _TRIFLE * path[-1]]
         highest = np.maximum.accumulate(path)
-        drops = (highest - path) / np.maximum(highest, max(_TRIFLE * path.max(), ZERO))
-        return float(drops[: path.argmax() + 1].max())
+        deep = 1 - path / highest > _DEEP
+        return (float(highest[deep.argmax()]), float((1 - path / highest).max())) if deep.any() else None
 
 
 class Elastic:
