@@ -28,9 +28,9 @@ from masonry_opt.standing.weightless import weightless
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
 ROUNDING, _FALLS, _LAST = 0.1, 0.1, 1e-9
 
-#: Points of a path at most; displacement from which on the end is looked for, in the plane, and in space where
-#: slip turns for longer; how many times as far the next look is, and their number: the stiffness that gives
-#: directions falls as 1/u². And displacement to which a load is drawn back.
+#: Points of a path at most; displacement from which on the end is looked for, in the plane, and in space,
+#: where slip turns for longer; how many times as far the next look is, and their number: the stiffness that
+#: gives directions falls as 1/u². And displacement to which a load is drawn back.
 _POINTS, _END, _FURTHER, _LOOKS, _BACK = 1500, {2: 1e4, 3: 1e6}, 3, 8, -1e6
 
 #: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight
