@@ -28,8 +28,10 @@ from masonry_opt.standing.weightless import weightless
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
 ROUNDING, _FALLS, _LAST = 0.1, 0.1, 1e-9
 
-#: Points of a path at most; and displacement from which on the end is looked for, at so many points.
-_POINTS, _END, _TRIED = 1500, 1e6, 6
+#: Points of a path at most; displacement from which on the end is looked for, in the plane, and in space,
+#: where slip turns for longer; how many times as far the next look is, and their number: the stiffness that
+#: gives directions falls as 1/u². And displacement to which a load is drawn back.
+_POINTS, _END, _FURTHER, _LOOKS, _BACK = 1500, {2: 1e4, 3: 1e6}, 3, 8, -1e6
 
 #: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight
 #: on then, and what it may leave there of equilibrium, over the forces there.
@@ -91,7 +93,7 @@ class Pushed:
     @property
     def folds(self) -> int:
         """How often the displacement turned."""
-        moves = np.diff([0.0, *(step.displacement for step in self.steps)])
+        moves = np.diff([step.displacement for step in self.steps])
         way = np.sign(moves[moves != 0])
         return int((way[1:] != way[:-1]).sum())
 
@@ -169,18 +171,18 @@ class Elastic:
         start = replace(rounded, live=still).state(still, 0.0, None)
         points: list[Point] = []
         steps: list[PushStep] = []
-        ended, answer, tried = Ended.STOPPED, None, 0
+        ended, answer, looks, next_look = Ended.STOPPED, None, 0, _END[self.problem.layout.dimension]
         for point in rounded.points(start[0], 0.0, _POINTS) if start else ():
             points.append(point)
             u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
             steps.append(PushStep(len(steps) + 1, u, point.load_factor / unit, point.corrections))
             follow(steps[-1])
-            if u < -_END:
+            if u < _BACK:
                 ended = Ended.BACK
-            elif u > _END and grows:
+            elif u > next_look and grows:
                 ended, answer = self._end(point, u)
-                tried += 1
-            if ended is not Ended.STOPPED or u >= until or tried == _TRIED:
+                looks, next_look = looks + 1, _FURTHER * u
+            if ended is not Ended.STOPPED or u >= until or looks == _LOOKS:
                 break
         peak = max((step.load_factor for step in steps), default=None)
         if answer is not None and steps and (highest := max(steps, key=lambda step: step.load_factor)):
@@ -229,7 +231,7 @@ class Elastic:
 
     def giving(self, give: float) -> Problem:
         """The problem with contacts that give so much, over the motion of the live load."""
-        return replace(self.problem, compliance=give * self._compliance, settled=self.settled)
+        return replace(self.problem.by_cone, compliance=give * self._compliance, settled=self.settled)
 
     def at(self, pushed: Pushed, u: float) -> GivingState | None:
         """The state of a push as it first comes to u; None if it does not."""
