@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import scipy.sparse as sp
 
-from masonry_opt.methods.push.laws import compliance
+from masonry_opt.methods.push.law import compliance
 from masonry_opt.problem.problem import Problem
 
 #: Stiffness of a contact, in median block weights over the unit of length.
