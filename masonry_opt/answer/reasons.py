@@ -61,8 +61,8 @@ class Code(StrEnum):
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
     NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
-    # Steps and folds of the push, peak: a higher load factor on its way, or None; drop: the share by which
-    # it falls deep before the highest, or None.
+    # Steps and folds of the push, peak: a higher load factor on its way, or None; deep_fall: that from which
+    # it first falls deep before the highest, and the largest share, or None.
     RAY = "ray"
     JAMS = "jams"  # the same
     STILL_ELASTIC = "still elastic"  # give, load_factor, elastic: share of the work

@@ -34,5 +34,5 @@ def size_of(assembly: Assembly, solution: Solution) -> Size:
     """The sizes of a scene and of the program of its solution."""
     problem, lp = assembly.problem, solution.size
     rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
-    sizes = {"joints": len(assembly.joints.first)} | size_as_values(problem)
-    return Size(problem.blocks, rows=rows, columns=columns, nonzeros=nonzeros, **sizes)
+    points, joints = size_as_values(problem).get("contacts"), len(assembly.joints.first)
+    return Size(problem.blocks, joints, rows, columns, nonzeros, contacts=points)

@@ -69,7 +69,8 @@ def thrust_marks(result: Outcome, size: float, shrink: float) -> Iterable[Marks]
     thrust through rows of blocks that have two joints, along which only the resultants on supports are drawn:
     they say how large all are. In space also, thinner, the forces at contact points."""
     assembly, (force, point) = result.assembly, thrust(result)
-    shown, point = np.isfinite(point).all(axis=1), point - assembly.geometry.origin
+    shown: np.ndarray = np.isfinite(point).all(axis=1)
+    point = point - assembly.geometry.origin
     longest, who = _LONGEST, "of a joint"
     if result.contacts is not None:
         longest = _LONGEST_IN_SPACE
@@ -79,7 +80,7 @@ def thrust_marks(result: Outcome, size: float, shrink: float) -> Iterable[Marks]
         yield Marks("line", "line of thrust", "line", THRUST, 1.8 * shrink, point[pairs])
         yield Marks("points", "line of thrust", "point", THRUST, 3.2 * shrink, at)
         ends = np.stack([assembly.joints.first, assembly.joints.second])
-        on_support = ~np.isin(ends, assembly.movable).all(axis=0)
+        on_support = np.logical_or(*~np.isin(ends, assembly.movable))
         shown &= ~on_line | on_support
         who = "on a support" if on_support[shown].all() else who
     if not shown.any():

@@ -180,7 +180,7 @@ def refuse_kind(kind: object, names: bool = False) -> None:
 
 def scene_elements(assembly: Assembly) -> Elements:
     """What there is to draw of a scene before it is solved."""
-    still = np.zeros((len(assembly.scene.blocks), _columns(assembly)))
+    still = _still(assembly)
     arrows = list(load_marks(assembly, size_of(assembly), still))
     struts = len(assembly.scene.ties) + len(assembly.scene.props)
     held = strut_marks(assembly, still, np.zeros(struts, dtype=bool))
@@ -210,14 +210,14 @@ def _shrink(assembly: Assembly) -> float:
     return 1.0 if len(assembly.joints.first) < MANY else 0.6
 
 
-def _columns(assembly: Assembly) -> int:
-    """How many numbers a motion has."""
-    return 3 if assembly.scene.dimension == 2 else 6
+def _still(assembly: Assembly) -> np.ndarray:
+    """Motions of all blocks that stay."""
+    return np.zeros((len(assembly.scene.blocks), assembly.problem.layout.rows))
 
 
 def _motion(result: Outcome, size: float) -> np.ndarray:
     assembly = result.assembly
-    motion = np.zeros((len(assembly.scene.blocks), _columns(assembly)))
+    motion = _still(assembly)
     if has_mechanism(result):
         assert result.solution.d is not None
         rates = result.blocks.filter(regex="^(v|w|omega)").to_numpy()

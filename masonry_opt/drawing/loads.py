@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import shapely
 
 from masonry_opt.drawing.colours import DEAD, FURTHER_DEAD, LIVE
 from masonry_opt.drawing.fill import fill_marks
@@ -102,11 +101,8 @@ def _forces(
         longest = min(longest, _OF_BLOCK * usual)
     arrow = longest * forces.force / own.max()
     behind = point - 0.02 * longest * forces.force / own[:, None]
-    if dimension == 2:
-        from_outside = ~shapely.intersects(assembly.geometry.polygons[blocks], shapely.points(behind))
-    else:
-        from_outside = assembly.geometry.outside(blocks, behind) > assembly.geometry.tolerance
-    tail = point - np.where(from_outside[:, None], arrow, 0.0)
+    away = np.array([assembly.geometry.away(*each) for each in zip(blocks, behind, strict=True)])
+    tail = point - np.where((away > assembly.geometry.tolerance)[:, None], arrow, 0.0)
     motions = np.zeros((len(point), motion.shape[1]))
     motions[:, :dimension] = moved(point, motion[blocks]) - point
     return np.stack([tail, tail + arrow], axis=1), motions
@@ -129,7 +125,7 @@ def _rows(
         on_edge = (1 - share) * piece.ends[0] + share * piece.ends[1]
         # Arrows end at an edge that is pushed, and begin at one that is pulled.
         behind = piece.ends.mean(axis=0) - 1e-3 * arrow.sum(axis=0)
-        pulled = shapely.intersects(assembly.geometry.polygons[piece.block], shapely.Point(*behind))
+        pulled = assembly.geometry.away(piece.block, behind) <= 0
         tail = on_edge if pulled else on_edge - arrow
         arrows.append(np.stack([tail, tail + arrow], axis=1))
         lines.append((tail + arrow if pulled else tail)[[0, -1]])

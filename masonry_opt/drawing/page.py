@@ -65,7 +65,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     """
     elements, folder = result_elements(result), files("masonry_opt.drawing")
     name, figure, data = (_plane if result.contacts is None else _space)(result, elements, view)
-    values = {"title": escape(elements.title), **figure}
+    values: dict[str, Any] = {"title": escape(elements.title), **figure}
 
     def piece(name: str) -> str:
         """What a file of this room says with the values, nothing if there is none."""

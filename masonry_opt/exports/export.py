@@ -13,9 +13,10 @@ from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.exports.program_files import WRITERS
+from masonry_opt.exports.program_names import legal, names_in, readable
 from masonry_opt.exports.solid_files import SOLID_ENDS, solid_file
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
-from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of
+from masonry_opt.methods.bracket.bounds import bounds_of
 from masonry_opt.methods.bracket.rising import a_little_above, assumed_rates
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_global import PyomoGlobal
@@ -40,14 +41,12 @@ EPSILON = 1e-6
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
-def _static(assembly: Assembly) -> Declared:
-    model = PyomoStatic(assembly.problem, ShearLimits.true(assembly.problem))
-    return model.program, [_objective("-load_factor", assembly.problem)]
+def _associative(model: type[PyomoStatic | PyomoKinematic], words: str) -> Callable[[Assembly], Declared]:
+    def declared(assembly: Assembly) -> Declared:
+        problem = assembly.problem
+        return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
 
-
-def _kinematic(assembly: Assembly) -> Declared:
-    model = PyomoKinematic(assembly.problem, ShearLimits.true(assembly.problem))
-    return model.program, [_objective("work of a mechanism; at its least: load_factor", assembly.problem)]
+    return declared
 
 
 def _mcp(assembly: Assembly) -> Declared:
@@ -79,21 +78,18 @@ def _global(assembly: Assembly) -> Declared:
     # Where a face rocks its opening is twice its rate: half the limit.
     most_rates = np.full(problem.faces, of.rates)
     most_rates[problem.table.rocks] /= 2
-    model = PyomoGlobal(problem, _most_slack(problem, of), most_rates, highest)
+    # Slacks are at most 2 (c + μ n̂) of sliding, 2 n̂ of rocking.
+    most_slack = 2 * of.normal[problem.face_joint]
+    most_slack[problem.table.slides] = 2 * np.tile(
+        ShearLimits.true(problem).at(of.normal[problem.sliding]), 2
+    )
+    model = PyomoGlobal(problem, most_slack, most_rates, highest)
     return model.program, [
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (a little above the associative one)",
         f"the sum of slips and edge openings is at most {of.rates:.9g}, which {rates}",
         f"limits of forces {forces}",
     ]
-
-
-def _most_slack(problem: Problem, of: StateBounds) -> np.ndarray:
-    """Upper bounds of the slacks (faces,): 2 (c + μ n̂) of sliding, 2 n̂ of rocking."""
-    shear = ShearLimits.true(problem).at(of.normal[problem.sliding])
-    most: np.ndarray = 2 * of.normal[problem.face_joint]
-    most[problem.table.slides] = 2 * np.tile(shear, 2)
-    return most
 
 
 def _objective(words: str, problem: Problem) -> str:
@@ -103,8 +99,8 @@ def _objective(words: str, problem: Problem) -> str:
 
 #: By method, what declares its program.
 _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
-    "static": _static,
-    "kinematic": _kinematic,
+    "static": _associative(PyomoStatic, "-load_factor"),
+    "kinematic": _associative(PyomoKinematic, "work of a mechanism; at its least: load_factor"),
     "global": _global,
     "mpec": _mpec,
     "mcp": _mcp,
@@ -186,17 +182,18 @@ def export(
     if end not in _ends(method):
         raise OptionError(f"{path}: {_instead(method, end)}")
     refuse_unwritable(path, force)
-    for names in (".row", ".col") if end == ".nl" else ():
-        refuse_replacing(path.with_suffix(names), force)
+    for beside in (".row", ".col") if end == ".nl" else ():
+        refuse_replacing(path.with_suffix(beside), force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
     # Where dilatancy falls with stress mcp asks the loop: the program that it declares has a constant one.
     known = METHODS[method]
     refuse_unsuited(replace(known, constant_dilatancy=True) if method == "mcp" else known, assembly)
     program, said = _EXPORTS[method](assembly)
     program.name = method
-    files = WRITERS[end](program, assembly, [*_header(method, assembly), *said])
+    names = names_in(program, assembly.problem, (readable if end == ".nl" else legal)(assembly))
+    files = WRITERS[end](program, names, [*_header(method, assembly), *said])
     written = [
-        _written(path if suffix == end else path.with_suffix(suffix), text) for suffix, text in files.items()
+        _written(path.with_suffix(path.suffix if of == end else of), text) for of, text in files.items()
     ]
     return tuple(reversed(written))
 

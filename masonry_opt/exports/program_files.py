@@ -12,23 +12,19 @@ from pyomo.opt import WriterFactory
 from pyomo.repn.plugins.lp_writer import LPWriter
 from pyomo.repn.plugins.nl_writer import NLWriter
 
-from masonry_opt.exports.program_names import legal, names_in, readable
-from masonry_opt.problem.assembly import Assembly
-
 #: The files of a program, by the ends of their names.
 Files = dict[str, str]
 
 
-def _lp(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
+def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> Files:
     """An LP file, as CPLEX began them."""
-    names, text = names_in(program, assembly.problem, legal(assembly)), io.StringIO()
+    text = io.StringIO()
     LPWriter().write(program, text, labeler=lambda data: names[id(data)])
     return {".lp": _comments("\\", header) + text.getvalue()}
 
 
-def _mps(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
+def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> Files:
     """A free MPS file."""
-    names = names_in(program, assembly.problem, legal(assembly))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.mps"
         labelled = {"labeler": lambda data: names[id(data)]}
@@ -36,11 +32,11 @@ def _mps(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> F
         return {".mps": _comments("*", header) + path.read_text(encoding="utf-8")}
 
 
-def _nl(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
+def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> Files:
     """AMPL's NL file, and the names of its rows (then the objective) and columns, one a line."""
     # Comments have their place on the first line alone, where Pyomo writes the program's name.
     program.name = "; ".join(header)
-    names, text = names_in(program, assembly.problem, readable(assembly)), io.StringIO()
+    text = io.StringIO()
     written = NLWriter().write(program, text, linear_presolve=False, scale_model=False)
 
     def lines(*kinds: list[object]) -> Iterator[str]:
@@ -56,5 +52,5 @@ def _comments(mark: str, lines: list[str]) -> str:
 
 
 #: Writers by the end of a file's name.
-WRITERS: dict[str, Callable[[pyo.ConcreteModel, Assembly, list[str]], Files]]
+WRITERS: dict[str, Callable[[pyo.ConcreteModel, dict[int, str], list[str]], Files]]
 WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}

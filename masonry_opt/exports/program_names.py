@@ -25,11 +25,11 @@ _LONGEST = 200
 
 
 #: Names of what a joint and a block have, by component, in the plane and in space, and of faces that rock.
-_OF_JOINTS = {
+_OF_JOINTS: dict[int, dict[str, tuple[str, ...]]] = {
     2: {"q": ("n1", "n2", "s"), "compatibility": ("opening_1", "opening_2", "slip")},
     3: {"q": ("n", "s", "t"), "compatibility": ("opening", "slip_s", "slip_t")},
 }
-_OF_BLOCKS = {
+_OF_BLOCKS: dict[int, dict[str, tuple[str, ...]]] = {
     2: {"d": ("vx", "vy", "omega"), "equilibrium": ("fx", "fy", "moment")},
     3: {"d": ("vx", "vy", "vz", "wx", "wy", "wz"), "equilibrium": ("fx", "fy", "fz", "mx", "my", "mz")},
 }
@@ -105,7 +105,7 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
     """
 
     dimension = problem.layout.dimension
-    of_components = {name: [name] for name in _SINGLE}
+    of_components: dict[str, list[str]] = {name: [name] for name in _SINGLE}
     for name, kinds in _OF_JOINTS[dimension].items():
         joints = [kind + label for kind in kinds for label in labels.joints]
         of_components[name] = joints + [_OF_LIMITED[name] + label for label in labels.limited]

@@ -41,8 +41,7 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
     Raises OptionError if the scene is none in space, the share no number or one of what does not move, or
     trimesh is wanting.
     """
-    result = what if isinstance(what, Result) else None
-    scene = result.assembly.scene if result else what
+    result, scene = (what, what.assembly.scene) if isinstance(what, Result) else (None, what)
     if scene.dimension == 2:
         raise OptionError(
             f"{scene.origin}: files of solids are of scenes in space: make it one with masonry_opt.extrude"

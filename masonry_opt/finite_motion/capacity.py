@@ -73,8 +73,7 @@ def capacity(
         raise OptionError("the capacity curve is of a result: give mo.capacity(mo.solve(scene))")
     result.required()
     assembly, called = result.assembly, result.assembly.scene.called
-    if assembly.scene.dimension == 3:
-        raise OptionError(f"{called}: the capacity curve is of scenes in the plane: this one has solids")
+    assembly.scene.in_plane()
     if assembly.problem.matrices.limited:
         raise OptionError(
             f"{called}: the capacity curve knows joints alone, which touch and part: this scene has ties, "

@@ -112,7 +112,7 @@ class MovedBlocks:
         """
         kept = np.flatnonzero(touch.any(axis=1))
         touch, blocks, at_rest = touch[kept], self.blocks[kept], self.joints
-        closed, corner = touch.all(axis=1), touch.argmax(axis=1)
+        closed, corner = np.logical_and(*touch.T), touch.argmax(axis=1)
         edges = np.where(closed[:, None], [True, False], self.faces[kept, corner])
         angle = poses[blocks, 2]
         turn = np.zeros((len(kept), 3))

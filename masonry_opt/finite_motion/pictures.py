@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.lines import Line2D
 
 from masonry_opt.answer.reasons import Code
 from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGES, JOINT, SEPARATES
@@ -52,8 +51,7 @@ def capacity_picture(scene: Scene, table: pd.DataFrame, of: str, note: str) -> P
             rows = table[table["event"] == str(code)]
             look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": "none"}
             if len(rows):
-                axes.plot(rows["displacement"], rows["load_factor"], zorder=4, **look)
-                handles.append(Line2D([], [], label=label, **look))
+                handles += axes.plot(rows["displacement"], rows["load_factor"], zorder=4, label=label, **look)
         finish(made, axes, handles, (note,))
     return made
 

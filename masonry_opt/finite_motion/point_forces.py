@@ -54,8 +54,11 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
 
 def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
     on_edges = [_on_edge(piece, assembly) for piece in assembly.loaded_pieces if piece.kind == kind]
-    every = ([getattr(part, name) for part in (*parts, *on_edges)] for name in ("block", "force", "point"))
-    return Forces(*map(np.concatenate, every), couple=np.zeros((len(assembly.movable), 1)))
+    block, force, point = (
+        np.concatenate([getattr(part, name) for part in (*parts, *on_edges)])
+        for name in ("block", "force", "point")
+    )
+    return Forces(block, force, point, np.zeros((len(assembly.movable), 1)))
 
 
 def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:

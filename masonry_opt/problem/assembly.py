@@ -163,14 +163,9 @@ def _loaded(
     """Dead and live loads, and the unit of force, as :class:`Problem` has them."""
     given, centroid = loads(scene, shapes, movable), shapes.centroid[movable]
     of_fill = fill_forces(scene, shapes, filled)
-    dead, live = (
-        load + (on_edges[kind] + of_fill[kind])[movable].ravel()
-        for load, kind in (
-            (given.dead.about(centroid) + given.weight.about(centroid), "dead"),
-            (given.live.about(centroid), "live"),
-        )
-    )
-    return _scaled(scene, dead, live, length_unit)
+    dead, live = given.dead.about(centroid) + given.weight.about(centroid), given.live.about(centroid)
+    beside = {kind: (on_edges[kind] + of_fill[kind])[movable].ravel() for kind in of_fill}
+    return _scaled(scene, dead + beside["dead"], live + beside["live"], length_unit)
 
 
 def _movable(scene: Scene) -> np.ndarray:
@@ -184,7 +179,7 @@ def _scaled(
     block, or live load where there is none."""
     rows, dimension = 3 * (scene.dimension - 1), scene.dimension
     sizes = (np.hypot.reduce(load.reshape(-1, rows)[:, :dimension], axis=1) for load in (dead, live))
-    force_unit = next(filter(None, map(_median_of_positive, sizes)), 1.0)
+    force_unit = next((float(np.median(size[size > 0])) for size in sizes if size.any()), 1.0)
     # Moments are forces times lengths.
     of_block = np.repeat([force_unit, force_unit * length_unit], [dimension, rows - dimension])
     scale = np.tile(of_block, len(dead) // rows)
@@ -246,14 +241,8 @@ def with_supports_freed(
     problem = Problem(matrices, before.law, dead.ravel(), live.ravel(), before.force_unit)
     problem = _with_limited(scene, problem, limited)
     pieces = tuple(one for one in assembly.loaded_pieces if one.kind == "dead")
-    return replace(
-        assembly,
-        problem=problem,
-        scene=scene,
-        movable=movable,
-        loaded_pieces=pieces,
-        limited=limited.each,
-    )
+    changed = replace(assembly, problem=problem, scene=scene, movable=movable)
+    return replace(changed, loaded_pieces=pieces, limited=limited.each)
 
 
 def _law(joints: Joints, joint: np.ndarray, thickness: float, force_unit: float) -> Law:
@@ -274,7 +263,3 @@ def _law(joints: Joints, joint: np.ndarray, thickness: float, force_unit: float)
         crushing=crushing,
         crushing_force=joints.strength[joint][crushing] * section[crushing] / force_unit,
     )
-
-
-def _median_of_positive(values: np.ndarray) -> float:
-    return float(np.median(values[values > 0])) if (values > 0).any() else 0.0

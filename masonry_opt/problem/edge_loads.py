@@ -14,6 +14,7 @@ from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.contacts.sides import LEAN
 from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.loads import EdgeLoad
+from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.scene import Scene
 
 
@@ -102,7 +103,7 @@ def edge_forces(
         for edge, span in zip(found[movable], spans[movable], strict=True):
             block = edges.owner[edge]
             over = covered[covers.owner[covering] == block]
-            free = _without(tuple(span), over, shapes.tolerance)
+            free = spaces(span[0], span[1], over, shapes.tolerance)
             met += free
             for piece in free:
                 direction = edges.tip[edge] - edges.tail[edge]
@@ -114,20 +115,8 @@ def edge_forces(
                         pieces.append(LoadedPiece(number - 1, int(block), kind, ends, acting))
         if not met:
             raise _nothing_there(scene, number, length, bool(movable.any()), bool(len(found)))
-        bare.append(math.fsum(high - low for low, high in _without((0.0, length), met, shapes.tolerance)))
+        bare.append(math.fsum(high - low for low, high in spaces(0.0, length, met, shapes.tolerance)))
     return forces, tuple(bare), tuple(pieces)
-
-
-def _without(
-    span: tuple[float, float], covered: list[tuple[float, float]] | np.ndarray, tolerance: float
-) -> list[tuple[float, float]]:
-    """Pieces of a span that intervals do not cover, if longer than the tolerance."""
-    pieces, at = [], span[0]
-    for low, high in [*sorted(map(tuple, covered)), (span[1], span[1])]:
-        if min(low, span[1]) - at > tolerance:
-            pieces.append((at, float(min(low, span[1]))))
-        at = max(at, high)
-    return pieces
 
 
 def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:

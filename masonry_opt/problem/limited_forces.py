@@ -107,9 +107,9 @@ class LimitedForces:
                     couple = 0.0 if action.couple is None else action.couple
                     moment = moment_of(arm[None], action.force[None])[0] + couple
                     at = row_of[action.block]
-                    acts = np.append(action.force, moment / length_unit)
-                    for row in np.flatnonzero(acts).tolist():
-                        columns[at + row, number] += acts[row]
+                    columns[at : at + rows, [number]] += np.append(action.force, moment / length_unit)[
+                        :, None
+                    ]
         return cls(tuple(each), columns.tocsr())
 
     def limits(self, force_unit: float) -> dict[str, Any]:

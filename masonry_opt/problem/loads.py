@@ -103,7 +103,7 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
         return [_Given(row, force, block.weight_at, mass) for row, (block, force) in enumerate(each)]
 
     # By what they are given as, and their group.
-    given = {("weight", None): of_weights([down] * len(blocks))}
+    given: dict[tuple[str, str | None], list[_Given]] = {("weight", None): of_weights([down] * len(blocks))}
     for kind in ("dead", "live"):
         own = enumerate((np.array(getattr(block, kind)), getattr(block, f"{kind}_at")) for block in blocks)
         given[kind, None] = [_Given(row, force, at, unsaid) for row, (force, at) in own]
@@ -111,8 +111,8 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
         told = unsaid if load.mass is None else load.mass
         acted = {kind: force for kind in ("dead", "live") if (force := getattr(load, kind)) is not None}
         for kind, force in (acted or {"dead": 0.0 * down}).items():
-            own = given.setdefault((kind, load.group), [])
-            own.append(_Given(row_of[load.block], np.array(force), load.at, told))
+            among = given.setdefault((kind, load.group), [])
+            among.append(_Given(row_of[load.block], np.array(force), load.at, told))
             told = None if told is None else 0.0  # of two forces the dead one has it
     given["live", None] += of_weights([block.live_per_weight for block in blocks], unsaid)
 

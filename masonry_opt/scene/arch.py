@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Annotated, Literal, NamedTuple
 
+import numpy as np
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
@@ -290,7 +291,10 @@ def _half_key(inner: float, thickness: float, begin: float, plumb: float, weight
         angle = begin - crown[radius]
         distance = radius * 2 * math.sin(angle / 2) / angle
         return _Voussoir(corners, angle * radius * thickness, _polar(distance, begin - angle / 2), back)
-    area, moment_x, moment_y = _polygon(corners)
+    points, after = np.array(corners), np.array([*corners[1:], corners[0]])
+    cross = after[:, 0] * points[:, 1] - points[:, 0] * after[:, 1]  # corners go clockwise
+    moment_x, moment_y = (cross[:, None] * (points + after) / 6).sum(axis=0).tolist()
+    area = float(cross.sum()) / 2
     if weights == "sector":
         # The arcs bulge: beyond the outer edge there is more, beyond the inner one less.
         for distance, sign in ((outer, 1.0), (inner, -1.0)):
@@ -302,17 +306,6 @@ def _half_key(inner: float, thickness: float, begin: float, plumb: float, weight
             moment_y += moment * math.sin(begin - angle / 2)
     # Without any area it is refused, with what wants one.
     return _Voussoir(corners, area, (moment_x / area, moment_y / area) if area else back, back)
-
-
-def _polygon(corners: tuple[Point, ...]) -> tuple[float, float, float]:
-    """Area of a polygon, and its first moments ∫ x and ∫ y; corners clockwise."""
-    area = moment_x = moment_y = 0.0
-    for (x0, y0), (x1, y1) in pairwise((*corners, corners[0])):
-        cross = x1 * y0 - x0 * y1
-        area += cross / 2
-        moment_x += cross * (x0 + x1) / 6
-        moment_y += cross * (y0 + y1) / 6
-    return area, moment_x, moment_y
 
 
 def _polar(radius: float, angle: float) -> Point:

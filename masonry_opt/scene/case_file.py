@@ -82,7 +82,7 @@ class CaseFile(SceneKeys):
     mesh: MeshTable | None = None
 
     def _mistakes(self) -> Iterator[str]:
-        flat, solid = self._in_plane(), self._in_space()
+        flat, solid = self._of(Generator), self._of(SolidGenerator)
         if (size := sum(generator.size for generator in [*flat, *solid])) > MOST_BLOCKS:
             yield f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}"
         if flat and self.dimension == 3:
@@ -98,17 +98,16 @@ class CaseFile(SceneKeys):
     @property
     def dimension(self) -> Literal[2, 3]:
         """Numbers of a point: 3 if the blocks are solids, those of a generator or of a mesh too."""
-        return 3 if self._in_space() or self.mesh else super().dimension
+        return 3 if self._of(SolidGenerator) or self.mesh else super().dimension
 
-    def _in_plane(self) -> list[Generator]:
-        return [*self.wall, *self.facade, *self.arch, *self.column]
-
-    def _in_space(self) -> list[SolidGenerator]:
-        return [*self.plan, *self.barrel, *self.dome, *self.groin, *self.shaft]
+    def _of(self, kind: type[_G]) -> list[_G]:
+        """Its generators of a kind."""
+        values = (getattr(self, name) for name in type(self).model_fields)
+        return [one for value in values if isinstance(value, list) for one in value if isinstance(one, kind)]
 
     def tables_with_old_live(self) -> list[str]:
         """Generators that give ``live_per_weight`` by its old name, which elsewhere is a force."""
-        return list(dict.fromkeys(_table(one) for one in self._in_plane() if any(one.live)))
+        return list(dict.fromkeys(_table(one) for one in self._of(Generator) if any(one.live)))
 
     def scene(self) -> Scene:
         """The scene, its generators and its mesh expanded after the blocks written out.
@@ -117,9 +116,9 @@ class CaseFile(SceneKeys):
         cannot build its own or the mesh cannot be read.
         """
         blocks = list(self.blocks)
-        for generator in self._in_plane():
-            blocks += generator.blocks(self.thickness)
-        for solid in self._in_space():
+        for flat in self._of(Generator):
+            blocks += flat.blocks(self.thickness)
+        for solid in self._of(SolidGenerator):
             blocks += solid.blocks()
         # Those that were given: what is refused by name is refused whatever its value.
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}

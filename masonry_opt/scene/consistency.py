@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Iterator, Mapping
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.joints import Joint
+from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.load_cases import Earthquake
 from masonry_opt.scene.loads import GROUPS
@@ -16,8 +16,9 @@ from masonry_opt.scene.ties import GROUND
 #: Keys of a block that are live loads.
 _LIVE = ("live", "live_per_weight", "live_moment")
 
-#: What a point is, by dimension.
+#: What a point is, and the direction of an earthquake, by dimension.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
+_DIRECTION = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
 
 
 def inconsistencies(scene: SceneKeys) -> Iterator[str]:
@@ -173,7 +174,8 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
     yield from ["'axles' do not tilt"] * len(scene.axles)
     yield from ["a 'fill' does not tilt"] * len(scene.fills)
     yield from ["a tie or prop does not grow with the weights"] * len([*scene.ties, *scene.props])
-    for joint in (scene.joints, *scene.exceptions):
+    properties: list[JointDefaults | Joint] = [scene.joints, *scene.exceptions]
+    for joint in properties:
         for key in ("cohesion", "strength", "dilatancy_stress"):
             if getattr(joint, key) and (key != "dilatancy_stress" or joint.dilatancy):
                 yield f"'{key}' does not grow with the weights"
@@ -181,8 +183,8 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
 
 def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
     """What is wrong with the load cases of a scene, or with its earthquake."""
-    groups = {load.group for load in [*scene.loads, *scene.edge_loads] if load.group is not None}
-    known, seen = [*GROUPS, *sorted(groups)], set[str]()
+    named = {load.group for load in scene.loads} | {load.group for load in scene.edge_loads}
+    known, seen = [*GROUPS, *sorted(name for name in named if name is not None)], set[str]()
     quakes = [("'earthquake'", scene.earthquake)]
     for number, case in enumerate(scene.load_cases, start=1):
         where = f"load_case no. {number} ('{case.name}')"
@@ -213,8 +215,7 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
     """What is wrong with the direction of an earthquake in a scene."""
     if isinstance(quake.direction, str) == (scene.dimension == 3):
-        needed = "an angle in plan or [x, y, z]" if scene.dimension == 3 else '"left" or "right"'
-        return f"'direction' needs {needed}"
+        return f"'direction' needs {_DIRECTION[scene.dimension]}"
     if scene.sideways(quake.direction, quake.vector) is None:
         return "'direction' needs one that is not that of gravity"
     return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Self
 
@@ -48,12 +48,8 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
 
 def first_alike(rows: np.ndarray) -> np.ndarray:
     """Of each row the first one with the same numbers."""
-    order = np.lexsort(rows.T)
-    new = np.ones(len(order), dtype=bool)
-    new[1:] = (np.diff(rows[order], axis=0) != 0).any(axis=1)
-    first = np.empty_like(order)
-    first[order] = order[new][np.cumsum(new) - 1]
-    return first
+    _, first, own = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first[own.reshape(-1)]
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -95,3 +91,15 @@ def chunks(sizes: np.ndarray) -> Iterator[slice]:
         end = max(first + 1, int(np.searchsorted(total, before + _MOST_AT_ONCE, side="right")))
         yield slice(first, end)
         first = end
+
+
+def spaces(
+    start: float, end: float, gaps: Iterable[Sequence[float]], least: float = 0.0
+) -> list[tuple[float, float]]:
+    """What gaps, in any order, leave of the length from one place to another, in pieces longer than so."""
+    left, at = [], start
+    for low, high in [*sorted(map(tuple, gaps)), (end, end)]:
+        if min(low, end) - at > least:
+            left.append((at, float(min(low, end))))
+        at = max(at, high)
+    return left

@@ -180,7 +180,7 @@ class Scene(SceneKeys):
         return self._only(Solid, "its blocks lie in the plane: this is for solids")
 
     def _only(self, kind: type[_B], why: str) -> list[_B]:
-        of_kind = [block for block in self.blocks if isinstance(block, kind)]
+        of_kind: list[_B] = [block for block in self.blocks if isinstance(block, kind)]
         if len(of_kind) < len(self.blocks):
             raise OptionError(f"{self.origin}: {why}")
         return of_kind

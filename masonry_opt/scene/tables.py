@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import re
@@ -10,7 +11,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.files import JSON_KEY
 
 #: Bytes: some 90,000 blocks written out, far more than can be solved (larger walls are generated: see
@@ -58,12 +59,8 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 def parse_file(path: Path) -> Any:
     """Content of a ``.toml`` or ``.json`` file, of any kind. Raises CaseError as :func:`read_tables` does."""
-    data = read_bytes(path, LARGEST_FILE)
-    if len(data) > LARGEST_FILE:
-        raise CaseError(
-            f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, more than a scene that can be solved "
-            "needs: split the scene, or generate its blocks with [wall]"
-        )
+    remedy = "split the scene, or generate its blocks with [wall]"
+    data = read_bytes(path, LARGEST_FILE, f", more than a scene that can be solved needs: {remedy}")
     if path.suffix.lower() not in _PARSERS:
         raise CaseError(f"{path}: a case file's name ends in .toml or .json")
     try:
@@ -81,9 +78,9 @@ def parse_file(path: Path) -> Any:
         raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {why}") from None
 
 
-def read_bytes(path: Path, largest: int) -> bytes:
-    """Content of a regular file, up to one byte more than the largest that is taken. Raises CaseError if
-    there is no such file, or it is no regular file."""
+def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
+    """Content of a regular file. Raises CaseError if there is no such file, it is no regular file, or larger
+    than is taken, with what to do about that."""
     data = b""
     try:
         mode = path.stat().st_mode
@@ -98,7 +95,22 @@ def read_bytes(path: Path, largest: int) -> bytes:
         raise CaseError(f"{path}: is a folder, not a case file")
     if not stat.S_ISREG(mode):
         raise CaseError(f"{path}: is a pipe or device: write the case to a file")
+    if len(data) > largest:
+        raise CaseError(f"{path}: is larger than {largest // 1_000_000} MB{remedy}")
     return data
+
+
+def library(name: str, hint: str) -> Any:
+    """A library of an extra. Raises OptionError, with a hint at that, if it is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise OptionError(hint) from None
+
+
+def said(error: Exception) -> str:
+    """What a library says of a broken file, in one line."""
+    return " ".join(str(error).split())[:200] or type(error).__name__
 
 
 def _toml(text: str) -> Any:

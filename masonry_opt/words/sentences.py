@@ -135,6 +135,11 @@ def _not_certified(v: dict[str, Any]) -> str:
     )
 
 
+def _deep_fall(load_factor: float, share: float) -> str:
+    fell = f"by up to {share:.0%}, first from {numeral(load_factor, '.4g')}"
+    return f"; on the way λ fell {fell}, where the scene may come down already, and rose again"
+
+
 def _began_again(v: dict[str, Any]) -> str:
     remedies = ", then with ".join(v["remedies"])
     words = f"the first run ended '{v['first']}', so the loop began again with {remedies}"
@@ -279,7 +284,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.RAY: lambda v: (
         f"proven by its push from rest, in {counted(v['steps'], 'step')} to where blocks move on for ever"
         + ("" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}")
-        + ("" if v["drop"] is None else f"; λ fell by {v['drop']:.0%} on the way and rose again")
+        + ("" if v["deep_fall"] is None else _deep_fall(*v["deep_fall"]))
     ),
     Code.JAMS: lambda v: (
         f"pushed from rest it bears any load: friction jams, proven in {counted(v['steps'], 'step')}"

@@ -17,7 +17,6 @@ from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
-from masonry_opt.scene.solids import Solid
 from masonry_opt.words.fill import of_fills
 from masonry_opt.words.names import labelled, verb
 from masonry_opt.words.sentences import BY_CHORDS, by_sides, message, numeral, sentences
@@ -150,8 +149,8 @@ def _live_load(result: Outcome) -> str:
             said[0] += f" (as 'live' of {', '.join(tables)})"
     named = [(block.name, block.live) for block in scene.blocks]
     named += [(load.block, load.live or (0.0, 0.0)) for load in scene.loads]
-    turned = [(block.name, block.live_moment) for block in scene.blocks if isinstance(block, Solid)]
-    turned += [(load.block, load.live_moment or (0.0, 0.0, 0.0)) for load in scene.loads]
+    turned = [(block.name, getattr(block, "live_moment", ())) for block in scene.blocks]
+    turned += [(load.block, load.live_moment or ()) for load in scene.loads]
     for kind, given in (("force", named), ("moment", turned)):
         if acted := {name for name, load in given if any(load)}:
             said.append(f"{f'a {kind}' if len(acted) == 1 else f'{kind}s'} on {counted(len(acted), 'block')}")
@@ -357,7 +356,7 @@ def _programs(result: Outcome) -> str:
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'Newton step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
-    cones = " or of cones" if result.assembly.problem.layout.round else ""
+    cones = "" if result.size.contacts is None else " or of cones"
     return f"{result.lp_solves} linear{cones}{nonlinear} ({counted(result.iterations, 'solver iteration')})"
 
 

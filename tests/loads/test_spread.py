@@ -10,8 +10,7 @@ from scenes import forces_of
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.road import Road
-from masonry_opt.problem.spread import spread
+from masonry_opt.problem.road import Road, spread
 from masonry_opt.scene.profile import Profile
 
 BASE = mo.Block(name="base", vertices=[(-3, -1), (9, -1), (9, 0), (-3, 0)], fixed=True)

@@ -24,12 +24,11 @@ from masonry_opt.methods.task import Options, Task
 #: Joints, in space contact points, up to which the load to expect is told beside other methods' answers.
 PUSHED_UP_TO = 3000
 
-#: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load
-#: brings three down in contact dynamics at less than .92 of the highest λ; of 31 others none.
-DEEP = 0.1
-
 #: Displacement at which contacts are soft still: their forces lead to states that are sometimes lower.
 SOFT = 1e2
+
+#: Displacements at which a state is looked for where the push comes to no ray.
+_TRIED = 1e6, 1e5, 1e4, 1e3, 1e2
 
 #: How much softer contacts are with which a state is compared, and the states of a curve at most.
 _SOFTER, _ON_CURVE = 10.0, 100
@@ -90,16 +89,17 @@ def jams(task: Task) -> Reason | None:
 def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution:
     """How a push ends: on a ray, in a jam, or in the state that it came to, or was asked for at a u."""
     solution, answer = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT), pushed.answer
-    steps, drop = len(pushed.steps), pushed.drop
-    told: dict[str, Any] = {"steps": steps, "folds": pushed.folds, "drop": drop if drop > DEEP else None}
+    steps = len(pushed.steps)
+    told: dict[str, Any] = {"steps": steps, "folds": pushed.folds, "deep_fall": pushed.deep_fall}
     if asked is None and pushed.ended is Ended.JAM:
         return solution.ended(Status.SOLVER_FAILED, Code.JAMS, **told)
     if asked is None and answer is not None and elastic.tells(answer.load_factor, answer.d):
         peak = pushed.peak or 0.0
         told["peak"] = peak if peak > answer.load_factor * (1 + PLATEAU) + ZERO else None
         return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told)
-    furthest = max((step.displacement for step in pushed.steps), default=0.0)
-    state = elastic.at(pushed, asked or furthest) if furthest > 0 and pushed.ended is not Ended.BACK else None
+    tried = [asked] if asked else _TRIED if pushed.ended is not Ended.BACK else ()
+    states = (elastic.at(pushed, u) for u in tried)
+    state = next((state for state in states if state is not None), None)
     if state is None or state.answer.failing(Kind.COMPLIANT):
         return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=str(pushed.ended), steps=steps)
     found, elastic_share = state.answer, _elastic_share(state)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,7 +17,8 @@ from masonry_opt.problem.problem import Problem
 #: Unknowns up to which matrices are full: LAPACK has little overhead.
 _FULL_UP_TO = 250
 
-#: Added to the diagonal of S, over its largest stiffness, for blocks that hang on nothing.
+#: Stiffness that is added to contacts, over the largest, where some motion finds none: it chooses among many
+#: mechanisms one in which joints move about alike.
 _REGULARISATION = 1e-15
 
 
@@ -51,6 +53,8 @@ class BlockMatrix:
         self._of_stiffness = sp.csr_array(
             (value[one] * value[other], (place, entry)), shape=(len(self._places), 9 * m)
         )
+        springs = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, m))
+        self._of_springs = self._of_stiffness @ springs.ravel()
         self._rows = (self._places % self.size).astype(np.int32)
         ends = np.arange(self.size + 1) * self.size
         self._starts = np.searchsorted(self._places, ends).astype(np.int32)
@@ -60,7 +64,7 @@ class BlockMatrix:
     ) -> BlockFactors:
         """Factors of the matrix under sliders' stiffnesses, shape (3, 3, m)."""
         values = self._of_stiffness @ stiffness.ravel()
-        values[self._diagonal[:-1]] += _REGULARISATION * np.abs(stiffness).max()
+        values += _REGULARISATION * np.abs(stiffness).max() * self._of_springs
         if load is None:
             values[self._diagonal[-1]] = 1.0
         else:
@@ -74,26 +78,34 @@ class BlockMatrix:
 
 
 class BlockFactors:
-    """Factors of a matrix of the blocks."""
+    """Factors of a matrix of the blocks.
+
+    Attributes
+    ----------
+    solve: what solves for a right-hand side.
+    """
 
     solve: Callable[[np.ndarray], np.ndarray]
 
     def __init__(self, matrix: sp.csc_matrix | np.ndarray) -> None:
         if isinstance(matrix, np.ndarray):
             lu, pivots, _ = lapack.dgetrf(matrix, overwrite_a=True)
-            swapped = int(np.count_nonzero(pivots != np.arange(len(pivots))))
-            self._of_sign = lambda: (np.diagonal(lu), swapped)
+            self._lu: Any = (lu, pivots)
             self.solve = lambda right: lapack.dgetrs(lu, pivots, right)[0]
         else:
             options = {"SymmetricMode": True}
-            sparse = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options=options)
-            self._of_sign = lambda: (sparse.U.diagonal(), _swapped(sparse.perm_r) + _swapped(sparse.perm_c))
-            self.solve = sparse.solve
+            self._lu = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options=options)
+            self.solve = self._lu.solve
 
     @cached_property
     def sign(self) -> int:
         """Sign of the determinant."""
-        diagonal, swapped = self._of_sign()
+        if isinstance(self._lu, tuple):
+            lu, pivots = self._lu
+            diagonal, swapped = np.diagonal(lu), np.count_nonzero(pivots != np.arange(len(pivots)))
+        else:
+            diagonal = self._lu.U.diagonal()
+            swapped = _swapped(self._lu.perm_r) + _swapped(self._lu.perm_c)
         return 1 if (np.count_nonzero(diagonal < 0) + swapped) % 2 == 0 else -1
 
 

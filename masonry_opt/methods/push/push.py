@@ -17,7 +17,6 @@ import numpy as np
 
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.solution import GivingState
-from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
@@ -29,15 +28,17 @@ from masonry_opt.standing.weightless import weightless
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
 ROUNDING, _FALLS, _LAST = 0.1, 0.1, 1e-9
 
-#: Points of a path at most; and displacement from which on the end is looked for, and up to which.
-_POINTS, _END, _BEYOND = 1500, 1e6, 1e10
+#: Points of a path at most; and displacement from which on the end is looked for, at so many points.
+_POINTS, _END, _TRIED = 1500, 1e6, 6
 
 #: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight
 #: on then, and what it may leave there of equilibrium, over the forces there.
 _GROWS, _FAR, _STRAIGHT = 0.5, 1e3, 1e-9
 
-#: Share of the largest λ on the way below which λ may fall without being told.
-_TRIFLE = 1e-2
+#: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load
+#: brings three down in contact dynamics at less than .92 of the highest λ; of 31 others none. And share of
+#: the largest λ below which no fall is.
+_DEEP, _TRIFLE = 0.1, 1e-2
 
 
 class Ended(StrEnum):
@@ -95,12 +96,14 @@ class Pushed:
         return int((way[1:] != way[:-1]).sum())
 
     @property
-    def drop(self) -> float:
-        """Largest share by which λ falls from its highest so far, if that is no trifle, before its peak."""
+    def deep_fall(self) -> tuple[float, float] | None:
+        """λ from which it first falls deep, to come higher later, and the largest share by which it does."""
         path = np.array([0.0, *(step.load_factor for step in self.steps)])
+        path = path[: path.argmax() + 1]
+        path = path[np.maximum.accumulate(path) > _TRIFLE * path[-1]]
         highest = np.maximum.accumulate(path)
-        drops = (highest - path) / np.maximum(highest, max(_TRIFLE * path.max(), ZERO))
-        return float(drops[: path.argmax() + 1].max())
+        deep = 1 - path / highest > _DEEP
+        return (float(highest[deep.argmax()]), float((1 - path / highest).max())) if deep.any() else None
 
 
 class Elastic:
@@ -153,7 +156,7 @@ class Elastic:
         start = replace(rounded, live=still).state(still, 0.0, None)
         points: list[Point] = []
         steps: list[PushStep] = []
-        ended, answer = Ended.STOPPED, None
+        ended, answer, tried = Ended.STOPPED, None, 0
         for point in rounded.points(start[0], 0.0, _POINTS) if start else ():
             points.append(point)
             u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
@@ -163,7 +166,8 @@ class Elastic:
                 ended = Ended.BACK
             elif u > _END and grows:
                 ended, answer = self._end(point, u)
-            if ended is not Ended.STOPPED or not -_END <= u <= min(until, _BEYOND):
+                tried += 1
+            if ended is not Ended.STOPPED or u >= until or tried == _TRIED:
                 break
         peak = max((step.load_factor for step in steps), default=None)
         if answer is not None and steps and (highest := max(steps, key=lambda step: step.load_factor)):
@@ -183,14 +187,14 @@ class Elastic:
         """Whether a point lies on a ray, and the last exact state there under ever sharper laws: in space the
         direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
         problem, best = self.problem.by_cone, None
+        before = point.along[:-1] / float(self._curve.live @ point.along[:-1])
         last: tuple[Curve, np.ndarray, float] | None = None
         for last in _sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0):
             curve, d, load = last
-            along = curve.along(d, load)
-            answer = certified(
-                problem, load / problem.live_norm, self._law.of_problem(curve.forces(d)), along[:-1]
-            )
-            best = answer if answer.exact else best
+            along, q = curve.along(d, load), self._law.of_problem(curve.forces(d))
+            for way in (along[:-1], before):
+                answer = certified(problem, load / problem.live_norm, q, way)
+                best = answer if answer.exact else best
         if best is not None:
             return Ended.RAY, best
         if last is None or u * along[-1] < _GROWS * abs(load):

@@ -166,8 +166,7 @@ class PlaneCorners(sides.BlockCorners):
     def _on_edges(self, pairs: np.ndarray, side: int) -> Iterator[Touches]:
         """Corners of each pair's block on a side that lie between the ends of an edge of the other."""
         tolerance, kinds = self.shapes.tolerance, (self.corners, self.edges)
-        far = np.full(len(pairs), tolerance)
-        for pair, *ij in near_items(self.shapes, pairs, far, kinds if side == 0 else kinds[::-1]):
+        for pair, *ij in near_items(self.shapes, pairs, tolerance, kinds if side == 0 else kinds[::-1]):
             (corner, edge), sign = (ij, -1.0) if side == 0 else (ij[::-1], 1.0)
             point, tail = self.point[corner], self.point[edge]
             way = self.tip[edge] - tail

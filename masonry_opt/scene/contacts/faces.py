@@ -12,13 +12,7 @@ from masonry_opt.scene.contacts.sides import Items, near_items, stacked
 from masonry_opt.scene.rows import dots, lengths
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import Frames
-from masonry_opt.scene.space.outlines import (
-    common_to,
-    rolled,
-    wide,
-    without_slivers,
-    without_straight_corners,
-)
+from masonry_opt.scene.space.outlines import common_to, wide, without_slivers, without_straight_corners
 from masonry_opt.scene.space.shapes import Shapes
 
 #: Polygons narrower than so many tolerances are nothing.
@@ -77,9 +71,11 @@ class FacingFaces(sides.Facing):
         best = best[np.unique(polygon[ring[as_long[best]]], return_index=True)[1]]
         frame, along, chosen = self.frame, direction[best], as_long[best]
         tangent = along[:, :1] * frame.u + along[:, 1:] * frame.v
-        by = np.zeros_like(count)
-        by[ring[chosen]] = chosen - (np.cumsum(count) - count)[ring[chosen]]
-        return tangent, polygon, count, frame.up(flat[rolled(count, by)], polygon[ring])
+        # Outer rings are turned so that they begin there.
+        begin, first = np.zeros_like(count), (np.cumsum(count) - count)[ring]
+        begin[ring[chosen]] = chosen - first[chosen]
+        turned = first + (np.arange(len(ring)) - first + begin[ring]) % count[ring]
+        return tangent, polygon, count, frame.up(flat[turned], polygon[ring])
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
         flat = shapely.points(self.frame.down(points, number))

@@ -85,6 +85,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         normal=np.concatenate([shared.normal, beside.normal])[order],
         tangent=np.concatenate([tangent, beside.along])[order],
         extent=np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order],
+        middle=np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order],
         point=point,
         joint=joint,
         ring=ring,

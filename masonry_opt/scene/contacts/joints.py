@@ -10,7 +10,7 @@ import numpy as np
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.joints import JointDefaults
-from masonry_opt.scene.rows import dots, following, sums
+from masonry_opt.scene.rows import following
 from masonry_opt.scene.scene import Scene
 
 
@@ -28,6 +28,8 @@ class Joints:
         one of the two edges. Shape (joints, 2) or (joints, 3).
     extent: length of each joint, in space its area; 0 where a corner stands on an edge, in space along an
         edge or at a point; shape (joints,).
+    middle: of each joint, of a polygon the centroid of its area, relative to the shapes' origin, shape
+        (joints, 2) or (joints, 3).
     point: contact points, relative to the shapes' origin: the two ends of an edge, the corners of a polygon
         and its holes, or one point, shape (points, 2) or (points, 3).
     joint: joint of each contact point, rising, shape (points,).
@@ -51,6 +53,7 @@ class Joints:
     normal: np.ndarray
     tangent: np.ndarray
     extent: np.ndarray
+    middle: np.ndarray
     point: np.ndarray
     joint: np.ndarray
     ring: np.ndarray
@@ -94,28 +97,8 @@ class Joints:
         """Normal and tangent of each joint, in space also their product, shape (dim, joints, dim)."""
         axes = [self.normal, self.tangent]
         if self.normal.shape[1] > 2:
-            axes.append(np.cross(*axes))
+            axes.append(np.cross(self.normal, self.tangent))
         return np.stack(axes)
-
-    @cached_property
-    def middle(self) -> np.ndarray:
-        """Middle of each joint, of a polygon the centroid of its area, relative to the shapes' origin."""
-        count, owner = len(self.first), self.joint
-        mean = sums(owner, self.point, count) / np.bincount(owner, minlength=count)[:, None]
-        polygons = np.bincount(owner, minlength=count)[owner] > 2
-        if not polygons.any():
-            return mean
-        # Triangles from the mean of the corners; holes count against the outline, however they turn.
-        point, joint, ring = self.point[polygons], owner[polygons], self.ring[polygons]
-        corners = np.bincount(ring)
-        one, other = point - mean[joint], point[following(corners)] - mean[joint]
-        twice = dots(self.normal[joint], np.cross(one, other))
-        first = np.searchsorted(owner, owner)[polygons]
-        hole = self.ring[polygons] != self.ring[first]
-        twice *= np.where(hole, -1.0, 1.0) * np.sign(np.bincount(ring, twice))[ring]
-        off = sums(joint, twice[:, None] * (one + other) / 3, count)
-        area = np.where(self.extent > 0, np.bincount(joint, twice, count), np.inf)
-        return mean + off / area[:, None]
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
         """Sides of the outlines of all joints, in the plane the joints themselves: both ends of each, shape

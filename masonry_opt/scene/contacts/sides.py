@@ -42,11 +42,11 @@ class Items:
 
 
 def near_items(
-    shapes: Extents, pairs: np.ndarray, far: np.ndarray, kinds: tuple[Items, Items], side: int = 0
+    shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items], side: int = 0
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Pair, item of the first kind of its block on a side, and item of the second kind of the other block, of
-    all whose boxes are as near as ``far``, shape (pairs,); so many at a time as memory holds."""
-    one, other = kinds
+    all whose boxes are as near as ``far``; so many at a time as memory holds."""
+    (one, other), far = kinds, np.broadcast_to(far, len(pairs))
     (pair1, item1), (pair2, item2) = (
         kind.beside(shapes, pairs, at, far) for kind, at in ((one, side), (other, 1 - side))
     )
@@ -188,11 +188,10 @@ class BlockCorners(ABC):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Numbers, rising, of the pairs asked for that meet without a normal, away from what they share,
         where not both blocks have a joint; and the points where they do."""
-        tolerance = self.shapes.tolerance
-        far = np.full(len(asked), tolerance)
-        meet = []
+        tolerance, meet = self.shapes.tolerance, []
         for side in (0, 1):
-            for pair, i, j in near_items(self.shapes, pairs[asked], far, (self.corners, self.met), side):
+            kinds = self.corners, self.met
+            for pair, i, j in near_items(self.shapes, pairs[asked], tolerance, kinds, side):
                 kept = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
                 meet.append((asked[pair[kept]], i[kept], j[kept]))
         pair, i, _ = stacked(meet)

@@ -68,9 +68,8 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touche
     """Where edges lie in faces of the other block and not along their outline."""
     tolerance, faces = corners.shapes.tolerance, corners.outer
     narrowest = NARROWEST * tolerance
-    far = np.full(len(pairs), tolerance)
     for side in (0, 1):
-        for pair, i, j in near_items(corners.shapes, pairs, far, (corners.edges, corners.faces), side):
+        for pair, i, j in near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.faces), side):
             height = [faces.frame.above(ends[i], j) for ends in (corners.tail, corners.tip)]
             flat = [faces.frame.down(ends[i], j) for ends in (corners.tail, corners.tip)]
             kept = (np.minimum(*height) <= tolerance) & (np.maximum(*height) >= -tolerance)
@@ -111,9 +110,9 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touche
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
     """Where corners stand on faces of the other block and not on their outline."""
     tolerance, faces = corners.shapes.tolerance, corners.outer
-    far = np.full(len(pairs), tolerance)
+    kinds = corners.corners, corners.faces
     for side in (0, 1):
-        for pair, i, j in near_items(corners.shapes, pairs, far, (corners.corners, corners.faces), side):
+        for pair, i, j in near_items(corners.shapes, pairs, tolerance, kinds, side):
             flat, height = faces.frame.down(corners.point[i], j), faces.frame.above(corners.point[i], j)
             kept = (np.abs(height) <= tolerance) & _inside(flat, flat, corners.flat[j], tolerance)
             pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
@@ -129,8 +128,7 @@ def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touc
 def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
     """Where edges cross between their ends."""
     tolerance = corners.shapes.tolerance
-    far = np.full(len(pairs), tolerance)
-    for pair, i, j in near_items(corners.shapes, pairs, far, (corners.edges, corners.edges)):
+    for pair, i, j in near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.edges)):
         long = [lengths(corners.tip[edge] - corners.tail[edge]) for edge in (i, j)]
         one, other = corners.direction[i], corners.direction[j]
         across = np.cross(one, other)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import logging
 import math
 from collections.abc import Iterator
@@ -12,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.outlines import Curve
-from masonry_opt.scene.tables import read_bytes
+from masonry_opt.scene.tables import library, read_bytes, said
 
 #: Bytes; a DXF file has some 500 for each block.
 _LARGEST_DXF = 50_000_000
@@ -47,35 +46,25 @@ def ezdxf() -> Any:
 
     Raises OptionError if ezdxf, of the extra "drawings", is not installed.
     """
-    try:
-        library = importlib.import_module("ezdxf")
-    except ImportError:
-        raise OptionError("DXF needs ezdxf; install it with: pip install '.[drawings]'") from None
+    found = library("ezdxf", "DXF needs ezdxf; install it with: pip install '.[drawings]'")
     # What it logs goes where the user's handlers take it, not to standard error.
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())
-    return library
+    return found
 
 
 def read_document(path: Path) -> Any:
     """The document of a DXF file, text or binary. Raises CaseError if it cannot be read or is no DXF file."""
-    library = ezdxf()
-    if len(read_bytes(path, _LARGEST_DXF)) > _LARGEST_DXF:
-        raise CaseError(
-            f"{path}: is larger than {_LARGEST_DXF // 1_000_000} MB: keep the layers of the blocks alone"
-        )
+    reader = ezdxf()
+    read_bytes(path, _LARGEST_DXF, ": keep the layers of the blocks alone")
     try:
-        document = library.readfile(path)
+        document = reader.readfile(path)
         document.modelspace()  # which must be there
         return document
     except MemoryError:
         raise
     # What a broken file makes the library raise is any exception at all.
     except Exception as error:
-        raise CaseError(f"{path}: not valid DXF: {_said(error)}; save the drawing as DXF again") from None
-
-
-def _said(error: Exception) -> str:
-    return " ".join(str(error).split())[:200] or type(error).__name__
+        raise CaseError(f"{path}: not valid DXF: {said(error)}; save the drawing as DXF again") from None
 
 
 def metres(document: Any) -> float:
@@ -150,7 +139,7 @@ def _chain(entity: Any, sagitta: float) -> np.ndarray:
     except MemoryError:
         raise
     except Exception as error:  # as above
-        raise ValueError(f"{_named(entity)} cannot be read: {_said(error)}; draw it anew") from None
+        raise ValueError(f"{_named(entity)} cannot be read: {said(error)}; draw it anew") from None
     if len(points) == 0 or not np.isfinite(points).all():
         raise ValueError(f"{_named(entity)} has no points, or one that is no number: delete it")
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 from collections.abc import Iterable
 from dataclasses import replace
@@ -12,7 +11,7 @@ from typing import Literal
 import numpy as np
 from pydantic import ConfigDict
 
-from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Positive
 from masonry_opt.scene.drawings.meshes import Mesh, shells, used
 from masonry_opt.scene.drawings.stones import (
@@ -26,7 +25,7 @@ from masonry_opt.scene.drawings.stones import (
 )
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.tables import as_path, read_bytes
+from masonry_opt.scene.tables import as_path, library, read_bytes, said
 
 #: Files that are read, by the end of their names.
 MESHES = (".obj", ".ply", ".stl")
@@ -121,9 +120,7 @@ def read_mesh(
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     """Blocks as they stand in the scene, none a support. Raises ValueError if one cannot be read."""
-    data = read_bytes(path, _LARGEST_MESH)
-    if len(data) > _LARGEST_MESH:
-        raise ValueError(f"is larger than {_LARGEST_MESH // 1_000_000} MB: simplify the blocks")
+    data = read_bytes(path, _LARGEST_MESH, ": simplify the blocks")
     kind = path.suffix.lower()[1:]
     found = _objects(data, path.stem) if kind == "obj" else _triangles(data, kind, path.stem)
     if not found:
@@ -181,10 +178,7 @@ def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
 
     Raises OptionError if trimesh, of the extra "meshes", is not installed.
     """
-    try:
-        trimesh = importlib.import_module("trimesh")
-    except ImportError:
-        raise OptionError("PLY and STL need trimesh; install it with: pip install '.[meshes]'") from None
+    trimesh = library("trimesh", "PLY and STL need trimesh; install it with: pip install '.[meshes]'")
     try:
         # Nothing joined or dropped: blocks that touch keep corners of their own.
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
@@ -200,8 +194,7 @@ def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
         raise
     # What a broken file makes the library raise is any exception at all.
     except Exception as error:
-        reason = " ".join(str(error).split())[:200] or type(error).__name__
-        raise ValueError(f"not valid {kind.upper()}: {reason}; save the mesh again") from None
+        raise ValueError(f"not valid {kind.upper()}: {said(error)}; save the mesh again") from None
     if len(found) == 1:
         found = [(name, *found[0][1:])]
     return [used(called or name, *rest) for called, *rest in found]

@@ -49,13 +49,3 @@ def cut(
 def every(length: float, start: float, end: float) -> list[float]:
     """Joints a stone apart, the first at ``start``, up to ``end``."""
     return [start + number * length for number in range(math.floor((end - start) / length + _ROUNDING) + 1)]
-
-
-def spaces(start: float, end: float, gaps: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
-    """What gaps, in any order, leave of the length from ``start`` to ``end``."""
-    left, at = [], start
-    for low, high in sorted(gaps):
-        if low > at:
-            left.append((at, min(low, end)))
-        at = max(at, high)
-    return [*left, (at, end)] if at < end else left

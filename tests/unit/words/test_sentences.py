@@ -61,7 +61,7 @@ VALUES = {
     "off": 0.1,
     "pairs": [["A", "B"]],
     "peak": 0.5,
-    "drop": 0.3,
+    "deep_fall": (0.4, 0.3),
     "period": 2,
     "rates": 100.0,
     "ratio": 1000.0,

@@ -83,7 +83,7 @@ def test_faces_that_are_not_turned_one_way_are_told():
     assert warned(with_blocks(all_inwards), Code.FACES_TURNED) is None
 
 
-@pytest.mark.parametrize("code", [Code.NOT_EXPECTED, Code.TOO_LARGE, Code.LOOP_FAR])
+@pytest.mark.parametrize("code", [Code.NOT_EXPECTED, Code.TOO_LARGE])
 def test_contact_points_are_no_joints(code):
     """A box on a floor has one joint of four points."""
     counted = size_of(assemble(box_on_floor()).problem)
