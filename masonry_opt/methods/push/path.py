@@ -109,13 +109,21 @@ class Curve:
         return sqrt(float((of * of).mean())) / self.unit
 
     def state(self, d: np.ndarray, load_factor: float, u: float | None) -> tuple[np.ndarray, float] | None:
-        """The state at u, or without one under that load, by Newton's steps from one nearby, each as long as
-        it lowers what is left; None if that ends before nothing is."""
-        live = None if u is None else self.live
-        (left, stiffness), short = self._at(d, load_factor), 0.0 if u is None else u - self.live @ d
+        """The state at u, or without one under that load, from one nearby; None if none is found."""
+        if u is None:
+            return self._across(d, load_factor, None, 0.0)
+        return self._across(d, load_factor, self.live, u - float(self.live @ d))
+
+    def _across(
+        self, d: np.ndarray, load_factor: float, row: np.ndarray | None, short: float
+    ) -> tuple[np.ndarray, float] | None:
+        """The state where c·d is larger by what it is short of, or without c under the same load, by Newton's
+        steps, each as long as it lowers what is left; None if that ends before nothing is."""
+        live = None if row is None else self.live
+        left, stiffness = self._at(d, load_factor)
         size, done = self._size(np.append(left, short)), 0
         while size > _EXACT and done < _STEPS:
-            step, length = self.matrix.factors(stiffness, live, live).solve(np.append(left, short)), 1.0
+            step, length = self.matrix.factors(stiffness, live, row).solve(np.append(left, short)), 1.0
             while length > _SHORTEST:
                 further, load = d + length * step[:-1], load_factor + length * step[-1]
                 (left, stiffness), short = self._at(further, load), (1 - length) * short
@@ -138,8 +146,7 @@ class Curve:
         point = self._point(at, factors, None, 0)
         for _ in range(most):
             yield point
-            moves = self._moves(point.along[:-1])
-            row = -self.matrix.B @ (self.law.stiffness * moves).ravel() / (self.unit**2 * moves.size)
+            row = self._row(point)
             while (found := self._stepped(point, row, length)) is None:
                 length /= 3
                 if length < _LEAST * (gone + _FIRST):
@@ -147,6 +154,31 @@ class Curve:
             point = found
             gone += length
             length *= 4 if point.corrections <= _QUICK else 2 if point.corrections <= _EASY else 1
+
+    def top(self, point: Point) -> Point | None:
+        """Where λ turns, uphill from a point of another law's path; None if no point of this one is near."""
+        row, length = self._row(point), _FIRST
+        near = self._across(point.d, point.load_factor, row, 0.0)
+        if near is None:
+            return None
+        factors = self.matrix.factors(self._at(*near)[1], self.live, row)
+        here = self._point(np.append(*near), factors, point.sign, 0)
+        for _ in range(_STEPS):
+            if length * abs(here.along[-1]) <= _ON_PATH * abs(here.load_factor):
+                break
+            way = 1 if here.along[-1] > 0 else -1
+            found = self._stepped(here, self._row(here), way * length)
+            if found is None or way * found.along[-1] < 0:
+                length /= 3
+            else:
+                here, length = found, 2 * length
+        return here
+
+    def _row(self, point: Point) -> np.ndarray:
+        """c at a point, shape (3b,)."""
+        moves = self._moves(point.along[:-1])
+        row: np.ndarray = -self.matrix.B @ (self.law.stiffness * moves).ravel() / (self.unit**2 * moves.size)
+        return row
 
     def _point(self, at: np.ndarray, factors: BlockFactors, sign: int | None, corrections: int) -> Point:
         along = factors.solve(np.append(np.zeros(len(at) - 1), 1.0))
@@ -164,7 +196,7 @@ class Curve:
             factors = self.matrix.factors(stiffness, self.live, row)
             if size <= _ON_PATH:
                 gone = self._size(self._moves(at[:-1] - point.d))
-                straight = length > _STRAIGHT * gone
+                straight = abs(length) > _STRAIGHT * gone
                 return self._point(at, factors, point.sign, corrections) if straight else None
             before, at = size, at + factors.solve(np.append(left, 0.0))
         return None
