@@ -26,7 +26,11 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
-ROUNDING, _FALLS, _LAST = 0.1, 0.1, 1e-9
+ROUNDING, _FALLS, _LAST = 0.01, 0.1, 1e-9
+
+#: Rounding to which the highest λ on the way is followed, from so many points before; and the share by which
+#: it is above the end, if it is.
+_SHARP, _BEFORE, _TOLD = 2e-4, (0, 1, 2, 4, 8), 1e-3
 
 #: Points of a path at most; displacement from which on the end is looked for, in the plane, and in space,
 #: where slip turns for longer; how many times as far the next look is, and their number: the stiffness that
@@ -168,11 +172,11 @@ class Elastic:
             return Pushed(Ended.NOT_SETTLED)
         curve, still, unit = self._curve, np.zeros_like(self.problem.dead), self.problem.live_norm
         rounded = curve.rounded_by(ROUNDING)
-        start = replace(rounded, live=still).state(still, 0.0, None)
+        start = rounded.state(still, 0.0, 0.0)
         points: list[Point] = []
         steps: list[PushStep] = []
         ended, answer, looks, next_look = Ended.STOPPED, None, 0, _END[self.problem.layout.dimension]
-        for point in rounded.points(start[0], 0.0, _POINTS) if start else ():
+        for point in rounded.points(*start, _POINTS) if start else ():
             points.append(point)
             u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
             steps.append(PushStep(len(steps) + 1, u, point.load_factor / unit, point.corrections))
@@ -185,10 +189,9 @@ class Elastic:
             if ended is not Ended.STOPPED or u >= until or looks == _LOOKS:
                 break
         peak = max((step.load_factor for step in steps), default=None)
-        if answer is not None and steps and (highest := max(steps, key=lambda step: step.load_factor)):
-            # Rounding blurs the highest point a little.
-            state = self._state(points[highest.iteration - 1], highest.displacement)
-            peak = max(answer.load_factor, state.load_factor if state else -inf)
+        if answer is not None:
+            above = peak is not None and peak > answer.load_factor * (1 + _TOLD)
+            peak = max(answer.load_factor, self._top(points) / unit if above else -inf)
         return Pushed(ended, tuple(steps), tuple(points), answer, peak)
 
     @cached_property
@@ -217,6 +220,21 @@ class Elastic:
         far = curve.left(d + _FAR * u * along[:-1], load + _FAR * u * along[-1])
         straight = np.abs(far).max() <= _STRAIGHT * _FAR * u * abs(along[-1])
         return Ended.JAM if straight else Ended.STOPPED, None
+
+    def _top(self, points: list[Point]) -> float:
+        """The highest load of a path near that of points that rounding blurs, uphill from some of them."""
+        highest = max(range(len(points)), key=lambda number: points[number].load_factor)
+        top = -inf
+        for before in _BEFORE:
+            at: Point | None = points[max(highest - before, 0)]
+            assert at is not None
+            curve, rounding = self._curve.moved(at.d), ROUNDING
+            at = replace(at, d=np.zeros_like(at.d))
+            while at is not None and rounding > _SHARP:
+                rounding *= _FALLS
+                at = curve.rounded_by(rounding).top(at)
+            top = max(top, at.load_factor if at else -inf)
+        return top
 
     def _state(self, point: Point, u: float) -> Answer | None:
         """The state at u next to a point of the path, certified for its contacts."""
