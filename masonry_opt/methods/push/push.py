@@ -183,14 +183,15 @@ class Elastic:
         for point in rounded.points(*start, _POINTS) if start else ():
             points.append(point)
             u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
+            rigid = rounded.is_rigid(point)
             steps.append(PushStep(len(steps) + 1, u, point.load_factor / unit, point.corrections))
             follow(steps[-1])
             if u < _BACK:
                 ended = Ended.BACK
-            elif u > next_look and grows:
+            elif (u > next_look and grows) or rigid:
                 ended, answer = self._end(point, u)
                 looks, next_look = looks + 1, _FURTHER * u
-            if ended is not Ended.STOPPED or u >= until or looks == _LOOKS:
+            if ended is not Ended.STOPPED or rigid or u >= until or looks == _LOOKS:
                 break
         peak = max((step.load_factor for step in steps), default=None)
         if answer is not None:
