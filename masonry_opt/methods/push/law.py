@@ -125,8 +125,9 @@ class Rounded:
 
     def _positive(self, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The positive part of numbers, rounded, and its derivative."""
-        root = np.hypot(of, 2 * self.rounding)
         finite = np.isfinite(of)
+        of = np.where(finite, of, 0.0)
+        root = np.hypot(of, 2 * self.rounding)
         part = np.where(of > 0, (of + root) / 2, 2 * self.rounding**2 / np.where(of > 0, 1.0, root - of))
         return np.where(finite, part, 0.0), np.divide(part, root, out=np.zeros_like(part), where=finite)
 

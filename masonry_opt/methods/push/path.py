@@ -11,15 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 
 from masonry_opt.methods.push.law import Rounded
 from masonry_opt.methods.push.matrix import BlockFactors, BlockMatrix
 
-#: First length of a step, in mean forces, and the least, over the length so far, at which a path is given up.
-_FIRST, _LEAST = 0.3, 1e-9
+#: First length of a step, in mean forces, and the least, over the length so far, at which a path is given up;
+#: and the length at which it is: trial forces have no digit left there.
+_FIRST, _LEAST, _FURTHEST = 0.3, 1e-9, 1e14
 
 #: What is left of equilibrium, over the mean force: at points of the path, at a state at most, and where its
 #: steps end.
@@ -28,8 +29,8 @@ _ON_PATH, _STATE, _EXACT = 1e-6, 1e-9, 1e-12
 #: Corrections of a step at most, and those up to which the next is four times, and twice as long.
 _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
 
-#: Share of a step that goes along the tangent, at least.
-_STRAIGHT = 0.1
+#: Share of a step that goes along the tangent, and cosine of the tangents before and after, at least.
+_STRAIGHT, _TURNED = 0.1, 0.3
 
 #: Newton's steps to a state at most, and the shortest share of one.
 _STEPS, _SHORTEST = 60, 1e-6
@@ -109,13 +110,21 @@ class Curve:
         return sqrt(float((of * of).mean())) / self.unit
 
     def state(self, d: np.ndarray, load_factor: float, u: float | None) -> tuple[np.ndarray, float] | None:
-        """The state at u, or without one under that load, by Newton's steps from one nearby, each as long as
-        it lowers what is left; None if that ends before nothing is."""
-        live = None if u is None else self.live
-        (left, stiffness), short = self._at(d, load_factor), 0.0 if u is None else u - self.live @ d
+        """The state at u, or without one under that load, from one nearby; None if none is found."""
+        if u is None:
+            return self._across(d, load_factor, None, 0.0)
+        return self._across(d, load_factor, self.live, u - float(self.live @ d))
+
+    def _across(
+        self, d: np.ndarray, load_factor: float, row: np.ndarray | None, short: float
+    ) -> tuple[np.ndarray, float] | None:
+        """The state where c·d is larger by what it is short of, or without c under the same load, by Newton's
+        steps, each as long as it lowers what is left; None if that ends before nothing is."""
+        live = None if row is None else self.live
+        left, stiffness = self._at(d, load_factor)
         size, done = self._size(np.append(left, short)), 0
         while size > _EXACT and done < _STEPS:
-            step, length = self.matrix.factors(stiffness, live, live).solve(np.append(left, short)), 1.0
+            step, length = self.matrix.factors(stiffness, live, row).solve(np.append(left, short)), 1.0
             while length > _SHORTEST:
                 further, load = d + length * step[:-1], load_factor + length * step[-1]
                 (left, stiffness), short = self._at(further, load), (1 - length) * short
@@ -132,29 +141,59 @@ class Curve:
         return (d, load_factor) if size < _STATE else None
 
     def points(self, d: np.ndarray, load_factor: float, most: int) -> Iterator[Point]:
-        """Points from one on, λ growing at first, until steps are too short."""
+        """Points from one on, λ growing at first, until steps are too short, or the way is too long."""
         at, length, gone = np.append(d, load_factor), _FIRST, 0.0
         factors = self.matrix.factors(self._at(d, load_factor)[1], self.live, self.live)
         point = self._point(at, factors, None, 0)
         for _ in range(most):
             yield point
-            moves = self._moves(point.along[:-1])
-            row = -self.matrix.B @ (self.law.stiffness * moves).ravel() / (self.unit**2 * moves.size)
-            while (found := self._stepped(point, row, length)) is None:
+            if gone > _FURTHEST:
+                return
+            row = self._row(point)
+            turned = _TURNED
+            while (found := self._stepped(point, row, length, turned)) is None:
                 length /= 3
                 if length < _LEAST * (gone + _FIRST):
-                    return
+                    if turned < 0:
+                        return
+                    # Around a corner sharper than any step a longer one may lead.
+                    length, turned = _FIRST, -inf
             point = found
             gone += length
             length *= 4 if point.corrections <= _QUICK else 2 if point.corrections <= _EASY else 1
+
+    def top(self, point: Point) -> Point | None:
+        """Where λ turns, uphill from a point of another law's path; None if no point of this one is near."""
+        row, length = self._row(point), _FIRST
+        near = self._across(point.d, point.load_factor, row, 0.0)
+        if near is None:
+            return None
+        factors = self.matrix.factors(self._at(*near)[1], self.live, row)
+        here = self._point(np.append(*near), factors, point.sign, 0)
+        for _ in range(_STEPS):
+            if length * abs(here.along[-1]) <= _ON_PATH * abs(here.load_factor):
+                break
+            way = 1 if here.along[-1] > 0 else -1
+            found = self._stepped(here, self._row(here), way * length)
+            if found is None or way * found.along[-1] < 0:
+                length /= 3
+            else:
+                here, length = found, 2 * length
+        return here
+
+    def _row(self, point: Point) -> np.ndarray:
+        """c at a point, shape (3b,)."""
+        moves = self._moves(point.along[:-1])
+        row: np.ndarray = -self.matrix.B @ (self.law.stiffness * moves).ravel() / (self.unit**2 * moves.size)
+        return row
 
     def _point(self, at: np.ndarray, factors: BlockFactors, sign: int | None, corrections: int) -> Point:
         along = factors.solve(np.append(np.zeros(len(at) - 1), 1.0))
         along /= self._size(self._moves(along[:-1])) * (1 if sign in (None, factors.sign) else -1)
         return Point(at[:-1], float(at[-1]), along, sign or factors.sign, corrections)
 
-    def _stepped(self, point: Point, row: np.ndarray, length: float) -> Point | None:
-        """The point a length ahead; None if the step is too long."""
+    def _stepped(self, point: Point, row: np.ndarray, length: float, turned: float = _TURNED) -> Point | None:
+        """The point a length ahead; None if the step is too long, or turns by more than a cosine."""
         at, before = np.append(point.d, point.load_factor) + length * point.along, np.inf
         for corrections in range(_CORRECTIONS + 1):
             left, stiffness = self._at(at[:-1], at[-1])
@@ -164,7 +203,8 @@ class Curve:
             factors = self.matrix.factors(stiffness, self.live, row)
             if size <= _ON_PATH:
                 gone = self._size(self._moves(at[:-1] - point.d))
-                straight = length > _STRAIGHT * gone
-                return self._point(at, factors, point.sign, corrections) if straight else None
+                found = self._point(at, factors, point.sign, corrections)
+                straight = abs(length) > _STRAIGHT * gone and row @ found.along[:-1] >= turned
+                return found if straight else None
             before, at = size, at + factors.solve(np.append(left, 0.0))
         return None

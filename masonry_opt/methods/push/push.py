@@ -26,7 +26,11 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
-ROUNDING, _FALLS, _LAST = 0.1, 0.1, 1e-9
+ROUNDING, _FALLS, _LAST = 0.01, 0.1, 1e-9
+
+#: Rounding to which the highest λ on the way is followed, from so many points before; and the share by which
+#: it is above the end, if it is.
+_SHARP, _BEFORE, _TOLD = 2e-4, (0, 1, 2, 4, 8), 1e-3
 
 #: Points of a path at most; displacement from which on the end is looked for, in the plane, and in space,
 #: where slip turns for longer; how many times as far the next look is, and their number: the stiffness that
@@ -111,9 +115,12 @@ class Pushed:
 class Elastic:
     """A problem whose contacts give."""
 
-    def __init__(self, problem: Problem, matrix: BlockMatrix | None = None) -> None:
-        """The matrix is one of the same B."""
-        self.problem, self._compliance = problem, compliance(problem)
+    def __init__(
+        self, problem: Problem, matrix: BlockMatrix | None = None, gives: np.ndarray | None = None
+    ) -> None:
+        """The matrix is one of the same B; by default, what contacts give suits the dead load."""
+        self.problem = problem
+        self._compliance = compliance(problem) if gives is None else gives
         self._law = Rounded.of(problem, self._compliance, 0.0)
         self._matrix = matrix or BlockMatrix(problem, self._law)
         extent = problem.matrices.extent
@@ -144,6 +151,16 @@ class Elastic:
                 return None if last is None else self._law.of_problem(last[0].forces(last[1]))
         return None
 
+    @cached_property
+    def falls(self) -> Answer | None:
+        """The state in which the dead load, growing from nothing, brings the scene down before it is whole;
+        None if it does not, or that is not known."""
+        if self.settled is not None:
+            return None
+        nothing, dead = np.zeros(self.problem.B.shape[1]), self.problem.dead
+        grows = replace(self.problem, dead=np.zeros_like(dead), live=dead, settled=nothing)
+        return Elastic(grows, self._matrix, self._compliance).pushed().answer
+
     def tells(self, load_factor: float, d: np.ndarray) -> bool:
         """Whether a mechanism (3b,) at a load factor tells of the load. One of blocks that weigh nothing
         there does so only where from rest these do not carry the dead load either."""
@@ -155,11 +172,11 @@ class Elastic:
             return Pushed(Ended.NOT_SETTLED)
         curve, still, unit = self._curve, np.zeros_like(self.problem.dead), self.problem.live_norm
         rounded = curve.rounded_by(ROUNDING)
-        start = replace(rounded, live=still).state(still, 0.0, None)
+        start = rounded.state(still, 0.0, 0.0)
         points: list[Point] = []
         steps: list[PushStep] = []
         ended, answer, looks, next_look = Ended.STOPPED, None, 0, _END[self.problem.layout.dimension]
-        for point in rounded.points(start[0], 0.0, _POINTS) if start else ():
+        for point in rounded.points(*start, _POINTS) if start else ():
             points.append(point)
             u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
             steps.append(PushStep(len(steps) + 1, u, point.load_factor / unit, point.corrections))
@@ -172,10 +189,9 @@ class Elastic:
             if ended is not Ended.STOPPED or u >= until or looks == _LOOKS:
                 break
         peak = max((step.load_factor for step in steps), default=None)
-        if answer is not None and steps and (highest := max(steps, key=lambda step: step.load_factor)):
-            # Rounding blurs the highest point a little.
-            state = self._state(points[highest.iteration - 1], highest.displacement)
-            peak = max(answer.load_factor, state.load_factor if state else -inf)
+        if answer is not None:
+            above = peak is not None and peak > answer.load_factor * (1 + _TOLD)
+            peak = max(answer.load_factor, self._top(points) / unit if above else -inf)
         return Pushed(ended, tuple(steps), tuple(points), answer, peak)
 
     @cached_property
@@ -204,6 +220,21 @@ class Elastic:
         far = curve.left(d + _FAR * u * along[:-1], load + _FAR * u * along[-1])
         straight = np.abs(far).max() <= _STRAIGHT * _FAR * u * abs(along[-1])
         return Ended.JAM if straight else Ended.STOPPED, None
+
+    def _top(self, points: list[Point]) -> float:
+        """The highest load of a path near that of points that rounding blurs, uphill from some of them."""
+        highest = max(range(len(points)), key=lambda number: points[number].load_factor)
+        top = -inf
+        for before in _BEFORE:
+            at: Point | None = points[max(highest - before, 0)]
+            assert at is not None
+            curve, rounding = self._curve.moved(at.d), ROUNDING
+            at = replace(at, d=np.zeros_like(at.d))
+            while at is not None and rounding > _SHARP:
+                rounding *= _FALLS
+                at = curve.rounded_by(rounding).top(at)
+            top = max(top, at.load_factor if at else -inf)
+        return top
 
     def _state(self, point: Point, u: float) -> Answer | None:
         """The state at u next to a point of the path, certified for its contacts."""
