@@ -35,6 +35,9 @@ _SHARP, _BEFORE, _TOLD = 2e-4, (0, 1, 2, 4, 8), 1e-3
 #: Points of a path at most; and displacement from which on the end is looked for, at so many points.
 _POINTS, _END, _TRIED = 1500, 1e6, 6
 
+#: Displacement under the dead load from which on nothing comes to carry it.
+_FALLEN = 1e10
+
 #: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight
 #: on then, and what it may leave there of equilibrium, over the forces there.
 _GROWS, _FAR, _STRAIGHT = 0.5, 1e3, 1e-9
@@ -139,6 +142,8 @@ class Elastic:
         # Rounded forces of nothing are in equilibrium with a little load.
         curve = replace(curve, dead=-curve.left(still, 0.0))
         for point in curve.points(still, 0.0, _POINTS):
+            if float(problem.dead @ point.d) > _FALLEN * np.abs(problem.dead).sum():
+                return None
             if point.load_factor >= 1:
                 d = point.d + (1 - point.load_factor) / point.along[-1] * point.along[:-1]
                 whole = replace(curve, dead=problem.dead, live=still)
