@@ -213,7 +213,7 @@ def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
     from rest."""
     found, statics = solution.load_factor, solution.kind is Kind.ASSOCIATIVE
     rests = found is not None and not statics and _rests(assembly.problem, solution, found)
-    if found is None or (found >= -ZERO and (statics or rests)):
+    if solution.status is not Status.UNSTABLE and (found is None or (found >= -ZERO and (statics or rests))):
         return solution
     from masonry_opt.standing.no_load_factor import withdrawn
 
@@ -226,7 +226,8 @@ def _found(method: Method, task: Task) -> Solution:
     before, expected = None, task.expected
     if expected is None or not expected.no_work:
         before = method.run(task)
-        decided = (before.answer and not before.failing()) or before.proven_none
+        falls = before.status is Status.UNSTABLE
+        decided = (before.answer and not before.failing()) or before.proven_none or falls
         if decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _BESIDE_UP_TO:
             return before
         from masonry_opt.methods.associative import with_associative

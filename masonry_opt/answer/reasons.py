@@ -21,7 +21,7 @@ class Code(StrEnum):
     FRICTION_WOULD_HOLD = "friction would hold"
     STRENGTH_WOULD_HOLD = "strength would hold"
     DEAD_LOAD_UNDECIDED = "dead load undecided"  # word, ratio
-    WEDGED = "wedged"  # load_factor, blocks
+    WEDGED = "wedged"  # load_factor, None if none was looked for, blocks
     BELOW_ZERO = "below zero"  # load_factor: of a state that the scene is not in from rest
     SOLVER_STOPPED = "solver stopped"  # word
     BY_DUAL = "by dual"  # formulation: that of the program that answered

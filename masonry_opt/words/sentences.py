@@ -94,10 +94,13 @@ def _states_met(v: dict[str, Any]) -> str:
 
 def _wedged(v: dict[str, Any]) -> str:
     support = f"; support what moves, {blocks(v['blocks'])}" if v["blocks"] else ""
-    below = "below zero" if v["load_factor"] < 0 else "and from rest there is none"
+    found, said = v["load_factor"], ""
+    if found is not None:
+        below = "below zero" if found < 0 else "and from rest there is none"
+        said = f"the load factor found is {numeral(found, '.4g')}, {below}: "
     return (
-        f"the load factor found is {numeral(v['load_factor'], '.4g')}, {below}: the dead load is "
-        f"carried by wedging alone, which the joints' flow rule does not sustain{support}"
+        f"{said}the dead load is carried by wedging alone, which the joints' flow rule does not "
+        f"sustain{support}"
     )
 
 

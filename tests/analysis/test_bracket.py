@@ -186,7 +186,7 @@ def test_the_bound_does_not_depend_on_how_a_scene_is_written(changed):
     ],
 )
 def test_no_bound_exceeds_a_known_state(kind, seed):
-    """The one pass ends in a state of its own, which the bracket has not seen."""
+    """The default ends in a state of its own, which the bracket has not seen."""
     scene = random_scene(kind, seed)
     known, result = solved(scene, "mcp"), solved(scene, "global", time_limit=10.0)
     assert result.bound is not None

@@ -24,8 +24,10 @@ from scenes import values_of as values
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.mcp import compliant, method
-from masonry_opt.methods.mcp.schedule import BRAKES, Schedule
+from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.alternation import alternated
+from masonry_opt.methods.mcp import method
+from masonry_opt.methods.push.push import Elastic, Ended, Pushed
 
 WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
 FACADE = CASES / "gilbert" / "facade_1x3.toml"
@@ -39,7 +41,7 @@ ASSOCIATIVE = 1e-8
 #: Coulomb states are many; this far above the loop's an exact state may lie.
 ABOVE_LOOP = 1e-6
 #: How far above the state that simplex descends to interior points end, where they end in another.
-IN_TURN = {"wall_2": 7e-3, "wall_3": 1.3e-2, "wall_4": 0.165, "wall_6": 2.1e-2, "cohesion": 4e-3}
+IN_TURN = {"wall_2": 7e-3, "wall_6": 4e-4, "cohesion": 4e-3}
 #: Programs are solved to some 1e-12 of λ on these scenes.
 CLOSED_FORM = 1e-9
 
@@ -78,30 +80,9 @@ def assert_exact(result):
 
 
 @pytest.fixture
-def brakes(monkeypatch):
-    """Passes that were begun, by brake."""
-    begun, follow = [], method.follow
-
-    def counted(task, passes, history, attempt, brake=None):
-        if brake is None:  # contacts that give
-            return follow(task, passes, history, attempt)
-        begun.append(brake)
-        return follow(task, passes, history, attempt, brake)
-
-    monkeypatch.setattr(method, "follow", counted)
-    return begun
-
-
-@pytest.fixture
-def no_giving_ends(monkeypatch):
-    monkeypatch.setattr(method, "pushed", lambda *_: None)
-
-
-@pytest.fixture
-def all_stall(monkeypatch):
-    """No patience: a pass is given up after the first step at which the gap has not halved. Nor a push."""
-    monkeypatch.setattr(Schedule, "lingers", lambda *_: True)
-    monkeypatch.setattr(compliant, "by_push", lambda _: None)
+def no_ray(monkeypatch):
+    """No push finds an end."""
+    monkeypatch.setattr(Elastic, "pushed", lambda *_: Pushed(Ended.STOPPED))
 
 
 @pytest.fixture
@@ -243,45 +224,17 @@ def test_dilatancy_that_falls_with_stress_is_for_the_loop():
 # The ways to a state --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("name", "least"),
-    [("wall_1", 0.638982), ("wall_4", 0.263736), ("two blocks", 0.15), ("wedges", 1.280338)],
-)
-def test_a_rigid_pass_follows_where_contacts_that_give_lead_nowhere(name, least, no_giving_ends, brakes):
-    """To the least state, but on wall 4 to one 16 % above it, where softer contacts lead to the least."""
-    result = mo.solve(scene_of(name), expected=False)
-    assert brakes == [BRAKES[0]]
-    assert_exact(result)
-    assert result.load_factor == pytest.approx(least, abs=1e-6)
-
-
-def test_another_brake_follows_where_a_rigid_pass_stalls(no_giving_ends, brakes, monkeypatch):
-    stalls = Schedule.lingers
-    monkeypatch.setattr(
-        Schedule, "lingers", lambda self, step: self._brake == BRAKES[0] or stalls(self, step)
-    )
+def test_where_no_push_ends_there_is_no_load_factor(no_ray, no_simplex):
+    """The existence proof, which finds a state, is none of Coulomb's."""
     result = mo.solve(WALLS[0], expected=False)
-    assert brakes == list(BRAKES[:2])
-    assert_exact(result)
-    assert values(result, Code.ONE_PASS)["attempt"] == 3
-    assert set(result.history["attempt"]) == {1, 2, 3}
-
-
-def test_where_no_pass_ends_there_is_no_load_factor(all_stall, brakes, no_simplex):
-    """Five passes with contacts that give are given up, and one under each brake; the existence proof, which
-    finds a state, is none of Coulomb's."""
-    result = mo.solve(WALLS[0], expected=False)
-    assert brakes == list(BRAKES)
     assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)
-    assert codes(result) == [Code.PASS_STOPPED, Code.AT_MOST]
+    assert codes(result) == [Code.PUSH_STOPPED, Code.AT_MOST]
+    assert values(result, Code.PUSH_STOPPED) == {"word": str(Ended.STOPPED), "steps": 0}
     assert result.range == (None, pytest.approx(0.64286, abs=5e-6))
-    assert values(result, Code.PASS_STOPPED)["attempts"] == 5 + len(BRAKES) == result.history["attempt"].max()
 
 
-def test_further_starts_answer_on_small_scenes_where_no_pass_ends(all_stall, brakes):
-    """Under one brake: further starts are tried before others."""
+def test_further_starts_answer_on_small_scenes_where_no_push_ends(no_ray):
     result = mo.solve(two_blocks(), expected=False)
-    assert brakes == [BRAKES[0]]
     assert_exact(result)
     assert values(result, Code.EXACT)["fall"] is None
     assert result.load_factor == pytest.approx(0.15, rel=CLOSED_FORM)
@@ -295,32 +248,38 @@ def test_the_first_state_will_do_if_asked_for():
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_interior_points_in_turn_end_near_where_simplex_does(name, monkeypatch):
-    """What large scenes are answered by: exact but for complementarity."""
-    simplex = solved(scene_of(name))
-    monkeypatch.setattr(method, "_SIMPLEX_UP_TO", 0)
-    result = mo.solve(scene_of(name))
-    left = result.certificate
+def test_interior_points_in_turn_end_near_where_simplex_does(name):
+    """From the forces that a push ends with: exact but for complementarity."""
+    simplex, pushed = solved(scene_of(name)), solved(scene_of(name), "compliant")
+    found = alternated(pushed.assembly.problem, pushed.load_factor, pushed.solution.q, Effort())
+    left = found.certificate
     assert max(left.equilibrium, left.yield_, left.flow) <= EXACT
-    assert left.complementarity <= ALTERNATED * result.load_factor
-    above = result.load_factor / simplex.load_factor - 1
+    assert left.complementarity <= ALTERNATED * found.load_factor
+    above = found.load_factor / simplex.load_factor - 1
     assert -ALTERNATED <= above <= IN_TURN.get(name, ALTERNATED)
 
 
+@pytest.mark.parametrize("name", SCENES)
+def test_where_simplex_takes_long_the_state_of_the_push_answers(name, no_simplex):
+    result = mo.solve(scene_of(name))
+    assert_exact(result)
+    assert result.load_factor == result.end == solved(scene_of(name), "compliant").load_factor
+
+
 @pytest.mark.slow
-def test_a_facade_is_answered_in_turn_below_the_load_to_expect():
+def test_a_facade_is_answered_by_the_exact_state_of_its_push():
     result = solved(FACADE, expected=True)
     assert result.size.joints > 500
     assert codes(result)[0] is Code.ONE_PASS
-    assert result.certificate.complementarity <= ALTERNATED * result.load_factor
-    assert 0.2069 < result.load_factor < 0.2071 < result.expected
+    assert result.certificate.worst <= EXACT
+    assert result.load_factor == result.end <= result.expected
 
 
 def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
-    """A pass that claims to have ended is not believed where the certificate fails."""
+    """A push that claims to have ended is not believed where the certificate fails."""
     never = dict.fromkeys(vars(LIMITS[Kind.ONE_PASS]), -1.0)
-    monkeypatch.setitem(LIMITS, Kind.ONE_PASS, type(LIMITS[Kind.ONE_PASS])(**never))
-    monkeypatch.setattr(compliant, "by_push", lambda _: None)
+    for kind in (Kind.ONE_PASS, Kind.EXACT):
+        monkeypatch.setitem(LIMITS, kind, type(LIMITS[kind])(**never))
     result = mo.solve(two_blocks(), expected=False, descent=False)
     assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)
 
@@ -334,7 +293,7 @@ def test_scenes_without_load_factor_end_as_the_loop_s_do(scene):
     assert result.status is loop.status
     assert result.status in (mo.Status.UNSTABLE, mo.Status.UNLIMITED)
     assert (result.load_factor, result.certificate) == (None, None)
-    assert [code for code in codes(result) if code is not Code.PASS_LOST] == codes(loop)
+    assert codes(result) == codes(loop)
 
 
 def test_a_scene_that_falls_needs_no_step():
@@ -342,19 +301,11 @@ def test_a_scene_that_falls_needs_no_step():
 
 
 @pytest.mark.slow
-def test_friction_jams_where_the_push_does(monkeypatch):
-    """A ray on which λ grows proves it; passes, that nearly all work is elastic at a thousand times the load,
-    do not."""
+def test_friction_jams_where_the_push_does():
+    """A ray on which λ grows proves it."""
     result = solved(random_scene("wall", 70003), expected=True)
     assert (result.status, result.load_factor, result.expected) == (mo.Status.JAMMED, None, None)
     assert codes(result)[:2] == [Code.JAMS, Code.CARRIES_ANY]
-    monkeypatch.setattr(compliant, "by_push", lambda _: None)
-    monkeypatch.setattr(compliant, "goes_on", lambda _: False)
-    result = mo.solve(random_scene("wall", 70003))
-    assert codes(result)[:2] == [Code.GROWS_WITH_STIFFNESS, Code.CARRIES_ANY]
-    told = values(result, Code.GROWS_WITH_STIFFNESS)
-    assert told["elastic"] > 0.99
-    assert told["load_factor"] > 1e3
 
 
 def test_its_solver_may_be_named():

@@ -39,13 +39,12 @@ def test_each_sub_problem_is_told_before_it_is_solved():
     assert order[-1] == "exact forces"
 
 
-def test_a_pass_and_what_follows_it():
+def test_a_push_and_what_follows_it():
     assert phases_of(WALLS[0], "mcp")[1] == [
         *FIRST,
         "load to expect",
         "pushed from rest",
         "method 'mcp'",
-        "contacts that give",
         "exact states nearby",
         "softer contacts",
         "associative load factor",

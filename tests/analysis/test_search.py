@@ -13,7 +13,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.exact.search import Met, Search
-from masonry_opt.methods.mcp.passes import Passes
+from masonry_opt.methods.push.push import Elastic
 from masonry_opt.problem.assembly import assemble
 
 #: What "exact" means: every part of the certificate.
@@ -68,7 +68,7 @@ def test_a_search_stopped_at_any_time_has_a_whole_answer(seconds):
     assert result.status is mo.Status.CONVERGED
     assert result.kind in (Kind.EXACT, Kind.ONE_PASS)
     assert result.certificate.worst < (EXACT if result.kind is Kind.EXACT else 1e-6)
-    # The pass, models, and the program in hand when time was up.
+    # The push, models, and the program in hand when time was up.
     assert sum(result.seconds.values()) < seconds + 5
 
 
@@ -77,7 +77,7 @@ def test_an_interrupted_search_has_the_lowest_state_so_far():
 
     def progress(step):
         seen.append(step)
-        # Steps of the pass come first, then what it leads to.
+        # Steps of the push come first, then what it leads to.
         if getattr(step, "origin", "start") != "start":
             raise KeyboardInterrupt
 
@@ -95,7 +95,7 @@ def test_an_interrupted_search_has_the_lowest_state_so_far():
 def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
     """Two rounds of the search: what is tried leads to exact states, of each kind at least once."""
     problem = assemble(small_wall(3, 2, **{"friction": 0.5} | joints)).problem
-    search = Search(Refiner(problem, Effort()), Passes(problem).over, Met())
+    search = Search(Refiner(problem, Effort()), Elastic(problem), Met())
     tried = list(islice(search.endless(None, 0), 24))
     found = {candidate.origin for candidate in tried if candidate.state}
     assert found == {candidate.origin for candidate in tried}

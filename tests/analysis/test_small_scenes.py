@@ -19,7 +19,7 @@ from masonry_opt.problem.assembly import assemble
 
 
 def test_the_default_ends_low_where_states_are_far_apart():
-    """The state that the pass's own forces lead to is 4.4 times the lowest that searches of seconds find."""
+    """The state that the push's own forces lead to is 4.4 times the lowest that searches of seconds find."""
     result = solved(random_scene("wall", 50037))
     assert result.exact
     assert result.load_factor == pytest.approx(1.84001, rel=1e-4)
@@ -35,7 +35,7 @@ def test_one_state_is_said_to_be_the_only_one_met():
     assert met["least"] == met["most"] == pytest.approx(0.15, rel=1e-9)
 
 
-def test_further_starts_answer_where_no_pass_ends():
+def test_further_starts_answer_where_no_push_ends():
     result = solved(random_scene("tessellation", 200030))
     assert result.exact
     assert values_of(result, Code.EXACT) == {"fall": None}

@@ -135,7 +135,7 @@ ENTRIES: tuple[Entry, ...] = (
     Entry(
         "μ large: wall 3",
         "With μ = 10 the cap c / (αμ) on normal forces is so low that most slopes lock joints, "
-        "in the loop; a pass has no such cap.",
+        "in the loop; a push has no such cap.",
         ferris_tinloi(3, friction=10.0),
         (
             *loops(Status.NO_STATE, solvers=("clarabel", "highs"), why=reason(Code.SUB_PROBLEM_EMPTY)),

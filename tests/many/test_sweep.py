@@ -49,7 +49,7 @@ def test_the_load_to_expect_is_a_column(swept):
     told, off = (sweep(method="mcp", expected=expected) for expected in (True, False))
     assert told["expected"].to_numpy() == pytest.approx(swept["load_factor"].to_numpy(), rel=1e-6)
     assert off["expected"].isna().all()
-    # Its passes are the method's first.
+    # Its push is the method's first.
     differ = ["expected", "message"]
     same(off.drop(columns=differ), told.drop(columns=differ))
 

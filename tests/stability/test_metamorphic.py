@@ -33,9 +33,9 @@ def test_load_factor_of_a_wall_is_unmoved(method, tolerance, name):
     same(solved(BASE, method), solved(SAME[name](BASE), method), tolerance)
 
 
-#: Two runs of a pass that differ by rounding.
+#: Two pushes that differ by rounding.
 SAME_WAY = 1e-8
-#: The exact state below is on the same mechanism, whichever way the pass went: 4e-15 apart on these walls.
+#: The exact state below is on the same mechanism, whichever way the push went: 4e-15 apart on these walls.
 DESCENDED = 1e-10
 #: Of many mechanisms that cost nothing rounding picks one: wall 2 ends at 0.55742 or at 0.55831, wall 6 at
 #: 0.29597, mirrored or turned by 37° at 0.29233.

@@ -77,6 +77,8 @@ def _by_push(task: Task) -> Solution:
         effort.iterations += len(expected.history)
         for step in expected.history:
             task.progress(step)
+    if expected.status is Status.UNSTABLE:
+        return replace(expected, kind=Kind.EXACT)
     states = _States(task)
     effort.begins("exact states nearby")
     if expected.answer is not None:
@@ -85,7 +87,7 @@ def _by_push(task: Task) -> Solution:
     if states.answer is None:
         known = _looked_beside(task, known)
         if known.proven_none:
-            return known.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **_stopped(expected))
+            return known
     if options.descent and states.descend:
         effort.begins("softer contacts")
         if expected.softer is not None:

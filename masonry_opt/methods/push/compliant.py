@@ -14,6 +14,7 @@ from typing import Annotated, Any
 from pydantic import Field, Strict, model_validator
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind, over_load_factor
+from masonry_opt.answer.answer import Found
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
@@ -73,6 +74,10 @@ def compliant(task: Task) -> Solution:
     with effort.measure("solve"):
         asked = 1 / options.give if options.give else None
         pushed = elastic.pushed(follow, *([] if asked is None else [asked]))
+        if falls := elastic.falls:
+            found = Found(q=falls.q, d=falls.d, slope=falls.slope, forms=falls.forms)
+            solution = Solution(Status.UNSTABLE, Kind.COMPLIANT, found=found, solver=task.solver)
+            return solution.withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
         solution = _solution(elastic, pushed, asked)
         if options.curve:
             solution = _with_curve(elastic, pushed, solution)

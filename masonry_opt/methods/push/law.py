@@ -20,6 +20,10 @@ from masonry_opt.problem.problem import Problem
 #: Newton's steps for the slip of joints that dilate, and for forces between chords, at most; and their end.
 _STEPS, _FOUND = 60, 1e-13
 
+#: Of forces between chords: the share that τ² falls to in a step, that a step goes towards a chord, and the
+#: least slack over strength that numbers still tell.
+_FALLS, _SHARE, _SLACK = 0.1, 0.95, 1e-12
+
 #: Added to the diagonal of B Bᵀ, for blocks that some motion finds no force against.
 _REGULARISATION = 1e-12
 
@@ -121,8 +125,9 @@ class Rounded:
 
     def _positive(self, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The positive part of numbers, rounded, and its derivative."""
-        root = np.hypot(of, 2 * self.rounding)
         finite = np.isfinite(of)
+        of = np.where(finite, of, 0.0)
+        root = np.hypot(of, 2 * self.rounding)
         part = np.where(of > 0, (of + root) / 2, 2 * self.rounding**2 / np.where(of > 0, 1.0, root - of))
         return np.where(finite, part, 0.0), np.divide(part, root, out=np.zeros_like(part), where=finite)
 
@@ -137,22 +142,33 @@ class Rounded:
         return forces, rates
 
     def _crushed(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The same of joints of limited strength, by Newton's steps from a point inside."""
-        inside = self.room[2:].max(axis=0) / 8
-        n, pull = np.stack([inside, inside]), self.rounding**2
+        """The same of joints of limited strength, by Newton's steps for n and y = τ²/z, while τ falls."""
+        inside = self.room.max(axis=0) / 8
+        n, normals = np.stack([inside, inside]), self.normals
+        z, size = normals @ n + self.room, np.abs(trial - n).max(axis=0) + inside
+        y, least = inside * size / z, np.maximum(self.rounding**2, _SLACK * inside * size)
         for _ in range(_STEPS):
-            z = self.normals @ n + self.room
-            downhill = trial - n + pull * np.einsum("fp,fj->pj", self.normals, 1 / z)
-            bend = np.einsum("fp,fq,fj->jpq", self.normals, self.normals, pull / z**2) + np.eye(2)
-            step = np.linalg.solve(bend, downhill.T[..., None])[..., 0].T
-            change = self.normals @ step
-            longest = np.where(change < 0, -z / np.where(change < 0, change, -1.0), np.inf).min(axis=0)
-            n = n + np.minimum(1.0, 0.95 * longest) * step
-            if np.abs(step).max() <= _FOUND * np.abs(self.room).max():
+            pull = np.maximum(least, _FALLS * (y * z).mean(axis=0))
+            uphill = trial - n + normals.T @ (pull / z)
+            step = np.einsum("pqj,qj->pj", self._giving(y / z), uphill)
+            towards = normals @ step
+            more = (pull - y * towards) / z - y
+            shrinks = np.maximum(-towards / z, -more / y).max(axis=0)
+            length = 1 / np.maximum(1.0, shrinks / _SHARE)
+            n, y = n + length * step, y + length * more
+            z = np.maximum(normals @ n + self.room, _FOUND * inside)
+            if (pull <= least).all() and (np.abs(step) <= _FOUND * size).all():
                 break
-        z = self.normals @ n + self.room
-        bend = np.einsum("fp,fq,fj->jpq", self.normals, self.normals, pull / z**2) + np.eye(2)
-        return n, np.linalg.inv(bend).transpose(1, 2, 0)
+        return n, self._giving(y**2 / least)
+
+    def _giving(self, bends: np.ndarray) -> np.ndarray:
+        """Inverse of 1 + Σ b a aᵀ over the normals a of faces that bend by b, shape (faces, joints), none of
+        its terms a difference: some b are 1e30."""
+        across = self.normals[:, ::-1] * [1, -1]
+        pairs = (across @ self.normals.T) ** 2 / 2
+        determinant = 1 + (self.normals**2).sum(axis=1) @ bends + (bends * (pairs @ bends)).sum(axis=0)
+        rates: np.ndarray = np.eye(2)[..., None] + np.einsum("fj,fp,fq->pqj", bends, across, across)
+        return rates / determinant
 
     def _of_joints(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         normal, shear = slice(self.points), slice(self.points, 3)

@@ -11,15 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 
 from masonry_opt.methods.push.law import Rounded
 from masonry_opt.methods.push.matrix import BlockFactors, BlockMatrix
 
-#: First length of a step, in mean forces, and the least, over the length so far, at which a path is given up.
-_FIRST, _LEAST = 0.3, 1e-9
+#: First length of a step, in mean forces, and the least, over the length so far, at which a path is given up;
+#: and the length at which it is: trial forces have no digit left there.
+_FIRST, _LEAST, _FURTHEST = 0.3, 1e-9, 1e14
 
 #: What is left of equilibrium, over the mean force: at points of the path, at a state at most, and where its
 #: steps end.
@@ -28,8 +29,8 @@ _ON_PATH, _STATE, _EXACT = 1e-6, 1e-9, 1e-12
 #: Corrections of a step at most, and those up to which the next is four times, and twice as long.
 _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
 
-#: Share of a step that goes along the tangent, at least.
-_STRAIGHT = 0.1
+#: Share of a step that goes along the tangent, and cosine of the tangents before and after, at least.
+_STRAIGHT, _TURNED = 0.1, 0.3
 
 #: Newton's steps to a state at most, and the shortest share of one.
 _STEPS, _SHORTEST = 60, 1e-6
@@ -140,17 +141,23 @@ class Curve:
         return (d, load_factor) if size < _STATE else None
 
     def points(self, d: np.ndarray, load_factor: float, most: int) -> Iterator[Point]:
-        """Points from one on, λ growing at first, until steps are too short."""
+        """Points from one on, λ growing at first, until steps are too short, or the way is too long."""
         at, length, gone = np.append(d, load_factor), _FIRST, 0.0
         factors = self.matrix.factors(self._at(d, load_factor)[1], self.live, self.live)
         point = self._point(at, factors, None, 0)
         for _ in range(most):
             yield point
+            if gone > _FURTHEST:
+                return
             row = self._row(point)
-            while (found := self._stepped(point, row, length)) is None:
+            turned = _TURNED
+            while (found := self._stepped(point, row, length, turned)) is None:
                 length /= 3
                 if length < _LEAST * (gone + _FIRST):
-                    return
+                    if turned < 0:
+                        return
+                    # Around a corner sharper than any step a longer one may lead.
+                    length, turned = _FIRST, -inf
             point = found
             gone += length
             length *= 4 if point.corrections <= _QUICK else 2 if point.corrections <= _EASY else 1
@@ -185,8 +192,8 @@ class Curve:
         along /= self._size(self._moves(along[:-1])) * (1 if sign in (None, factors.sign) else -1)
         return Point(at[:-1], float(at[-1]), along, sign or factors.sign, corrections)
 
-    def _stepped(self, point: Point, row: np.ndarray, length: float) -> Point | None:
-        """The point a length ahead; None if the step is too long."""
+    def _stepped(self, point: Point, row: np.ndarray, length: float, turned: float = _TURNED) -> Point | None:
+        """The point a length ahead; None if the step is too long, or turns by more than a cosine."""
         at, before = np.append(point.d, point.load_factor) + length * point.along, np.inf
         for corrections in range(_CORRECTIONS + 1):
             left, stiffness = self._at(at[:-1], at[-1])
@@ -196,7 +203,8 @@ class Curve:
             factors = self.matrix.factors(stiffness, self.live, row)
             if size <= _ON_PATH:
                 gone = self._size(self._moves(at[:-1] - point.d))
-                straight = abs(length) > _STRAIGHT * gone
-                return self._point(at, factors, point.sign, corrections) if straight else None
+                found = self._point(at, factors, point.sign, corrections)
+                straight = abs(length) > _STRAIGHT * gone and row @ found.along[:-1] >= turned
+                return found if straight else None
             before, at = size, at + factors.solve(np.append(left, 0.0))
         return None

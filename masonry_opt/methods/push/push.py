@@ -26,14 +26,16 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
-ROUNDING, _FALLS, _LAST = 0.1, 0.1, 1e-9
+ROUNDING, _FALLS, _LAST = 0.01, 0.1, 1e-9
 
 #: Rounding to which the highest λ on the way is followed, from so many points before; and the share by which
 #: it is above the end, if it is.
 _SHARP, _BEFORE, _TOLD = 2e-4, (0, 1, 2, 4, 8), 1e-3
 
-#: Points of a path at most; and displacement from which on the end is looked for, at so many points.
-_POINTS, _END, _TRIED = 1500, 1e6, 6
+#: Points of a path at most; displacement from which on the end is looked for, in the plane, and in space,
+#: where slip turns for longer; how many times as far the next look is, and their number: the stiffness that
+#: gives directions falls as 1/u². And displacement to which a load is drawn back.
+_POINTS, _END, _FURTHER, _LOOKS, _BACK = 1500, {2: 1e4, 3: 1e6}, 3, 8, -1e6
 
 #: Displacement under the dead load from which on nothing comes to carry it.
 _FALLEN = 1e10
@@ -98,7 +100,7 @@ class Pushed:
     @property
     def folds(self) -> int:
         """How often the displacement turned."""
-        moves = np.diff([0.0, *(step.displacement for step in self.steps)])
+        moves = np.diff([step.displacement for step in self.steps])
         way = np.sign(moves[moves != 0])
         return int((way[1:] != way[:-1]).sum())
 
@@ -116,9 +118,12 @@ class Pushed:
 class Elastic:
     """A problem whose contacts give."""
 
-    def __init__(self, problem: Problem, matrix: BlockMatrix | None = None) -> None:
-        """The matrix is one of the same B."""
-        self.problem, self._compliance = problem, compliance(problem)
+    def __init__(
+        self, problem: Problem, matrix: BlockMatrix | None = None, gives: np.ndarray | None = None
+    ) -> None:
+        """The matrix is one of the same B; by default, what contacts give suits the dead load."""
+        self.problem = problem
+        self._compliance = compliance(problem) if gives is None else gives
         self._law = Rounded.of(problem, self._compliance, 0.0)
         self._matrix = matrix or BlockMatrix(problem, self._law)
         extent = problem.matrices.extent
@@ -151,6 +156,16 @@ class Elastic:
                 return None if last is None else self._law.of_problem(last[0].forces(last[1]))
         return None
 
+    @cached_property
+    def falls(self) -> Answer | None:
+        """The state in which the dead load, growing from nothing, brings the scene down before it is whole;
+        None if it does not, or that is not known."""
+        if self.settled is not None:
+            return None
+        nothing, dead = np.zeros(self.problem.B.shape[1]), self.problem.dead
+        grows = replace(self.problem, dead=np.zeros_like(dead), live=dead, settled=nothing)
+        return Elastic(grows, self._matrix, self._compliance).pushed().answer
+
     def tells(self, load_factor: float, d: np.ndarray) -> bool:
         """Whether a mechanism (3b,) at a load factor tells of the load. One of blocks that weigh nothing
         there does so only where from rest these do not carry the dead load either."""
@@ -162,21 +177,21 @@ class Elastic:
             return Pushed(Ended.NOT_SETTLED)
         curve, still, unit = self._curve, np.zeros_like(self.problem.dead), self.problem.live_norm
         rounded = curve.rounded_by(ROUNDING)
-        start = replace(rounded, live=still).state(still, 0.0, None)
+        start = rounded.state(still, 0.0, 0.0)
         points: list[Point] = []
         steps: list[PushStep] = []
-        ended, answer, tried = Ended.STOPPED, None, 0
-        for point in rounded.points(start[0], 0.0, _POINTS) if start else ():
+        ended, answer, looks, next_look = Ended.STOPPED, None, 0, _END[self.problem.layout.dimension]
+        for point in rounded.points(*start, _POINTS) if start else ():
             points.append(point)
             u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
             steps.append(PushStep(len(steps) + 1, u, point.load_factor / unit, point.corrections))
             follow(steps[-1])
-            if u < -_END:
+            if u < _BACK:
                 ended = Ended.BACK
-            elif u > _END and grows:
+            elif u > next_look and grows:
                 ended, answer = self._end(point, u)
-                tried += 1
-            if ended is not Ended.STOPPED or u >= until or tried == _TRIED:
+                looks, next_look = looks + 1, _FURTHER * u
+            if ended is not Ended.STOPPED or u >= until or looks == _LOOKS:
                 break
         peak = max((step.load_factor for step in steps), default=None)
         if answer is not None:
@@ -239,7 +254,7 @@ class Elastic:
 
     def giving(self, give: float) -> Problem:
         """The problem with contacts that give so much, over the motion of the live load."""
-        return replace(self.problem, compliance=give * self._compliance, settled=self.settled)
+        return replace(self.problem.by_cone, compliance=give * self._compliance, settled=self.settled)
 
     def at(self, pushed: Pushed, u: float) -> GivingState | None:
         """The state of a push as it first comes to u; None if it does not."""

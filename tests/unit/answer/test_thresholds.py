@@ -82,7 +82,7 @@ def test_what_is_listed_as_sliding_slides_in_the_picture_too():
 
 
 def test_load_factors_of_one_state_are_the_same_and_of_two_are_not():
-    """Wall 1: the linear program by two solvers; the loop's state and the pass's, 1e-3 apart."""
+    """Wall 1: the linear program by two solvers; the loop's state and the default's, 1e-3 apart."""
     wall = CASES / "ferris_tinloi" / "wall_1.toml"
     one, other = (mo.solve(wall, "static", solver=solver).required() for solver in ("clarabel", "highs"))
     low, high = (mo.solve(wall, method).required() for method in ("mcp", "nonassociative"))

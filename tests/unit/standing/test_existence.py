@@ -72,7 +72,6 @@ def test_friction_that_grows_with_the_load_is_proven_to_hold(method):
     assert told["proven"]
     assert told["cut_residual"] <= PROOF
     if method == "mcp":  # the loop does not run in vain
-        assert values_of(result, Code.PASS_LOST) == {}
         assert result.lp_solves == 0
         assert result.solvers["existence"] == ["highs"]
 

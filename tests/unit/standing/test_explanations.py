@@ -99,9 +99,7 @@ def test_wedging_alone_names_what_moves():
     assert result.status is Status.UNSTABLE
     assert result.expected is None
     assert values_of(result.at_expected, Code.WEDGED)["blocks"] == ["plug"]
-    wedged = values_of(result, Code.WEDGED)
-    assert wedged["blocks"] == ["plug"]
-    assert wedged["load_factor"] < 0
+    assert values_of(result, Code.WEDGED) == {"load_factor": None, "blocks": ["plug"]}
 
 
 @pytest.mark.parametrize("moves", [True, False], ids=["mechanism", "no mechanism"])
