@@ -36,6 +36,9 @@ _SHARP, _BEFORE, _TOLD = 2e-4, (0, 1, 2, 4, 8), 1e-3
 #: that gives directions falls as 1/u². And displacement to which a load is drawn back.
 _POINTS, _FURTHER, _LOOKS, _BACK = 1500, 3, 8, -1e6
 
+#: Displacement under the dead load from which on nothing comes to carry it.
+_FALLEN = 1e10
+
 #: Displacement from which on the end is looked for, and how many times as far a ray must go straight on, in
 #: the plane and in space, where slip turns for longer; and what it may leave there of equilibrium, over the
 #: mean force: a joint that opens, closes, slides or sticks before leaves many times that.
@@ -148,6 +151,8 @@ class Elastic:
         # Rounded forces of nothing are in equilibrium with a little load.
         curve = replace(curve, dead=-curve.left(still, 0.0))
         for point in curve.points(still, 0.0, _POINTS):
+            if float(problem.dead @ point.d) > _FALLEN * np.abs(problem.dead).sum():
+                return None
             if point.load_factor >= 1:
                 d = point.d + (1 - point.load_factor) / point.along[-1] * point.along[:-1]
                 whole = replace(curve, dead=problem.dead, live=still)
