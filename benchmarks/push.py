@@ -29,16 +29,17 @@ from masonry_opt.problem.assembly import assemble  # noqa: E402
 def draw(axes: Axes, scene: mo.Scene, title: str) -> None:
     """The path of a scene, and its ray as a level."""
     found = Elastic(assemble(scene).problem).pushed()
-    assert found.answer is not None
     at = [step.displacement for step in found.steps]
-    load_factors, ray = [step.load_factor for step in found.steps], found.answer.load_factor
+    load_factors = [step.load_factor for step in found.steps]
     axes.plot(at, load_factors, ".-", color=BLUE, markeredgecolor=BLACK, markersize=4, linewidth=0.6)
-    axes.axhline(ray, color=BLACK, dashes=(6, 2), linewidth=0.8)
-    axes.set(xscale="symlog", title=f"{title}: ray at λ = {ray:.4f}")
+    end = str(found.ended)
+    if found.answer:
+        end = f"ray at λ = {found.answer.load_factor:.4f}"
+        axes.axhline(found.answer.load_factor, color=BLACK, dashes=(6, 2), linewidth=0.8)
+    axes.set(xscale="symlog", title=f"{title}: {end}")
     axes.set(xlim=(0, 1e4), ylim=(0, None), ylabel="load factor λ")
     axes.set_xlabel("displacement u of the live load,\nin what a mean contact gives under the dead load")
-    print(f"{title}: {len(found.steps)} steps, {found.folds} folds, at most {found.peak}", end=" ")
-    print(f"on the way to {ray}")
+    print(f"{title}: {len(found.steps)} steps, {found.folds} folds, at most {found.peak}: {end}")
 
 
 def main() -> None:
