@@ -28,10 +28,8 @@ from contact_dynamics import onset  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.errors import CaseError  # noqa: E402
-from masonry_opt.methods.push.laws import takes  # noqa: E402
-from masonry_opt.methods.push.push import Ended, Pushed, push  # noqa: E402
+from masonry_opt.methods.push.push import Elastic, Pushed  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
-from masonry_opt.problem.problem import Problem  # noqa: E402
 
 #: By family, scenes that fold and that do not.
 FAMILIES = {
@@ -63,30 +61,30 @@ def scene_of(family: str, seed: int) -> mo.Scene:
 
 def on_the_way(found: Pushed) -> tuple[float, float, float]:
     """Highest λ of a path, the deepest fall before it, and λ from which it first falls by a tenth."""
-    path = np.array([0.0, *(event.load_factor for event in found.events), found.load_factor])
+    path = np.array([0.0, *(step.load_factor for step in found.steps)])
     highest = np.maximum.accumulate(path)
     fallen = (highest - path) / np.maximum(highest, 1e-9)
     deep = highest[np.argmax(fallen > DEEP)] if fallen.max() > DEEP else highest[-1]
-    return float(highest[-1]), float(fallen[: path.argmax() + 1].max()), float(deep)
+    return found.peak or 0.0, float(fallen[: path.argmax() + 1].max()), float(deep)
 
 
-def scenes() -> Iterator[tuple[str, int, Problem, Pushed]]:
-    """Family, seed, problem and push of all."""
+def scenes() -> Iterator[tuple[str, int, Elastic, Pushed]]:
+    """Family, seed, contacts that give, and push of all."""
     for family, numbers in FAMILIES.items():
         left = list(numbers)
         for seed in count(FIRST):
             try:
-                problem = assemble(scene_of(family, seed)).problem
+                elastic = Elastic(assemble(scene_of(family, seed)).problem)
             except CaseError:
                 continue
-            found = push(problem, 25 * problem.joints) if takes(problem) else Pushed(Ended.LOST)
-            if found.ended is not Ended.RAY or found.load_factor is None:
+            found = elastic.pushed()
+            if found.answer is None:
                 continue
-            highest, fall, _ = on_the_way(found)
-            folds = highest > found.load_factor + HIGHER * abs(found.load_factor) or fall > FALL
+            (highest, fall, _), ray = on_the_way(found), found.answer.load_factor
+            folds = highest > ray + HIGHER * abs(ray) or fall > FALL
             if highest > 1e-3 and left[not folds]:
                 left[not folds] -= 1
-                yield family, seed, problem, found
+                yield family, seed, elastic, found
             if not any(left):
                 break
 
@@ -98,16 +96,16 @@ def main() -> None:
     options.add_argument("--steps", type=int, default=1_000_000)
     chosen = options.parse_args()
     print("family,seed,joints,ray,highest,fall,deep,onset", flush=True)
-    of_all = sorted(scenes(), key=lambda of: of[2].joints)
+    of_all = sorted(scenes(), key=lambda of: of[2].problem.joints)
     for start in range(0, len(of_all), STACK):
         some = of_all[start : start + STACK]
         told = [on_the_way(found) for *_, found in some]
-        problems, settled = [of[2] for of in some], [of[3].settled for of in some]
+        problems, settled = [of[2].problem for of in some], [of[2].settled for of in some]
         at = onset(problems, settled, [of[0] for of in told], chosen.damping, chosen.steps)
-        for (family, seed, problem, found), numbers, by_time in zip(some, told, at, strict=True):
-            load_factors = found.load_factor, *numbers, by_time
+        for (family, seed, elastic, found), numbers, by_time in zip(some, told, at, strict=True):
+            load_factors = found.answer.load_factor, *numbers, by_time
             of = ",".join(f"{number:.5f}" for number in load_factors)
-            print(f"{family},{seed},{problem.joints},{of}", flush=True)
+            print(f"{family},{seed},{elastic.problem.joints},{of}", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""How does a push go from event to event? Draws docs/push.png and prints where both walls end.
+"""How does a push go from rest to its ray? Draws docs/push.png and prints where both walls end.
 
     python benchmarks/push.py --stones 60 --seed 341002
 
-λ over the displacement of the live load, each event a point: wall 6 of Ferris & Tin-Loi, and a rubble wall
+λ over the displacement of the live load, each step a point: wall 6 of Ferris & Tin-Loi, and a rubble wall
 (tests/atlas/large_scenes.py).
 """
 
@@ -21,34 +21,25 @@ sys.path.insert(0, str(ROOT / "tests"))
 from atlas.large_scenes import rubble  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
-from masonry_opt.drawing.colours import BLACK, BLUE, BLUISH_GREEN, ORANGE, VERMILION  # noqa: E402
-from masonry_opt.methods.push.push import push  # noqa: E402
+from masonry_opt.drawing.colours import BLACK, BLUE  # noqa: E402
+from masonry_opt.methods.push.push import Elastic  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
-
-#: What joints do at events, with their colours.
-COLOURS = {"slides": BLUE, "sticks": ORANGE, "opens": VERMILION, "closes": BLUISH_GREEN}
 
 
 def draw(axes: Axes, scene: mo.Scene, title: str) -> None:
     """The path of a scene, and its ray as a level."""
-    problem = assemble(scene).problem
-    found = push(problem)
-    assert found.load_factor is not None
-    at = [0.0, *(event.at for event in found.events)]
-    load_factors = [0.0, *(event.load_factor for event in found.events)]
-    far = 3 * max(at)
-    axes.plot([*at, far], [*load_factors, load_factors[-1]], color=BLACK, linewidth=0.6)
-    does = [event.what for event in found.events]
-    axes.scatter(at[1:], load_factors[1:], s=7, c=[COLOURS[what] for what in does], zorder=3)
-    for what, colour in COLOURS.items():
-        axes.scatter([], [], s=25, color=colour, label=f"{what} ({does.count(what)})")
-    axes.axhline(found.load_factor, color=BLACK, dashes=(6, 2), linewidth=0.8)
-    axes.set(xscale="symlog", title=f"{title}: ray at λ = {found.load_factor:.4f}")
-    axes.set(xlim=(0, far), ylim=(0, None), ylabel="load factor λ")
+    found = Elastic(assemble(scene).problem).pushed()
+    at = [step.displacement for step in found.steps]
+    load_factors = [step.load_factor for step in found.steps]
+    axes.plot(at, load_factors, ".-", color=BLUE, markeredgecolor=BLACK, markersize=4, linewidth=0.6)
+    end = str(found.ended)
+    if found.answer:
+        end = f"ray at λ = {found.answer.load_factor:.4f}"
+        axes.axhline(found.answer.load_factor, color=BLACK, dashes=(6, 2), linewidth=0.8)
+    axes.set(xscale="symlog", title=f"{title}: {end}")
+    axes.set(xlim=(0, 1e4), ylim=(0, None), ylabel="load factor λ")
     axes.set_xlabel("displacement u of the live load,\nin what a mean contact gives under the dead load")
-    axes.legend(loc="lower right", fontsize=9)
-    print(f"{title}: {len(found.events)} events, {found.folds} folds, at most {found.peak}", end=" ")
-    print(f"on the way to {found.load_factor}")
+    print(f"{title}: {len(found.steps)} steps, {found.folds} folds, at most {found.peak}: {end}")
 
 
 def main() -> None:

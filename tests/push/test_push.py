@@ -10,7 +10,8 @@ from atlas.large_scenes import rubble
 from atlas.random_scenes import random_scene
 from contact_dynamics import onset
 from mappings import SAME
-from scenes import CASES, KINDS_OF_JOINTS, WALLS, block_on_floor, overhanging, small_wall
+from residuals import residuals
+from scenes import CASES, KINDS_OF_JOINTS, WALLS, block_on_floor, overhanging, small_wall, solved
 from scenes_in_space import box_on_floor, corner_wall
 from scipy.optimize import linprog
 from space.mappings_in_space import SAME as SAME_IN_SPACE
@@ -21,8 +22,12 @@ from masonry_opt.methods.push import matrix
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
 from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep
+from masonry_opt.methods.registry import METHODS
+from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.state import State
+from masonry_opt.solvers.registry import MATRICES
 
 #: Load factors from rest of the walls of Table 1 (24/91 of the fourth), and of others, to the digits given.
 WALLS_AT_RAY = [0.641540944, 0.563943082, 0.355817378, 24 / 91, 0.214512117, 0.296499751]
@@ -247,11 +252,51 @@ def test_folds_and_falls_are_of_the_steps():
     assert (straight.folds, straight.deep_fall) == (0, None)
 
 
-def test_steps_are_told_as_they_are_made():
+def test_steps_are_told_as_they_are_made_and_are_the_rows_of_the_history():
+    """Those of the load to expect are the default's."""
     told: list[PushStep] = []
-    found = elastic_of(small_wall(3, 2)).pushed(told.append)
-    assert tuple(told) == found.steps
+    result = mo.solve(WALLS[0], progress=told.append)
+    columns = ["iteration", "displacement", "load_factor", "corrections"]
+    assert [tuple(vars(step).values()) for step in told] == list(
+        result.history[columns].itertuples(index=False)
+    )
     assert [step.iteration for step in told] == list(range(1, len(told) + 1))
+
+
+@pytest.mark.parametrize("method", ["mcp", "refined", "compliant"])
+def test_an_interrupt_goes_through(method):
+    def interrupt(step):
+        if step.iteration == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        mo.solve(WALLS[0], method, progress=interrupt, expected=False)
+
+
+def test_two_runs_are_the_same_to_the_bit():
+    one, other = (mo.solve(WALLS[1], expected=False) for _ in range(2))
+    assert one.load_factor == other.load_factor
+    np.testing.assert_array_equal(one.solution.q, other.solution.q)
+    np.testing.assert_array_equal(one.solution.d, other.solution.d)
+    assert one.history.equals(other.history)
+
+
+@pytest.mark.parametrize("method", [name for name, method in METHODS.items() if MATRICES in method.solvers])
+@pytest.mark.parametrize("name", KINDS_OF_JOINTS)
+def test_what_methods_on_matrices_end_with_is_a_state_of_the_declared_problem(name, method):
+    """Every equation and pair of the model in Pyomo."""
+    result = solved(KINDS_OF_JOINTS[name], method)
+    assert (result.model, result.solver) == (MATRICES, "newton")
+    problem, found = result.assembly.problem, result.solution.found
+    p = problem.rates(found.d, problem.dilatancy, found.q)
+    left = residuals(PyomoMcp(problem), State(result.load_factor, found.q, found.d, p))
+    forces, speeds = np.abs(found.q).max(), np.abs(found.d).max()
+    np.testing.assert_allclose(left.equilibrium, 0, atol=1e-8 * forces)
+    np.testing.assert_allclose(left.compatibility, 0, atol=1e-8 * speeds)
+    assert left.live_work == pytest.approx(0, abs=1e-8 * problem.live_norm)
+    assert left.z.min() >= -1e-8 * forces
+    assert left.p.min() >= -1e-8 * speeds
+    assert left.z @ left.p <= 1e-8 * result.load_factor * problem.live_norm
 
 
 @pytest.mark.parametrize(("seed", "folds", "below_zero"), [(300045, 2, False), (910020, 4, True)])
