@@ -25,8 +25,9 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
-#: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last.
-ROUNDING, _FALLS, _LAST = 0.01, 0.1, 1e-9
+#: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last; and that above
+#: which λ is blurred.
+ROUNDING, _FALLS, _LAST, _BLURRED = 0.01, 0.1, 1e-9, 1e-5
 
 #: Rounding to which the highest λ on the way is followed, from so many points before; and the share by which
 #: it is above the end, if it is.
@@ -212,18 +213,20 @@ class Elastic:
         return Curve(self._law, self._matrix, rest, problem.dead, live, self._unit)
 
     def _end(self, point: Point, u: float) -> tuple[Ended, Answer | None]:
-        """Whether a point lies on a ray, and the last exact state there under ever sharper laws: in space the
+        """Whether a point lies on a ray, and the exact state there under laws ever sharper: in space the
         direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
-        problem, best, far = self.problem.by_cone, None, _FAR[self.problem.layout.dimension] * u
-        before = point.along[:-1] / float(self._curve.live @ point.along[:-1])
+        problem, far = self.problem.by_cone, _FAR[self.problem.layout.dimension] * u
+        before, best, blurred = point.along[:-1] / float(self._curve.live @ point.along[:-1]), None, True
         last: tuple[Curve, np.ndarray, float] | None = None
         for last in _sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0):
             curve, d, load = last
             along, q = curve.along(d, load), self._law.of_problem(curve.forces(d))
             for way in (along[:-1], before):
                 answer, ahead = certified(problem, load / problem.live_norm, q, way), d + far * way
-                if answer.exact and np.abs(curve.left(ahead, load)).max() <= _NO_EVENT * self._unit:
-                    best = answer
+                if not answer.exact or np.abs(curve.left(ahead, load)).max() > _NO_EVENT * self._unit:
+                    continue
+                if best is None or blurred or answer.certificate.worst < best.certificate.worst:
+                    best, blurred = answer, curve.law.rounding > _BLURRED * self._unit
         if best is not None:
             return Ended.RAY, best
         if last is None or u * along[-1] < _GROWS * abs(load):
