@@ -205,14 +205,16 @@ def _looked_beside(task: Task, known: Solution) -> Solution:
 
 def _without(task: Task, solution: Solution, lowest: float, expected: Solution) -> Solution:
     """The end without a load factor: none was found, or all lie below zero, as the lowest; or friction jams
-    the blocks, which is not proven; but from rest no multiple of the load brings them down."""
+    the blocks, which is not proven; but from rest no multiple of the load brings them down. What does not
+    carry its dead load from rest does not stand."""
     found = solution.infeasibility
     endless = found is not None and found.existence is Existence.UNBOUNDED
     if endless and (grows := jams(replace(task, expected=expected))):
         return replace(solution, status=Status.JAMMED, reasons=(grows,))
     if lowest < -ZERO:
         return solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
-    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **_stopped(expected))
+    status = Status.UNSTABLE if elastic_of(task).settled is None else Status.SOLVER_FAILED
+    return solution.ended(status, Code.PUSH_STOPPED, **_stopped(expected))
 
 
 def _stopped(expected: Solution) -> dict[str, object]:
