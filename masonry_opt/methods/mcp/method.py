@@ -138,7 +138,7 @@ class _States:
         if self._search:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
-            exact = self._recorded(start) if start.exact else None
+            exact = self._recorded(start) if start.exact and start.compliance is None else None
             self._by_programs = _exact_or_lower(self._by_programs, exact)
             in_space, found = self._problem.layout.round, None
             if exact is None or in_space:

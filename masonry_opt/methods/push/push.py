@@ -201,7 +201,7 @@ class Elastic:
                 break
         peak = max((step.load_factor for step in steps), default=None)
         if answer is not None:
-            above = peak is not None and peak > answer.load_factor * (1 + _TOLD)
+            above = peak is not None and not rigid and peak > answer.load_factor * (1 + _TOLD)
             peak = max(answer.load_factor, self._top(points) / unit if above else -inf)
         return Pushed(ended, tuple(steps), tuple(points), answer, peak)
 
