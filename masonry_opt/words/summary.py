@@ -222,11 +222,9 @@ def load_factors(result: Outcome) -> str:
     said, found, expected = [], result.load_factor, result.expected
     lowest = expected if result.end is None else result.end
     if found is not None and result.kind is not Kind.COMPLIANT:
-        # In space the load to expect is by sides, which may lie below the cone by so much.
-        least = found * result.assembly.problem.layout.factor
         if result.solution.below_zero < 0:
             said.append(f"found {_known(found)} (with the worst self-stress or fit it falls by itself)")
-        elif lowest is None or lowest >= least or same(lowest, found):
+        elif lowest is None or lowest >= found or same(lowest, found):
             said.append(f"least known {_known(found)} (with the worst self-stress or fit)")
         else:
             said.append(f"found {_known(found)} (lower ones are likely)")

@@ -14,9 +14,8 @@ from scenes_in_space import box_on_floor
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.mcp import compliant
-from masonry_opt.methods.mcp.passes import Passes
-from masonry_opt.methods.push.push import push
+from masonry_opt.methods.push import compliant
+from masonry_opt.methods.push.push import Elastic, Ended
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
@@ -46,34 +45,7 @@ def test_walls_end_in_rays_at_the_plateau_of_another_program(number):
     assert result.exact
     assert result.load_factor == pytest.approx(ALIKE[number], rel=STIFFNESS)
     assert result.load_factor < result.associative
-    assert len(result.history) == values_of(result, Code.RAY)["events"] < 1500
-
-
-@pytest.fixture
-def by_passes(monkeypatch):
-    """Scenes whose path is not followed."""
-    monkeypatch.setattr(compliant, "by_push", lambda _: None)
-    monkeypatch.setattr(compliant, "goes_on", lambda _: False)
-
-
-@pytest.mark.parametrize("number", ALIKE)
-def test_the_path_from_a_pass_on_ends_in_the_same_ray(number, monkeypatch):
-    """Not to the last digit: on some walls self-stress that the pass leaves stays."""
-    monkeypatch.setattr(compliant, "by_push", lambda _: None)
-    result = mo.solve(WALLS[number - 1], "compliant")
-    assert values_of(result, Code.RAY)["begun"] == pytest.approx(1e4)
-    assert result.exact
-    ray = push(result.assembly.problem).load_factor
-    assert result.load_factor == pytest.approx(ray, rel=1e-6)
-
-
-@pytest.mark.parametrize("number", ALIKE)
-def test_passes_come_to_the_plateau_where_the_ray_is(number, by_passes):
-    result = mo.solve(WALLS[number - 1], "compliant")
-    ray = push(result.assembly.problem)
-    assert code(result) is Code.PLATEAU
-    assert result.load_factor == pytest.approx(ray.load_factor, rel=1e-5)
-    assert result.history.groupby("attempt").size().max() <= 65
+    assert len(result.history) == values_of(result, Code.RAY)["steps"] < 150
 
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)
@@ -83,33 +55,13 @@ def test_the_certificate_is_of_contacts_that_give(name):
     problem, found = result.assembly.problem, result.solution.found
     assert not LIMITS[Kind.COMPLIANT].failing(result.solution.answer.residuals)
     assert not result.exact
-    rigid = Passes(problem)
-    soft = rigid.giving(0.01, rigid.settled_forces()).problem
+    soft = Elastic(problem).giving(0.01)
     p = soft.rates(found.d, soft.dilatancy, found.q)
     left = residuals(PyomoMcp(soft), State(result.load_factor, found.q, found.d, p))
     np.testing.assert_allclose(left.compatibility, 0, atol=1e-8 * np.abs(found.d).max())
     given = residuals(PyomoMcp(problem), State(result.load_factor, found.q, found.d, p)).compatibility
     gives = soft.compliance * (found.q - soft.settled)
     np.testing.assert_allclose(given, -gives, atol=1e-8 * np.abs(found.d).max())
-
-
-@pytest.mark.parametrize("name", KINDS_OF_JOINTS)
-def test_settled_forces_carry_the_dead_load(name):
-    problem = assemble(KINDS_OF_JOINTS[name]).problem
-    settled = Passes(problem).settled_forces()
-    assert np.abs(problem.unbalanced(0.0, settled)).max() < 1e-7
-    assert problem.slacks(settled).min() > -1e-7
-
-
-def test_settled_forces_of_ties_and_fill_lie_within_their_limits():
-    """A stressed tie is stressed at rest, and a fill presses between its limits."""
-    tie = mo.Tie(between=("A", "ground"), at=((0.5, 1), (-4, -1)), prestress=0.2, strength=0.4)
-    tied = block_on_floor(friction=0.9).model_copy(update={"ties": [tie]})
-    for scene in (tied, mo.load(CASES / "bridges" / "arch_with_fill.toml")):
-        problem = assemble(scene).problem
-        settled = Passes(problem).settled_forces()
-        assert np.abs(problem.unbalanced(0.0, settled)).max() < 1e-7
-        assert problem.slacks(settled).min() > -1e-7
 
 
 @pytest.mark.parametrize("name", ["two_leaves", "dam_slides", "dam_overturns", "buttress"])
@@ -136,37 +88,25 @@ def test_nothing_collapses_where_the_load_presses_blocks_down():
     assert solved(scene, "compliant").load_factor is None
 
 
-def test_where_nearly_all_work_stays_elastic_that_is_the_reason(monkeypatch, by_passes):
-    monkeypatch.setattr(compliant, "PLATEAU", -1.0)
+@pytest.fixture
+def without_ray(monkeypatch):
+    """Pushes that come to no ray."""
+    monkeypatch.setattr(Elastic, "_end", lambda *_: (Ended.STOPPED, None))
+
+
+@pytest.mark.parametrize("scene", [two_blocks(), box_on_floor((2, 2, 1), 0.5)], ids=["plane", "space"])
+def test_without_a_ray_the_state_that_it_came_to_is_compared_with_a_softer_one(without_ray, scene):
+    result = mo.solve(scene, "compliant", expected=False)
+    told = values_of(result, Code.PLATEAU)
+    assert (told["give"], told["softer"], told["steps"]) == (1e-6, 10, len(result.history))
+    assert result.load_factor == pytest.approx(solved(scene, "compliant").load_factor, rel=1e-5)
+
+
+def test_where_nearly_all_work_stays_elastic_that_is_the_reason(monkeypatch, without_ray):
     monkeypatch.setattr(compliant, "_elastic_share", lambda _: 0.9)
     result = mo.solve(two_blocks(), "compliant")
     assert (result.load_factor, code(result)) == (None, Code.STILL_ELASTIC)
     assert values_of(result, Code.STILL_ELASTIC)["elastic"] == 0.9
-
-
-def test_a_plateau_says_how_many_times_softer_the_contacts_before_were(by_passes):
-    """Ten times in the plane, three in space."""
-    assert values_of(mo.solve(two_blocks(), "compliant"), Code.PLATEAU)["softer"] == pytest.approx(10)
-    box = mo.solve(box_on_floor((2, 2, 1), 0.5), "compliant")
-    assert values_of(box, Code.PLATEAU)["softer"] == pytest.approx(3)
-
-
-def test_a_lone_state_gives_way_to_a_plateau_of_softer_contacts(monkeypatch, by_passes):
-    """The stiffest state of the first plateau from the softest contacts on, compared with softer ones."""
-    usual = mo.solve(two_blocks(), "compliant").load_factor
-    monkeypatch.setattr(compliant, "STIFF", (1e-6,))
-    result = mo.solve(two_blocks(), "compliant")
-    plateau = values_of(result, Code.PLATEAU)
-    assert (plateau["give"], plateau["softer"]) == (1e-2, pytest.approx(10))
-    assert result.load_factor == pytest.approx(usual, rel=3e-3)
-
-
-def test_what_grows_with_stiffness_is_told_only_where_nothing_bounds_it(monkeypatch, by_passes):
-    """Of contacts so soft that nearly all work is elastic; the associative load factor bounds λ."""
-    monkeypatch.setattr(compliant, "STIFF", (1e2, 1e1))
-    monkeypatch.setattr(compliant, "_STILL_ELASTIC", 1.0)
-    result = mo.solve(two_blocks(), "compliant")
-    assert (result.load_factor, code(result)) == (None, Code.STILL_ELASTIC)
     assert result.associative is not None
 
 
@@ -199,7 +139,7 @@ def test_a_block_is_elastic_and_then_slides_or_rocks(friction, moves):
     result = solved(block_on_floor(WIDE, HIGH, friction), "compliant", curve=True)
     curve, collapse = result.curve, min(friction, WIDE / HIGH)
     expected = np.minimum(curve["displacement"] / SOFT, collapse)
-    assert 5 < (expected < collapse).sum() < len(curve) == 21
+    assert 0 < (expected < collapse).sum() < len(curve)
     np.testing.assert_allclose(curve["load_factor"], expected, rtol=1e-7)
     still = "opening" if moves == "sliding" else "sliding"
     assert (curve[moves] == (expected == collapse)).all()
@@ -216,7 +156,7 @@ def test_a_curve_starts_from_where_the_weight_has_brought_the_load():
     way = np.hypot(across, down) * curve["displacement"]
     collapse = 0.3 / (across - 0.3 * down)
     expected = np.minimum(way / (across**2 * SOFT + down**2), collapse)
-    assert 0 < expected[0] < 0.1
+    assert 0 < expected[0] < 0.5 * collapse
     np.testing.assert_allclose(curve["load_factor"], expected, rtol=1e-7)
 
 

@@ -27,10 +27,8 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import OptionError
 from masonry_opt.methods import associative
-from masonry_opt.methods.mcp import compliant
-from masonry_opt.methods.mcp.interior_point import Outcome
-from masonry_opt.methods.mcp.passes import Passes
-from masonry_opt.methods.push.push import push
+from masonry_opt.methods.push import compliant
+from masonry_opt.methods.push.push import Elastic
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.words.summary import facts
 
@@ -49,7 +47,7 @@ def column() -> mo.Scene:
 
 @pytest.fixture
 def asked(monkeypatch):
-    """The tasks that passes over contacts that give were asked for."""
+    """The tasks that a push from rest was asked for."""
     tasks, run = [], compliant.compliant
     monkeypatch.setattr(compliant, "compliant", lambda task: tasks.append(task) or run(task))
     return tasks
@@ -85,7 +83,7 @@ def test_on_the_walls_it_is_what_method_compliant_finds(wall):
 
 def test_a_load_that_grows_comes_to_the_highest_on_the_way_to_a_ray():
     scene = random_scene("tessellation", 910061)
-    result, found = mo.solve(scene), push(assemble(scene).problem)
+    result, found = mo.solve(scene), Elastic(assemble(scene).problem).pushed()
     assert (result.expected, result.end) == (found.peak, found.load_factor)
     # Events are of limits a little looser.
     assert result.expected == pytest.approx(max(event.load_factor for event in found.events), rel=2e-5)
@@ -143,7 +141,7 @@ def test_where_there_is_none_the_reason_says_why(monkeypatch, asked):
     assert endless.expected is None
     assert endless.expected_reasons == tuple(endless.at_expected.solution.reasons)
     assert endless.at_expected.load_factor is None
-    monkeypatch.setattr(session, "PASSES_UP_TO", 2)
+    monkeypatch.setattr(session, "PUSHED_UP_TO", 2)
     large = mo.solve(two_blocks(), "nonassociative")
     assert (large.expected, len(asked)) == (None, 1)
     assert values_of(large.at_expected, Code.NOT_EXPECTED) == {"joints": 3}

@@ -262,7 +262,8 @@ def test_interior_points_in_turn_end_near_where_simplex_does(name):
 @pytest.mark.parametrize("name", SCENES)
 def test_where_simplex_takes_long_the_state_of_the_push_answers(name, no_simplex):
     result = mo.solve(scene_of(name))
-    assert_exact(result)
+    assert codes(result) == [Code.ONE_PASS, Code.EXACT]
+    assert result.certificate.worst <= EXACT
     assert result.load_factor == result.end == solved(scene_of(name), "compliant").load_factor
 
 

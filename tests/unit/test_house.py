@@ -17,18 +17,18 @@ BUDGETS = {
     "scene": 8800,
     "problem": 2417,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1080,
-    "methods": 4227,
+    "methods": 4355,
     "standing": 748,
     "answer": 2010,
-    "words": 1113,
+    "words": 1114,
     "drawing": 2514,
     "finite_motion": 1414,
     "exports": 671,
     "studies": 6695,
     "cli": 1169,  # commands of functions' signatures, which 1,490 lines restated in studies and in the rest
-    "rest": 1049,
+    "rest": 1050,
     "models": 1317,  # the energy of chords, said whole
-    "tests": 33762,  # commands held to the signatures that they are made of
+    "tests": 33350,  # commands held to the signatures that they are made of
 }
 
 

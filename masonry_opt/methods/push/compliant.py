@@ -123,7 +123,8 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
 
 def _with_curve(elastic: Elastic, pushed: Pushed, ending: Solution) -> Solution:
     """An end with states on the way."""
-    ahead = [step for step in pushed.steps if step.displacement > 0]
+    # The first is without a live load, and its displacement rounding.
+    ahead = [step for step in pushed.steps[1:] if step.displacement > 0]
     chosen = ahead[:: max(1, -(-len(ahead) // _ON_CURVE))]
     states = [elastic.next_to(pushed, step) for step in chosen]
     curve = tuple(state for state in states if state is not None)

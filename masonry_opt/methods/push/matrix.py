@@ -18,8 +18,8 @@ from masonry_opt.problem.problem import Problem
 _FULL_UP_TO = 250
 
 #: Stiffness that is added to contacts, over the largest, where some motion finds none: it chooses among many
-#: mechanisms one in which joints move about alike.
-_REGULARISATION = 1e-15
+#: mechanisms one in which joints move about alike. And that of blocks, over it, for those that move no joint.
+_REGULARISATION, _OF_BLOCKS = 1e-15, 0.01
 
 
 class BlockMatrix:
@@ -55,6 +55,7 @@ class BlockMatrix:
         )
         springs = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, m))
         self._of_springs = self._of_stiffness @ springs.ravel()
+        self._of_springs[self._diagonal[:-1]] += _OF_BLOCKS
         self._rows = (self._places % self.size).astype(np.int32)
         ends = np.arange(self.size + 1) * self.size
         self._starts = np.searchsorted(self._places, ends).astype(np.int32)

@@ -26,6 +26,9 @@ _FIRST, _LEAST, _FURTHEST = 0.3, 1e-9, 1e14
 #: steps end.
 _ON_PATH, _STATE, _EXACT = 1e-6, 1e-9, 1e-12
 
+#: Motion of contacts, over u, that is none but rounding.
+_RIGID = 1e-9
+
 #: Corrections of a step at most, and those up to which the next is four times, and twice as long.
 _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
 
@@ -77,6 +80,10 @@ class Curve:
     def rounded_by(self, rounding: float) -> Curve:
         """The same, its law rounded by so many mean forces."""
         return replace(self, law=replace(self.law, rounding=rounding * self.unit))
+
+    def is_rigid(self, point: Point) -> bool:
+        """Whether a path goes on from a point without a motion of contacts."""
+        return self._size(self._moves(point.along[:-1])) <= _RIGID
 
     def moved(self, d: np.ndarray) -> Curve:
         """The same, its displacements counted from there: trial forces keep their digits far from rest."""
@@ -189,7 +196,8 @@ class Curve:
 
     def _point(self, at: np.ndarray, factors: BlockFactors, sign: int | None, corrections: int) -> Point:
         along = factors.solve(np.append(np.zeros(len(at) - 1), 1.0))
-        along /= self._size(self._moves(along[:-1])) * (1 if sign in (None, factors.sign) else -1)
+        size = self._size(self._moves(along[:-1]))
+        along /= (size if size > _RIGID else 1.0) * (1 if sign in (None, factors.sign) else -1)
         return Point(at[:-1], float(at[-1]), along, sign or factors.sign, corrections)
 
     def _stepped(self, point: Point, row: np.ndarray, length: float, turned: float = _TURNED) -> Point | None:

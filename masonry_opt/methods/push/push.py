@@ -32,17 +32,21 @@ ROUNDING, _FALLS, _LAST = 0.01, 0.1, 1e-9
 #: it is above the end, if it is.
 _SHARP, _BEFORE, _TOLD = 2e-4, (0, 1, 2, 4, 8), 1e-3
 
-#: Points of a path at most; displacement from which on the end is looked for, in the plane, and in space,
-#: where slip turns for longer; how many times as far the next look is, and their number: the stiffness that
-#: gives directions falls as 1/u². And displacement to which a load is drawn back.
-_POINTS, _END, _FURTHER, _LOOKS, _BACK = 1500, {2: 1e4, 3: 1e6}, 3, 8, -1e6
+#: Points of a path at most; how many times as far the end is looked for again, and how often: the stiffness
+#: that gives directions falls as 1/u². And displacement to which a load is drawn back.
+_POINTS, _FURTHER, _LOOKS, _BACK = 1500, 3, 8, -1e6
 
 #: Displacement under the dead load from which on nothing comes to carry it.
 _FALLEN = 1e10
 
-#: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight
-#: on then, and what it may leave there of equilibrium, over the forces there.
-_GROWS, _FAR, _STRAIGHT = 0.5, 1e3, 1e-9
+#: Displacement from which on the end is looked for, and how many times as far a ray must go straight on, in
+#: the plane and in space, where slip turns for longer; and what it may leave there of equilibrium, over the
+#: mean force: a joint that opens, closes, slides or sticks before leaves many times that.
+_END, _FAR, _NO_EVENT = {2: 1e4, 3: 1e6}, {2: 1e3, 3: 1.0}, 1e-3
+
+#: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight on
+#: then, and what it may leave there, over the forces there.
+_GROWS, _FAR_AND_WIDE, _STRAIGHT = 0.5, 1e3, 1e-9
 
 #: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load
 #: brings three down in contact dynamics at less than .92 of the highest λ; of 31 others none. And share of
@@ -184,14 +188,15 @@ class Elastic:
         for point in rounded.points(*start, _POINTS) if start else ():
             points.append(point)
             u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
+            rigid = rounded.is_rigid(point)
             steps.append(PushStep(len(steps) + 1, u, point.load_factor / unit, point.corrections))
             follow(steps[-1])
             if u < _BACK:
                 ended = Ended.BACK
-            elif u > next_look and grows:
+            elif (u > next_look and grows) or rigid:
                 ended, answer = self._end(point, u)
                 looks, next_look = looks + 1, _FURTHER * u
-            if ended is not Ended.STOPPED or u >= until or looks == _LOOKS:
+            if ended is not Ended.STOPPED or rigid or u >= until or looks == _LOOKS:
                 break
         peak = max((step.load_factor for step in steps), default=None)
         if answer is not None:
@@ -209,21 +214,23 @@ class Elastic:
     def _end(self, point: Point, u: float) -> tuple[Ended, Answer | None]:
         """Whether a point lies on a ray, and the last exact state there under ever sharper laws: in space the
         direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
-        problem, best = self.problem.by_cone, None
+        problem, best, far = self.problem.by_cone, None, _FAR[self.problem.layout.dimension] * u
         before = point.along[:-1] / float(self._curve.live @ point.along[:-1])
         last: tuple[Curve, np.ndarray, float] | None = None
         for last in _sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0):
             curve, d, load = last
             along, q = curve.along(d, load), self._law.of_problem(curve.forces(d))
             for way in (along[:-1], before):
-                answer = certified(problem, load / problem.live_norm, q, way)
-                best = answer if answer.exact else best
+                answer, ahead = certified(problem, load / problem.live_norm, q, way), d + far * way
+                if answer.exact and np.abs(curve.left(ahead, load)).max() <= _NO_EVENT * self._unit:
+                    best = answer
         if best is not None:
             return Ended.RAY, best
         if last is None or u * along[-1] < _GROWS * abs(load):
             return Ended.STOPPED, None
-        far = curve.left(d + _FAR * u * along[:-1], load + _FAR * u * along[-1])
-        straight = np.abs(far).max() <= _STRAIGHT * _FAR * u * abs(along[-1])
+        far = _FAR_AND_WIDE * u
+        left = np.abs(curve.left(d + far * along[:-1], load + far * along[-1])).max()
+        straight = left <= _STRAIGHT * far * abs(along[-1])
         return Ended.JAM if straight else Ended.STOPPED, None
 
     def _top(self, points: list[Point]) -> float:

@@ -32,6 +32,15 @@ def moves(result):
     return [name for name in ("slides", "hinges", "separates", "crushes") if getattr(motion, name).any()]
 
 
+@pytest.mark.parametrize("give", [None, 1e-3])
+def test_contacts_that_give_slide_by_the_cone(give):
+    """Between two sides of a polygon of 24: 0.9 % lower by these."""
+    along = (math.cos(math.pi / 24), math.sin(math.pi / 24), 0)
+    result = mo.solve(box_on_floor((2, 2, 1), 0.5, live=along), "compliant", give=give)
+    assert result.load_factor == pytest.approx(0.5, rel=1e-9)
+    assert result.friction_law == "cone"
+
+
 def test_a_pushed_box_slides_along_the_push():
     """At λ = μ under W = 1. The live load does the work |f_L| = 1, so the slip is 1, along the push, and
     opens by μ times that. The resultant passes through the centroid's line of action: μ h/2 off the
