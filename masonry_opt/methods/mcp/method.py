@@ -138,6 +138,8 @@ class _States:
         if self._search:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
+            # What is exact of contacts that give may be none of rigid ones.
+            start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
             exact = self._recorded(start) if start.exact else None
             self._by_programs = _exact_or_lower(self._by_programs, exact)
             in_space, found = self._problem.layout.round, None
