@@ -59,4 +59,4 @@ def test_a_box_that_friction_alone_holds_between_walls_gets_no_load_factor():
     result = mo.solve(scene)
     assert result.status is Status.UNSTABLE
     assert result.load_factor is None
-    assert [reason.code for reason in result.reasons] == [Code.PUSH_STOPPED, Code.CLAMPED]
+    assert Code.WEDGED in [reason.code for reason in result.reasons]

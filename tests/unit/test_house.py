@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 8800,
     "problem": 2417,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1080,
-    "methods": 4355,
+    "methods": 4357,
     "standing": 748,
     "answer": 2010,
     "words": 1114,

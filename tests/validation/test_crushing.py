@@ -123,7 +123,7 @@ def test_duality_in_both_languages(name):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_a_pass_and_the_loop_end_in_exact_states(name):
+def test_a_push_and_the_loop_end_in_exact_states(name):
     scene = SCENES[name]
     associative = solved(scene, "static", solver="highs").required()
     found = {method: solved(scene, method) for method in ("mcp", "nonassociative", "refined")}
@@ -132,7 +132,7 @@ def test_a_pass_and_the_loop_end_in_exact_states(name):
         assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-8)
 
 
-def test_with_associative_flow_a_pass_reproduces_the_chords_optimum():
+def test_with_associative_flow_a_push_reproduces_the_chords_optimum():
     wall = small_wall(friction=0.65, dilatancy=0.65, strength=8.0)
     chords = solved(wall, "static", solver="highs").required()
     assert solved(wall, "mcp", descent=False).required() == pytest.approx(chords, rel=1e-8)

@@ -138,14 +138,14 @@ class _States:
         if self._search:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
-            exact = self._recorded(start) if start.exact and start.compliance is None else None
+            # What is exact of contacts that give may be none of rigid ones.
+            start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
+            exact = self._recorded(start) if start.exact else None
             self._by_programs = _exact_or_lower(self._by_programs, exact)
-            in_space, found = self._problem.layout.round, None
-            if exact is None or in_space:
-                found = alternated(self._problem, start.load_factor, start.q, self._effort)
-                found = found and self._recorded(found)
-                self._by_programs = _exact_or_lower(self._by_programs, found)
-            if in_space:
+            found = alternated(self._problem, start.load_factor, start.q, self._effort)
+            found = found and self._recorded(found)
+            self._by_programs = _exact_or_lower(self._by_programs, found)
+            if self._problem.layout.round:
                 self.met.count(found if found is not None and found.exact else exact)
 
     def further(self) -> None:

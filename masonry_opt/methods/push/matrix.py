@@ -103,7 +103,7 @@ class BlockFactors:
         """Sign of the determinant."""
         if isinstance(self._lu, tuple):
             lu, pivots = self._lu
-            diagonal, swapped = np.diagonal(lu), np.count_nonzero(pivots != np.arange(len(pivots)))
+            diagonal, swapped = np.diagonal(lu), int((pivots != np.arange(len(pivots))).sum())
         else:
             diagonal = self._lu.U.diagonal()
             swapped = _swapped(self._lu.perm_r) + _swapped(self._lu.perm_c)
