@@ -24,8 +24,8 @@ from masonry_opt.problem.laws import Cone
 #: The greatest walls of fast tests, and of all, in blocks.
 FAST, MOST = 20, 100
 #: Loads to expect that another program of compliant contacts found, by blocks and friction, by 12 sides (here
-#: by the cone); its contacts were all alike, here they are as stiff as they have area. Contact dynamics carries
-#: .3475 and .313125 with the former, .35125 and .3125 with the latter.
+#: by the cone); its contacts were all alike, here they are as stiff as they have area. Contact dynamics
+#: carries .3475 and .313125 with the former, .35125 and .3125 with the latter.
 EXPECTED = {(20, 0.6): 0.3460, (20, 0.4): 0.3128}
 #: The lowest exact states of corner walls that other programs found, by 16 sides.
 LEAST = {(20, 0.6): 0.24494, (20, 0.4): 0.24494, (42, 0.6): 0.19077, (42, 0.4): 0.18124}
