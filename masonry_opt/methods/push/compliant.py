@@ -26,7 +26,7 @@ from masonry_opt.methods.task import Options, Task
 PUSHED_UP_TO = 3000
 
 #: Displacement at which contacts are soft still: their forces lead to states that are sometimes lower.
-SOFT = 1e2
+SOFT = 3e1
 
 #: Displacements at which a state is looked for where the push comes to no ray.
 _TRIED = 1e6, 1e5, 1e4, 1e3, 1e2
