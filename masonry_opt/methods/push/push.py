@@ -26,8 +26,8 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last; and that above
-#: which λ is blurred.
-ROUNDING, _FALLS, _LAST, _BLURRED = 0.01, 0.1, 1e-9, 1e-5
+#: which λ is blurred. And others, under which a path goes around a bend that stopped it.
+ROUNDING, _FALLS, _LAST, _BLURRED, _OTHERS = 0.01, 0.1, 1e-9, 1e-5, (0.005, 0.02)
 
 #: Rounding to which the highest λ on the way is followed, from so many points before; and the share by which
 #: it is above the end, if it is.
@@ -180,8 +180,15 @@ class Elastic:
         """The push, followed to its end, or until it comes to a displacement."""
         if self.settled is None:
             return Pushed(Ended.NOT_SETTLED)
+        for rounding in (ROUNDING, *_OTHERS):
+            found = self._pushed(rounding, follow, until)
+            if found.ended is not Ended.STOPPED or (found.steps and found.steps[-1].displacement >= until):
+                return found
+        return found
+
+    def _pushed(self, rounding: float, follow: Callable[[PushStep], None], until: float) -> Pushed:
         curve, still, unit = self._curve, np.zeros_like(self.problem.dead), self.problem.live_norm
-        rounded = curve.rounded_by(ROUNDING)
+        rounded = curve.rounded_by(rounding)
         start = rounded.state(still, 0.0, 0.0)
         points: list[Point] = []
         steps: list[PushStep] = []
