@@ -66,8 +66,8 @@ ARCHES = {
 }
 
 
-#: At rest it is at its greatest thrust already: the states near the path from there lie below zero, by 2e-4 of
-#: the load, and none is told.
+#: At rest it is at its greatest thrust already: the states near the path from there lie below zero, by 2e-4
+#: of the load, and none is told.
 _MISSED = "at the greatest"
 _missed = pytest.mark.xfail(strict=True, reason="no state is found of an arch at its greatest thrust at rest")
 
