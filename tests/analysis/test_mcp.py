@@ -224,13 +224,10 @@ def test_dilatancy_that_falls_with_stress_is_for_the_loop():
 # The ways to a state --------------------------------------------------------------------------------------
 
 
-def test_where_no_push_ends_there_is_no_load_factor(no_ray, no_simplex):
-    """The existence proof, which finds a state, is none of Coulomb's."""
+def test_where_no_push_ends_statics_lead_to_a_state(no_ray, no_simplex):
     result = mo.solve(WALLS[0], expected=False)
-    assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)
-    assert codes(result) == [Code.PUSH_STOPPED, Code.AT_MOST]
-    assert values(result, Code.PUSH_STOPPED) == {"word": str(Ended.STOPPED), "steps": 0}
-    assert result.range == (None, pytest.approx(0.64286, abs=5e-6))
+    assert_exact(result)
+    assert result.load_factor <= result.associative == pytest.approx(0.64286, abs=5e-6)
 
 
 def test_further_starts_answer_on_small_scenes_where_no_push_ends(no_ray):
@@ -260,11 +257,11 @@ def test_interior_points_in_turn_end_near_where_simplex_does(name):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_where_simplex_takes_long_the_state_of_the_push_answers(name, no_simplex):
+def test_where_simplex_takes_long_programs_lead_lower_than_the_push(name, no_simplex):
     result = mo.solve(scene_of(name))
     assert codes(result) == [Code.ONE_PASS, Code.EXACT]
     assert result.certificate.worst <= EXACT
-    assert result.load_factor == result.end == solved(scene_of(name), "compliant").load_factor
+    assert result.load_factor <= result.end == solved(scene_of(name), "compliant").load_factor
 
 
 @pytest.mark.slow
@@ -273,7 +270,7 @@ def test_a_facade_is_answered_by_the_exact_state_of_its_push():
     assert result.size.joints > 500
     assert codes(result)[0] is Code.ONE_PASS
     assert result.certificate.worst <= EXACT
-    assert result.load_factor == result.end <= result.expected
+    assert result.load_factor <= result.end <= result.expected
 
 
 def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):

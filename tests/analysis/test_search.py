@@ -64,7 +64,7 @@ def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
 
 @pytest.mark.parametrize("seconds", [0.02, 0.1, 0.4])
 def test_a_search_stopped_at_any_time_has_a_whole_answer(seconds):
-    result = mo.solve(WALL_6, "refined", search=seconds)
+    result = mo.solve(WALLS[2], "refined", search=seconds)
     assert result.status is mo.Status.CONVERGED
     assert result.kind in (Kind.EXACT, Kind.ONE_PASS)
     assert result.certificate.worst < (EXACT if result.kind is Kind.EXACT else 1e-6)

@@ -14,7 +14,7 @@ from masonry_opt.answer.reasons import Code, reason, size_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
-from masonry_opt.methods.associative import with_associative
+from masonry_opt.methods.associative import associative, with_associative
 from masonry_opt.methods.exact.alternation import alternated
 from masonry_opt.methods.exact.refiner import SMALL, ExactState, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
@@ -74,6 +74,7 @@ def _by_push(task: Task) -> Solution:
         expected = compliant(task.with_options(None))
     else:
         # The push to the load to expect is the first of this method.
+        effort.uses(task.solver.name, "complementarity problem")
         effort.iterations += len(expected.history)
         for step in expected.history:
             task.progress(step)
@@ -88,6 +89,10 @@ def _by_push(task: Task) -> Solution:
         known = _looked_beside(task, known)
         if known.proven_none:
             return known
+        # Where a push stops, as where friction is so high that hardly anything slides, statics may lead on.
+        by_statics = None if known.associative is None else associative(Task(task.problem, kept=task.kept))
+        if by_statics is not None and by_statics.answer is not None:
+            states.near(by_statics.answer)
     if options.descent and states.descend:
         effort.begins("softer contacts")
         if expected.softer is not None:

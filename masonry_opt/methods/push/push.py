@@ -151,14 +151,19 @@ class Elastic:
         curve = Curve(self._law, self._matrix, nothing, still, problem.dead, self._unit).rounded_by(ROUNDING)
         # Rounded forces of nothing are in equilibrium with a little load.
         curve = replace(curve, dead=-curve.left(still, 0.0))
+        before, whole = None, replace(curve, dead=problem.dead, live=still)
         for point in curve.points(still, 0.0, _POINTS):
             if float(problem.dead @ point.d) > _FALLEN * np.abs(problem.dead).sum():
                 return None
             if point.load_factor >= 1:
-                d = point.d + (1 - point.load_factor) / point.along[-1] * point.along[:-1]
-                whole = replace(curve, dead=problem.dead, live=still)
-                *_, last = (None, *_sharper(whole, d, 0.0, None))
-                return None if last is None else self._law.of_problem(last[0].forces(last[1]))
+                # On the tangent at either side of the whole load.
+                for near in filter(None, (point, before)):
+                    d = near.d + (1 - near.load_factor) / near.along[-1] * near.along[:-1]
+                    *_, last = (None, *_sharper(whole, d, 0.0, None))
+                    if last is not None:
+                        return self._law.of_problem(last[0].forces(last[1]))
+                return None
+            before = point
         return None
 
     @cached_property

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from scenes_in_space import box_on_floor
@@ -46,12 +44,3 @@ def test_boxes_and_distances_outside_of_hulls():
     points = np.array([(0.5, 1, 1), (0, 1, 1), (0.5, 4, 1), (4, 6, 15)]) - shapes.origin
     found = shapes.outside(np.zeros(4, dtype=int), points)
     assert found == pytest.approx([0, 0, 2, 13], abs=1e-6)
-
-
-def test_middles_of_edges_and_points():
-    contacts = assemble(box_on_floor((1, 2, 3))).joints
-    ends = np.array([(0.0, 0, 0), (4, 2, 0)])
-    for points, middle in ((ends, (2, 1, 0)), (ends[1:], (4, 2, 0))):
-        one = np.zeros(len(points), dtype=int)
-        joints = dataclasses.replace(contacts, extent=np.zeros(1), point=points, joint=one, ring=one)
-        assert joints.middle == pytest.approx(np.array([middle]))
