@@ -226,7 +226,8 @@ def test_dilatancy_that_falls_with_stress_is_for_the_loop():
 
 def test_where_no_push_ends_statics_lead_to_a_state(no_ray, no_simplex):
     result = mo.solve(WALLS[0], expected=False)
-    assert_exact(result)
+    assert codes(result) == [Code.ONE_PASS, Code.EXACT]
+    assert result.certificate.worst <= EXACT
     assert result.load_factor <= result.associative == pytest.approx(0.64286, abs=5e-6)
 
 
