@@ -78,7 +78,8 @@ def test_the_default_is_certified_and_below_associative(kind, seed):
     scene = random_scene_in_space(kind, seed)
     associative, result = solved(scene, "static"), solved(scene)
     if result.load_factor is None:
-        assert result.solution.proven_none or result.status is Status.UNSTABLE
+        # Of what jams from rest other states may exist.
+        assert result.solution.proven_none or result.status in (Status.UNSTABLE, Status.JAMMED)
         assert associative.load_factor is None
         return
     assert associative.status is not Status.UNSTABLE

@@ -249,9 +249,9 @@ class Elastic:
         return Ended.JAM if straight else Ended.STOPPED, None
 
     def _top(self, points: list[Point]) -> float:
-        """The highest load of a path near that of points that rounding blurs, uphill from some of them."""
+        """The highest load of the path, uphill under sharper laws from the highest of its points, or from one
+        before it."""
         highest = max(range(len(points)), key=lambda number: points[number].load_factor)
-        top = -inf
         for before in _BEFORE:
             at: Point | None = points[max(highest - before, 0)]
             assert at is not None
@@ -260,8 +260,9 @@ class Elastic:
             while at is not None and rounding > _SHARP:
                 rounding *= _FALLS
                 at = curve.rounded_by(rounding).top(at)
-            top = max(top, at.load_factor if at else -inf)
-        return top
+            if at is not None and at.load_factor > (1 - _TOLD) * points[highest].load_factor:
+                return at.load_factor
+        return points[highest].load_factor
 
     def _state(self, point: Point, u: float) -> Answer | None:
         """The state at u next to a point of the path, certified for its contacts."""
