@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 8800,
     "problem": 2417,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1080,
-    "methods": 4376,
+    "methods": 4382,
     "standing": 748,
     "answer": 2010,
     "words": 1114,
@@ -28,7 +28,7 @@ BUDGETS = {
     "cli": 1169,  # commands of functions' signatures, which 1,490 lines restated in studies and in the rest
     "rest": 1050,
     "models": 1317,  # the energy of chords, said whole
-    "tests": 33381,  # commands held to the signatures that they are made of
+    "tests": 33383,  # commands held to the signatures that they are made of
 }
 
 

@@ -90,9 +90,15 @@ class Curve:
         return replace(self, rest=self.rest + self._moves(d))
 
     def along(self, d: np.ndarray, load_factor: float) -> np.ndarray:
-        """d' and λ' per unit of u, shape (3b + 1,)."""
-        factors = self.matrix.factors(self._at(d, load_factor)[1], self.live, self.live)
-        return factors.solve(np.append(np.zeros_like(d), 1.0))
+        """d' and λ' per unit of u, shape (3b + 1,), once more of what the joints' own equations leave: S, a sum
+        over joints, has lost what is small beside their stiffnesses."""
+        rates = self.law.forces(self.rest + self._moves(d))[1]
+        factors = self.matrix.factors(rates * self.law.stiffness, self.live, self.live)
+        along = factors.solve(np.append(np.zeros_like(d), 1.0))
+        forces = np.einsum("rkm,km->rm", rates, self._moves(along[:-1]))
+        left = self.matrix.B @ forces.ravel() + along[-1] * self.live
+        refined: np.ndarray = along + factors.solve(np.append(left, 1.0 - self.live @ along[:-1]))
+        return refined
 
     def forces(self, d: np.ndarray) -> np.ndarray:
         """Forces, shape (3, m)."""
