@@ -42,7 +42,7 @@ def solve(
         scene that stands and is then pushed: contacts give a little),
         "nonassociative" (Coulomb: the loop of linear programs), "static" or "kinematic" (associative: one
         linear program), "mpec" (the least load factor near the loop's, by IPOPT), "refined" (an exact state
-        of Coulomb friction, by linear programs from passes' states down, and by search if asked), or "global"
+        of Coulomb friction, by linear programs from a push's state down, and by search if asked), or "global"
         (proven bounds of the least one, on small scenes).
     model:
         Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo"; both are

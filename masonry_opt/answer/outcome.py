@@ -36,7 +36,7 @@ class Outcome:
     case: case file or title of the scene.
     load_case: name of the load case that it is of; None of a scene without.
     method: the one asked for.
-    model: the language that declared what was solved; "matrices" where none did, as of passes.
+    model: the language that declared what was solved; "matrices" where none did, as of a push.
     solver: the one asked for, or the method's own; of another language where that declared what was solved.
     status, reasons: how it ended, and why, in codes with their values.
     usable: whether there is a load factor.

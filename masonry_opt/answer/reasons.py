@@ -66,8 +66,8 @@ class Code(StrEnum):
     RAY = "ray"
     JAMS = "jams"  # the same
     STILL_ELASTIC = "still elastic"  # give, load_factor, elastic: share of the work
-    NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for passes
-    CURVE = "curve"  # states, left_out: passes that ended in none; peak, last: load factors
+    NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a push
+    CURVE = "curve"  # states, left_out: points without one; peak, last: load factors
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon

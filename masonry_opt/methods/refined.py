@@ -1,4 +1,4 @@
-"""Method "refined": exact states of Coulomb friction, from passes down, and searched for if asked."""
+"""Method "refined": exact states of Coulomb friction, from a push down, and searched for if asked."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class RefinedOptions(Options):
 
     Attributes
     ----------
-    start: a result of the same scene, whose forces alone are refined (default: those of a pass and, on small
+    start: a result of the same scene, whose forces alone are refined (default: those of a push and, on small
         scenes, of further starts).
     search: seconds for which lower states are searched for, from other starts and around the lowest found.
     until: load factor at or below which the search ends before its time.
@@ -60,7 +60,7 @@ class Refinement:
 
     Attributes
     ----------
-    origin: what led to it: "start" (the pass's state or the result handed in), a pass with other "friction"
+    origin: what led to it: "start" (the push's state or the result handed in), a push with other "friction"
         or "loads", a "fixed point", or a "neighbour" of the lowest state.
     candidate: its number, counted from 1.
     lp_solves, seconds: linear programs solved, in space cone programs too, and time passed in seconds, since
@@ -75,7 +75,7 @@ class Refinement:
 
 
 def refined(task: Task) -> Solution:
-    """The lowest of the exact states that a pass and further starts, or a result, and the search lead to. The
+    """The lowest of the exact states that a push and further starts, or a result, and the search lead to. The
     search ends when its time is over or the user interrupts it, with the lowest state found so far."""
     problem, options = task.problem, task.options or RefinedOptions()
     if options.start is None:

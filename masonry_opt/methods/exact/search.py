@@ -203,9 +203,9 @@ _ROUND = tuple(
     kind for start in (_FRICTION, _FIXED, "loads", _FIXED) for kind in (start, _NEIGHBOUR, _NEIGHBOUR)
 )
 
-#: In space, by cones: passes alone.
+#: In space, by cones: pushes alone.
 _ROUND_IN_SPACE = (_FRICTION, "loads")
 
-#: Turns on small scenes: while no state is known, and then; a neighbour takes a tenth of a pass's time.
+#: Turns on small scenes: while no state is known, and then; a neighbour takes a tenth of a push's time.
 _FOR_A_FIRST = (_FIXED, _FIXED, _FRICTION)
 _ROUND_OF_SMALL = (*(_NEIGHBOUR,) * 3, _FRICTION, *(_NEIGHBOUR,) * 3, _FIXED)

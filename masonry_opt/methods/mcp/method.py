@@ -138,8 +138,8 @@ class _States:
         return self._lowest.answer if self._lowest else self._by_programs
 
     def near(self, start: Answer) -> None:
-        """Look for a state near forces: by simplex, or else by two programs in turn, but from exact ones in
-        the plane."""
+        """Look for a state near forces: by simplex, or else by two programs in turn, beside those that are
+        exact already."""
         if self._search:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:

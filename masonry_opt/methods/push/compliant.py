@@ -9,6 +9,7 @@ where blocks move on for ever: on that ray contacts give no more, and the state 
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 from typing import Annotated, Any
 
 from pydantic import Field, Strict, model_validator
@@ -73,7 +74,7 @@ def compliant(task: Task) -> Solution:
 
     with effort.measure("solve"):
         asked = 1 / options.give if options.give else None
-        pushed = elastic.pushed(follow, *([] if asked is None else [asked]))
+        pushed = elastic.pushed(follow, asked or inf)
         if falls := elastic.falls:
             found = Found(q=falls.q, d=falls.d, slope=falls.slope, forms=falls.forms)
             solution = Solution(Status.UNSTABLE, Kind.COMPLIANT, found=found, solver=task.solver)

@@ -90,8 +90,8 @@ class Curve:
         return replace(self, rest=self.rest + self._moves(d))
 
     def along(self, d: np.ndarray, load_factor: float) -> np.ndarray:
-        """d' and λ' per unit of u, shape (3b + 1,), once more of what the joints' own equations leave: S, a sum
-        over joints, has lost what is small beside their stiffnesses."""
+        """d' and λ' per unit of u, shape (3b + 1,), once more of what the joints' own equations leave: S, a
+        sum over joints, has lost what is small beside their stiffnesses."""
         rates = self.law.forces(self.rest + self._moves(d))[1]
         factors = self.matrix.factors(rates * self.law.stiffness, self.live, self.live)
         along = factors.solve(np.append(np.zeros_like(d), 1.0))
@@ -162,8 +162,7 @@ class Curve:
             yield point
             if gone > _FURTHEST:
                 return
-            row = self._row(point)
-            turned = _TURNED
+            row, turned = self._row(point), _TURNED
             while (found := self._stepped(point, row, length, turned)) is None:
                 length /= 3
                 if length < _LEAST * (gone + _FIRST):
