@@ -198,7 +198,8 @@ def test_many_random_walls():
     """The only Coulomb state of a push of one lies across rest, and is told (HiGHS, with a binary for each
     face, finds none from there to the associative end)."""
     [without] = [found for seed in range(3, 60) if not (found := of_random_wall(seed)).usable]
-    assert without.greatest.result.solution.below_zero == pytest.approx(-0.0030297627, rel=1e-6)
+    # λ is a difference of the reaction from that at rest, which programs know to 1e-8.
+    assert without.greatest.result.solution.below_zero == pytest.approx(-0.0030297627, abs=1e-8)
 
 
 def _agrees(

@@ -147,10 +147,11 @@ def test_states_on_the_way_are_of_contacts_that_give(problem):
         assert not state.answer.failing(Kind.COMPLIANT)
 
 
-@pytest.mark.parametrize(("of", "full"), [("no cohesion", 0), ("space", 0), ("no cohesion", 1000)])
-def test_factors_of_the_matrix_of_the_blocks(monkeypatch, rng, of, full):
-    """S = B J k Bᵀ bordered, its solution and the sign of its determinant."""
-    monkeypatch.setattr(matrix, "_FULL_UP_TO", full)
+@pytest.mark.parametrize(("of", "few"), [("no cohesion", 0), ("space", 0), ("no cohesion", 1000)])
+def test_factors_of_the_matrix_of_the_blocks(monkeypatch, rng, of, few):
+    """S = B J k Bᵀ bordered, its solution and the sign of its determinant: sparse, and in a band."""
+    monkeypatch.setattr(matrix, "_NARROW", 0)
+    monkeypatch.setattr(matrix, "_FEW", few)
     problem = assemble(OF_EVERY_LAW[of]).problem
     law = Rounded.of(problem, compliance(problem), 0.1)
     blocks, b = BlockMatrix(problem, law), problem.dead.size

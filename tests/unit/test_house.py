@@ -17,9 +17,9 @@ BUDGETS = {
     "scene": 8800,
     "problem": 2417,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1080,
-    "methods": 4382,
+    "methods": 4547,  # factors by a band, which are quicker, and states beside a push that stops
     "standing": 748,
-    "answer": 2010,
+    "answer": 2011,
     "words": 1114,
     "drawing": 2514,
     "finite_motion": 1414,
@@ -28,7 +28,7 @@ BUDGETS = {
     "cli": 1169,  # commands of functions' signatures, which 1,490 lines restated in studies and in the rest
     "rest": 1050,
     "models": 1317,  # the energy of chords, said whole
-    "tests": 33383,  # commands held to the signatures that they are made of
+    "tests": 33393,  # commands held to the signatures that they are made of
 }
 
 

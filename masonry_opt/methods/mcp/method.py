@@ -85,6 +85,8 @@ def _by_push(task: Task) -> Solution:
     if expected.answer is not None:
         states.near(expected.answer)
     known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver, history=expected.history)
+    if states.answer is None and expected.start is not None:
+        states.near(expected.start)
     if states.answer is None:
         known = _looked_beside(task, known)
         if known.proven_none:
@@ -95,8 +97,8 @@ def _by_push(task: Task) -> Solution:
             states.near(by_statics.answer)
     if options.descent and states.descend:
         effort.begins("softer contacts")
-        if expected.softer is not None:
-            states.near(expected.softer.answer)
+        if expected.start is not None:
+            states.near(expected.start)
         states.further()
     answer = states.answer
     if answer is None:

@@ -82,8 +82,12 @@ def compliant(task: Task) -> Solution:
         solution = _solution(elastic, pushed, asked)
         if options.curve:
             solution = _with_curve(elastic, pushed, solution)
-        softer = elastic.at(pushed, SOFT)
-    return replace(solution, history=pushed.steps, softer=softer, solver=task.solver)
+        if pushed.ended is Ended.STOPPED and asked is None:
+            start = elastic.beside()
+        else:
+            soft = elastic.at(pushed, SOFT)
+            start = None if soft is None else soft.answer
+    return replace(solution, history=pushed.steps, start=start, solver=task.solver)
 
 
 def jams(task: Task) -> Reason | None:

@@ -162,14 +162,17 @@ class Curve:
             yield point
             if gone > _FURTHEST:
                 return
-            row, turned = self._row(point), _TURNED
-            while (found := self._stepped(point, row, length, turned)) is None:
+            row, around = self._row(point), None
+            while not (found := self._stepped(point, row, length, -inf)) or row @ found.along[:-1] < _TURNED:
+                around = found or around
                 length /= 3
                 if length < _LEAST * (gone + _FIRST):
-                    if turned < 0:
-                        return
-                    # Around a corner sharper than any step a longer one may lead.
-                    length, turned = _FIRST, -inf
+                    # Around a corner sharper than any step the shortest leads that comes to the path.
+                    found = around
+                    length = _FIRST
+                    break
+            if found is None:
+                return
             point = found
             gone += length
             length *= 4 if point.corrections <= _QUICK else 2 if point.corrections <= _EASY else 1

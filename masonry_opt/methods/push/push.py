@@ -26,8 +26,18 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
 #: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last; and that above
-#: which λ is blurred. And others, under which a path goes around a bend that stopped it.
-ROUNDING, _FALLS, _LAST, _BLURRED, _OTHERS = 0.01, 0.1, 1e-9, 1e-5, (0.005, 0.02)
+#: which λ is blurred. Others, under which a path goes around a bend that stopped it; and those for settling.
+ROUNDING, _FALLS, _LAST, _BLURRED, _OTHERS, _SETTLING = (
+    0.01,
+    0.1,
+    1e-9,
+    1e-5,
+    (0.005, 0.02),
+    (0.01, 1e-3, 1e-4),
+)
+
+#: Rounding under which hardly any path stops; and the largest share that a rounding falls by in a step.
+_COARSE, _LITTLE = 1.0, 0.9
 
 #: Rounding to which the highest λ on the way is followed, from so many points before; and the share by which
 #: it is above the end, if it is.
@@ -142,13 +152,18 @@ class Elastic:
     def settled(self) -> np.ndarray | None:
         """Forces under the dead load from rest, shape (3c + t,), which contacts give from; None if they do
         not come to carry it."""
-        problem, still = self.problem, np.zeros_like(self.problem.dead)
+        problem = self.problem
         if problem.settled is not None:
             return problem.settled
         if not problem.dead.any():
             return np.zeros(problem.B.shape[1])
+        found = (self._settled_by(rounding) for rounding in _SETTLING)
+        return next((forces for forces in found if forces is not None), None)
+
+    def _settled_by(self, rounding: float) -> np.ndarray | None:
+        problem, still = self.problem, np.zeros_like(self.problem.dead)
         nothing = np.zeros_like(self._law.stiffness)
-        curve = Curve(self._law, self._matrix, nothing, still, problem.dead, self._unit).rounded_by(ROUNDING)
+        curve = Curve(self._law, self._matrix, nothing, still, problem.dead, self._unit).rounded_by(rounding)
         # Rounded forces of nothing are in equilibrium with a little load.
         curve = replace(curve, dead=-curve.left(still, 0.0))
         before, whole = None, replace(curve, dead=problem.dead, live=still)
@@ -159,7 +174,7 @@ class Elastic:
                 # On the tangent at either side of the whole load.
                 for near in filter(None, (point, before)):
                     d = near.d + (1 - near.load_factor) / near.along[-1] * near.along[:-1]
-                    *_, last = (None, *_sharper(whole, d, 0.0, None))
+                    *_, last = (None, *_sharper(whole, d, 0.0, None, rounding))
                     if last is not None:
                         return self._law.of_problem(last[0].forces(last[1]))
                 return None
@@ -186,27 +201,51 @@ class Elastic:
         if self.settled is None:
             return Pushed(Ended.NOT_SETTLED)
         for rounding in (ROUNDING, *_OTHERS):
-            found = self._pushed(rounding, follow, until)
-            if found.ended is not Ended.STOPPED or (found.steps and found.steps[-1].displacement >= until):
-                return found
+            curve = self._curve.rounded_by(rounding)
+            found = self._followed(curve, self._at_rest(curve), follow, until)
+            came = bool(found.steps) and found.steps[-1].displacement >= until
+            if found.ended is not Ended.STOPPED or came or len(found.steps) == _POINTS:
+                break
         return found
 
-    def _pushed(self, rounding: float, follow: Callable[[PushStep], None], until: float) -> Pushed:
-        curve, still, unit = self._curve, np.zeros_like(self.problem.dead), self.problem.live_norm
-        rounded = curve.rounded_by(rounding)
-        start = rounded.state(still, 0.0, 0.0)
-        points: list[Point] = []
-        steps: list[PushStep] = []
+    def beside(self) -> Answer | None:
+        """The exact state to which contacts of much rounder corners lead where a push stops: from rest
+        another may be come to."""
+        if self.settled is None:
+            return None
+        coarse, end = self._curve.rounded_by(_COARSE), _END[self.problem.layout.dimension]
+        start = self._at_rest(coarse)
+        for point in coarse.points(*start, _POINTS) if start else ():
+            u = float(coarse.live @ point.d)
+            if u > end:
+                states = _sharper(self._curve, point.d, point.load_factor, u, _COARSE, ROUNDING)
+                *_, last = (None, *states)
+                return None if last is None else self._followed(last[0], last[1:]).answer
+        return None
+
+    @staticmethod
+    def _at_rest(curve: Curve) -> tuple[np.ndarray, float] | None:
+        """Where a path begins: d and λ; None if that is not found."""
+        return curve.state(np.zeros_like(curve.dead), 0.0, 0.0)
+
+    def _followed(
+        self,
+        rounded: Curve,
+        start: tuple[np.ndarray, float] | None,
+        follow: Callable[[PushStep], None] = lambda _: None,
+        until: float = inf,
+    ) -> Pushed:
+        unit, points, steps = self.problem.live_norm, list[Point](), list[PushStep]()
         ended, answer, looks, next_look = Ended.STOPPED, None, 0, _END[self.problem.layout.dimension]
         for point in rounded.points(*start, _POINTS) if start else ():
             points.append(point)
-            u, grows = float(curve.live @ point.d), float(curve.live @ point.along[:-1]) > 0
+            u, grows = float(rounded.live @ point.d), float(rounded.live @ point.along[:-1]) > 0
             rigid = rounded.is_rigid(point)
             steps.append(PushStep(len(steps) + 1, u, point.load_factor / unit, point.corrections))
             follow(steps[-1])
             if u < _BACK:
                 ended = Ended.BACK
-            elif (u > next_look and grows) or rigid:
+            elif u < until and ((u > next_look and grows) or rigid):
                 ended, answer = self._end(point, u)
                 looks, next_look = looks + 1, _FURTHER * u
             if ended is not Ended.STOPPED or rigid or u >= until or looks == _LOOKS:
@@ -214,7 +253,8 @@ class Elastic:
         peak = max((step.load_factor for step in steps), default=None)
         if answer is not None:
             above = peak is not None and not rigid and peak > answer.load_factor * (1 + _TOLD)
-            peak = max(answer.load_factor, self._top(points) / unit if above else -inf)
+            # At rest the load is none.
+            peak = max(0.0, answer.load_factor, self._top(points) / unit if above else 0.0)
         return Pushed(ended, tuple(steps), tuple(points), answer, peak)
 
     @cached_property
@@ -306,15 +346,25 @@ class Elastic:
 
 
 def _sharper(
-    curve: Curve, d: np.ndarray, load_factor: float, u: float | None
+    curve: Curve,
+    d: np.ndarray,
+    load_factor: float,
+    u: float | None,
+    rounding: float = ROUNDING,
+    last: float = _LAST,
 ) -> Iterator[tuple[Curve, np.ndarray, float]]:
     """States at the same u, or under the same load, under laws that are less and less rounded."""
-    rounding = ROUNDING
-    while (found := (sharper := curve.rounded_by(rounding)).state(d, load_factor, u)) is not None:
+    before, falls = rounding / _FALLS, _FALLS
+    while falls < _LITTLE:
+        sharper = curve.rounded_by(max(falls * before, last))
+        found = sharper.state(d, load_factor, u)
+        if found is None:
+            falls = falls**0.5
+            continue
         yield sharper, *found
-        if rounding <= _LAST:
+        if sharper.law.rounding <= last * curve.unit:
             return
-        rounding, (d, load_factor) = max(_FALLS * rounding, _LAST), found
+        before, falls, (d, load_factor) = sharper.law.rounding / curve.unit, _FALLS, found
 
 
 def elastic_of(task: Task) -> Elastic:
