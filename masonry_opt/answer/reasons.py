@@ -67,6 +67,8 @@ class Code(StrEnum):
     JAMS = "jams"  # the same
     STILL_ELASTIC = "still elastic"  # give, load_factor, elastic: share of the work
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a push
+    # Draws of stiffness and of self-stress, each range of loads to expect or None, without: pushes to no ray.
+    SPREAD = "spread"
     CURVE = "curve"  # states, left_out: points without one; peak, last: load factors
 
     # The MPEC.

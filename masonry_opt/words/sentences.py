@@ -127,6 +127,10 @@ def _joints_or_points(v: dict[str, Any]) -> str:
     return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
 
 
+def _ranged(ends: tuple[float, float] | None) -> str:
+    return "none" if ends is None else "–".join(numeral(end, ".4g") for end in ends)
+
+
 def _not_certified(v: dict[str, Any]) -> str:
     left = ", ".join(
         "the live load drives nothing" if value == inf else f"{_RESIDUALS.get(name, name)} {value:.1e}"
@@ -301,6 +305,11 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
             if v["peak"] - v["last"] > PLATEAU * v["peak"]
             else ", does not fall"
         )
+    ),
+    Code.SPREAD: lambda v: (
+        f"to expect, of {counted(v['draws'], 'draw')} each: {_ranged(v['stiffness'])} with other stiffness "
+        f"of contacts, {_ranged(v['stress'])} from other self-stress"
+        + (f" ({v['without']} of these pushes came to no collapse)" if v["without"] else "")
     ),
     Code.STILL_ELASTIC: (
         "with contacts that give by {give:.0e} of the motion {elastic:.0%} of the load's work is elastic "

@@ -32,7 +32,7 @@ _BOUNDS = (
 )
 
 #: Codes that tell what was tried, and nothing of the scene.
-_TRIED = (Code.STILL_ELASTIC, Code.BEGAN_AGAIN, Code.CURVE)
+_TRIED = (Code.STILL_ELASTIC, Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
 #: Ties and props that are told of.
 _TIES = 4
@@ -68,6 +68,7 @@ def facts(result: Outcome) -> dict[str, str]:
         "fill": "\n".join(of_fills(result.assembly)),
         "how sure": _certainty(result),
         "curve": "".join(sentences([said for said in result.reasons if said.code is Code.CURVE])),
+        "spread": "".join(sentences([said for said in result.reasons if said.code is Code.SPREAD])),
         "load factors": load_factors(result),
         "friction": _friction(result),
         "crushing": _crushing(result),

@@ -17,10 +17,10 @@ BUDGETS = {
     "scene": 8800,
     "problem": 2417,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1080,
-    "methods": 4547,  # factors by a band, which are quicker, and states beside a push that stops
+    "methods": 4605,  # factors by a band, which are quicker, and states beside a push that stops
     "standing": 748,
-    "answer": 2011,
-    "words": 1114,
+    "answer": 2013,
+    "words": 1124,
     "drawing": 2514,
     "finite_motion": 1414,
     "exports": 671,
@@ -28,7 +28,7 @@ BUDGETS = {
     "cli": 1169,  # commands of functions' signatures, which 1,490 lines restated in studies and in the rest
     "rest": 1050,
     "models": 1317,  # the energy of chords, said whole
-    "tests": 33393,  # commands held to the signatures that they are made of
+    "tests": 33440,  # commands held to the signatures that they are made of
 }
 
 

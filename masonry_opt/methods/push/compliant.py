@@ -21,6 +21,7 @@ from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elastic_of
+from masonry_opt.methods.push.spread import spread
 from masonry_opt.methods.task import Options, Task
 
 #: Joints, in space contact points, up to which the load to expect is told beside other methods' answers.
@@ -47,15 +48,20 @@ class CompliantOptions(Options):
     give: motion of a contact of mean length under the mean contact force of the dead load, as a share of the
         motion at collapse (in which the live load does the work Σ|f_L|); by default, none is left at the end.
     curve: whether to tell λ over displacement too: ``result.curve``.
+    spread: of how many draws of contacts' stiffness, and of as many of self-stress at rest, the least and the
+        largest load to expect are told too.
     """
 
     give: Annotated[float, Strict(), Field(gt=0, le=1e3)] | None = None
     curve: Annotated[bool, Strict()] = False
+    spread: Annotated[int, Strict(), Field(ge=1, le=1000)] | None = None
 
     @model_validator(mode="after")
     def _has_an_end(self) -> CompliantOptions:
         if self.curve and self.give is not None:
             raise ValueError("'curve' goes through all compliances: leave 'give' out")
+        if self.spread and self.give is not None:
+            raise ValueError("'spread' is of loads to expect, where contacts give no more: leave 'give' out")
         return self
 
 
@@ -82,6 +88,8 @@ def compliant(task: Task) -> Solution:
         solution = _solution(elastic, pushed, asked)
         if options.curve:
             solution = _with_curve(elastic, pushed, solution)
+        if options.spread:
+            solution = solution.telling(spread(elastic, options.spread))
         if pushed.ended is Ended.STOPPED and asked is None:
             start = elastic.beside()
         else:

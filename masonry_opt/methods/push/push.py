@@ -25,19 +25,13 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
-#: Rounding of the law on paths, in mean forces; at a state it falls by a factor to the last; and that above
-#: which λ is blurred. Others, under which a path goes around a bend that stopped it; and those for settling.
-ROUNDING, _FALLS, _LAST, _BLURRED, _OTHERS, _SETTLING = (
-    0.01,
-    0.1,
-    1e-9,
-    1e-5,
-    (0.005, 0.02),
-    (0.01, 1e-3, 1e-4),
-)
+#: Rounding of the law on paths, in mean forces; others, under which a path goes around a bend that stopped
+#: it; those for settling, in turn; and one under which hardly any path stops.
+ROUNDING, _OTHERS, _SETTLING, _COARSE = 0.01, (0.005, 0.02), (0.01, 1e-3, 1e-4), 1.0
 
-#: Rounding under which hardly any path stops; and the largest share that a rounding falls by in a step.
-_COARSE, _LITTLE = 1.0, 0.9
+#: At a state rounding falls to the last by a factor, which comes up to a share where no state is found. Above
+#: the fourth λ is blurred; a certificate that leaves no more than the fifth needs no other beside it.
+_FALLS, _LITTLE, _LAST, _BLURRED, _WELL = 0.1, 0.9, 1e-9, 1e-5, 1e-11
 
 #: Rounding to which the highest λ on the way is followed, from so many points before; and the share by which
 #: it is above the end, if it is.
@@ -145,8 +139,16 @@ class Elastic:
         self._unit = float(extent.mean() / (extent * self._compliance[: problem.joints]).mean())
 
     def again_for(self, problem: Problem, effort: Effort | None = None) -> Elastic:
-        """The same of a problem of other loads or law."""
+        """The same of a problem of other loads, law or forces at rest."""
         return Elastic(problem, self._matrix)
+
+    def drawn(self, deviation: float, rng: np.random.Generator) -> Elastic:
+        """The same, the stiffness of each contact changed by a random factor, its logarithm's standard
+        deviation given."""
+        c = self.problem.joints
+        of_each = np.exp(deviation * rng.standard_normal(self.problem.B.shape[1] - 2 * c))
+        factors = np.concatenate([of_each[:c], of_each[:c], of_each])
+        return Elastic(self.problem, self._matrix, factors * self._compliance)
 
     @cached_property
     def settled(self) -> np.ndarray | None:
@@ -268,20 +270,27 @@ class Elastic:
         """Whether a point lies on a ray, and the exact state there under laws ever sharper: in space the
         direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
         problem, far = self.problem.by_cone, _FAR[self.problem.layout.dimension] * u
-        before, best, blurred = point.along[:-1] / float(self._curve.live @ point.along[:-1]), None, True
-        last: tuple[Curve, np.ndarray, float] | None = None
-        for last in _sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0):
-            curve, d, load = last
-            along, q = curve.along(d, load), self._law.of_problem(curve.forces(d))
-            for way in (along[:-1], before):
+        before = point.along[:-1] / float(self._curve.live @ point.along[:-1])
+        states = [*_sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0)]
+        best: Answer | None = None
+        for curve, d, load in reversed(states):
+            blurred = curve.law.rounding > _BLURRED * self._unit
+            if best is not None and (blurred or best.certificate.worst <= _WELL):
+                break
+            q = self._law.of_problem(curve.forces(d))
+            for way in (curve.along(d, load)[:-1], before):
                 answer, ahead = certified(problem, load / problem.live_norm, q, way), d + far * way
                 if not answer.exact or np.abs(curve.left(ahead, load)).max() > _NO_EVENT * self._unit:
                     continue
-                if best is None or blurred or answer.certificate.worst < best.certificate.worst:
-                    best, blurred = answer, curve.law.rounding > _BLURRED * self._unit
+                if best is None or answer.certificate.worst < best.certificate.worst:
+                    best = answer
         if best is not None:
             return Ended.RAY, best
-        if last is None or u * along[-1] < _GROWS * abs(load):
+        if not states:
+            return Ended.STOPPED, None
+        curve, d, load = states[-1]
+        along = curve.along(d, load)
+        if u * along[-1] < _GROWS * abs(load):
             return Ended.STOPPED, None
         far = _FAR_AND_WIDE * u
         left = np.abs(curve.left(d + far * along[:-1], load + far * along[-1])).max()

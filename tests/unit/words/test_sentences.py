@@ -23,6 +23,7 @@ VALUES = {
     "count": 7,
     "dilatancy": -2.0,
     "distance": 120.0,
+    "draws": 12,
     "elastic": 0.9,
     "epsilon": 3e-9,
     "exact": True,
@@ -58,6 +59,9 @@ VALUES = {
     "pairs": [["A", "B"]],
     "peak": 0.5,
     "deep_fall": (0.4, 0.3),
+    "stiffness": (0.4, 0.5),
+    "stress": None,
+    "without": 1,
     "period": 2,
     "rates": 100.0,
     "ratio": 1000.0,
@@ -108,6 +112,11 @@ WORDS = {
     Code.CURVE: (
         reason(Code.CURVE, states=12, left_out=17, peak=0.0424138, last=0.0066129),
         "λ over displacement, in 12 states (17 more were not found), falls from 0.04241 to 0.006613",
+    ),
+    Code.SPREAD: (
+        reason(Code.SPREAD, draws=12, stiffness=(0.15, 0.25), stress=None, without=13),
+        "to expect, of 12 draws each: 0.15–0.25 with other stiffness of contacts, none from other "
+        "self-stress (13 of these pushes came to no collapse)",
     ),
     Code.EXACT: (reason(Code.EXACT, fall=-1e-4), "exact, 1.0e-04 above its start, which is not as exact"),
 }
