@@ -34,7 +34,7 @@ guide: .venv/installed
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed: make PYTHON=python3.12")'
 	$(PYTHON) -m venv --clear .venv
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[check,dask,docs,drawings,meshes,mpec,parquet,solvers,studies,test]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[check,dask,docs,drawings,meshes,mpec,studies,test]'
 	touch $@
 
 clean:

@@ -34,8 +34,7 @@ def verdicts(asked: argparse.Namespace) -> Comparison:
     scenes = made_scenes(expected, [*write_random(made, asked.random), *large])
     planned = plan(asked.methods.split(","), ["cvxpy"], asked.solvers.split(","), [1e-9])
     limits, registry = RunLimits(asked.time_limit, 4000.0, 1), ROOT / "tests" / "atlas" / FILE
-    update = asked.update_best_known
-    comparison = run_plan(scenes, planned, limits, asked.out, asked.progress, registry, update)
+    comparison = run_plan(scenes, planned, limits, asked.out, asked.progress, registry)
     write_report(comparison, asked.out)
     return comparison
 
@@ -52,7 +51,6 @@ def arguments(given: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--methods", default="static,nonassociative,mcp")
     parser.add_argument("--solvers", default="clarabel,highs")
     parser.add_argument("--time-limit", type=float, default=60.0, help="seconds a run")
-    parser.add_argument("--update-best-known", action="store_true")
     parser.add_argument("--out", type=Path, default=Path("results/verdicts"))
     return parser.parse_args(given, argparse.Namespace(progress=print))
 

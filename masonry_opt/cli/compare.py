@@ -19,7 +19,7 @@ from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
 _SCENES = typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
-_SOLVERS = "Also: highs-hipo, piqp (in the extra 'solvers'), and what CVXPY finds: osqp, scs, ..."
+_SOLVERS = "Also: highs-hipo, and what CVXPY finds: osqp, scs, ..."
 
 
 def _names(text: str) -> list[str]:

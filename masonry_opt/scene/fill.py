@@ -11,11 +11,11 @@ from pydantic import Field, PlainValidator
 from masonry_opt.scene.blocks import Number, Positive, Record, RoadLine, YesNo
 
 
-def _spread(value: Any) -> float | str | bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if value is False or value == "2:1" or (number and 0 < value < 90):
-        return float(value) if number else value
-    raise ValueError('must be an angle between 0 and 90 degrees, "2:1", or false')
+def _spread(value: Any) -> float | bool:
+    angle = isinstance(value, int | float) and value is not True and 0 < value < 90
+    if angle or value is False:
+        return float(value) if angle else value
+    raise ValueError("must be an angle between 0 and 90 degrees, or false")
 
 
 class Fill(Record):
@@ -42,8 +42,8 @@ class Fill(Record):
     weight:
         Whether the fill's weight acts on the blocks.
     spread:
-        Angle to the vertical, in degrees, within which a load on the road spreads on its way down; "2:1" (two
-        down to one aside); or False: loads go straight down.
+        Angle to the vertical, in degrees, within which a load on the road spreads on its way down; or False:
+        loads go straight down.
     pressure:
         Whether it presses on faces. If not, ``friction_angle`` and ``mobilised`` are not needed.
     """
@@ -53,7 +53,7 @@ class Fill(Record):
     friction_angle: Annotated[Number, Field(gt=0, lt=90)] | None = None
     mobilised: Annotated[Number, Field(gt=0, le=1)] | None = None
     weight: YesNo = True
-    spread: Annotated[float | Literal["2:1", False], PlainValidator(_spread)] = 30.0
+    spread: Annotated[float | Literal[False], PlainValidator(_spread)] = 30.0
     pressure: YesNo = True
 
     def _mistakes(self) -> Iterator[str]:
@@ -78,4 +78,4 @@ class Fill(Record):
     @property
     def spread_tangent(self) -> float:
         """Tangent of the angle of spread; 0 where loads go straight down."""
-        return 0.5 if self.spread == "2:1" else math.tan(math.radians(float(self.spread)))
+        return math.tan(math.radians(self.spread))

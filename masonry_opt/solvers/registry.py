@@ -120,16 +120,13 @@ def _scipy(tolerance: float) -> dict[str, Any]:
     return {"scipy_options": own}
 
 
-def _absolute_and_relative(*kinds: str, **others: Any) -> Options:
-    names = [f"eps{kind}_{of}" for kind in kinds for of in ("abs", "rel")]
-    return lambda tolerance: dict.fromkeys(names, tolerance) | others
+def _first_order(**most: int) -> Options:
+    return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **most}
 
 
 # First-order methods take many cheap iterations; OSQP's own limit is a tenth of SCS's.
-_osqp = _absolute_and_relative("", max_iter=100_000)
-_scs = _absolute_and_relative("", max_iters=100_000)
-# Unless asked to, PIQP does not tell its time.
-_piqp = _absolute_and_relative("", "_duality_gap", compute_timings=True)
+_osqp = _first_order(max_iter=100_000)
+_scs = _first_order(max_iters=100_000)
 
 
 @cache
@@ -137,10 +134,6 @@ def _installed_for_cvxpy() -> frozenset[str]:
     import cvxpy as cp
 
     return frozenset(cp.installed_solvers())
-
-
-def _needs_extra(engine: str) -> Callable[[], str]:
-    return lambda: "" if engine in _installed_for_cvxpy() else "pip install '.[solvers]'"
 
 
 def _without_casadi() -> str:
@@ -156,9 +149,6 @@ _ENTRIES = (
     SolverEntry("highs", "cvxpy", "HIGHS", _highs_simplex),
     SolverEntry("highs-ipm", "cvxpy", "HIGHS", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "cvxpy", "HIGHS", _highs_hipo, interior=True),
-    SolverEntry(
-        "piqp", "cvxpy", "PIQP", _piqp, _needs_extra("PIQP"), interior=True, stops_early=True, decides=False
-    ),
     SolverEntry("osqp", "cvxpy", "OSQP", _osqp, decides=False),
     SolverEntry("scs", "cvxpy", "SCS", _scs, decides=False, conic=True),
     SolverEntry("scipy", "cvxpy", "SCIPY", _scipy),

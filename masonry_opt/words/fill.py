@@ -19,9 +19,8 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         blocks = counted(len({piece.block for piece in below}), "block")
         said = [f"touches {counted(len(pieces), 'edge')}"]
         said.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
-        angle = fill.spread if isinstance(fill.spread, str) else f"{fill.spread:g}° to the vertical"
-        straight = fill.spread is False
-        said.append("loads go straight down" if straight else f"loads on the road spread by {angle}")
+        spread = f"loads on the road spread by {fill.spread:g}° to the vertical"
+        said.append("loads go straight down" if fill.spread is False else spread)
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
             said.append(

@@ -10,8 +10,21 @@ from lines import line
 from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.studies.compare.best_known import FILE, BestKnown, best_known, improve, lowest_exact, merged
+from masonry_opt.studies.compare.best_known import (
+    FILE,
+    BestKnown,
+    best_known,
+    lower_states,
+    lowest_exact,
+    merged,
+)
 from masonry_opt.studies.compare.plan import content_of, find_scenes
+
+
+def entry(scene, load_factor, method):
+    """An entry of a registry."""
+    lines = f'["{scene.name}.toml"]', f"load_factor = {load_factor}", f'method = "{method}"'
+    return "\n".join([*lines, f'content = "{scene.content}"\n'])
 
 
 @pytest.fixture
@@ -21,8 +34,7 @@ def case(tmp_path):
     folder.mkdir()
     mo.save(two_blocks(), folder / "two.toml")
     (scene,) = find_scenes([folder / "two.toml"])
-    entry = f'["folder/two.toml"]\nload_factor = 0.16\nmethod = "by hand"\ncontent = "{scene.content}"\n'
-    (tmp_path / FILE).write_text(entry)
+    (tmp_path / FILE).write_text(entry(scene, 0.16, "by hand"))
     return scene
 
 
@@ -36,8 +48,8 @@ def exact(case, **known):
 
 
 def known_after(registry, case, *rows):
-    improve([case], lowest_exact(rows, best_known([case], registry)), registry, write=True)
-    return best_known([case], registry)[case.name]
+    known = best_known([case], registry)
+    return merged(known, lowest_exact(rows, known))[case.name]
 
 
 @pytest.mark.parametrize("method", ["refined", "mcp"])
@@ -81,47 +93,21 @@ def test_a_changed_scene_has_no_best_known_state_but_words_do_not_change_it(regi
     assert best_known(find_scenes([case.path]), registry) == {}
 
 
-def test_other_entries_stay(registry, case):
-    other = {"load_factor": 1.0, "method": "m", "content": "c"}
-    entry = '["other.toml"]\nload_factor = 1.0\nmethod = "m"\ncontent = "c"\n'
-    registry.write_text(registry.read_text() + entry)
-    known_after(registry, case, exact(case, load_factor=0.15))
-    assert tomllib.loads(registry.read_text())["other.toml"] == other
-
-
-def test_an_unwritable_registry_is_named_and_no_error(registry, case, monkeypatch):
-    def refuse(*_):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr("masonry_opt.studies.compare.best_known.write_whole", refuse)
-    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]), registry, write=True)
-    assert "cannot be written (Permission denied)" in message
-    assert "0.15" in message
-
-
-def test_without_the_option_a_lower_state_is_told_and_nothing_written(registry, case):
-    before = registry.read_bytes()
-    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]), registry, write=False)
-    assert "--update-best-known" in message
-    assert "0.15" in message
-    assert registry.read_bytes() == before
-
-
-def test_scenes_without_an_entry_get_one_where_that_is_asked_for(registry, case):
-    registry.write_text("")
-    mo.save(two_blocks(0.2), case.path.with_name("other.toml"))
-    scenes = find_scenes([case.path, case.path.with_name("other.toml")])
-    found = lowest_exact(exact(scene, load_factor=0.15) for scene in scenes)
-    assert improve(scenes, found, registry, write=False) == []
-    assert len(improve(scenes, found, registry, write=True)) == 2
-    assert [known.load_factor for known in best_known(scenes, registry).values()] == [0.15, 0.15]
+def test_a_lower_state_is_told_and_nothing_else_is(registry, case):
+    known = best_known([case], registry)
+    best = merged(known, lowest_exact([exact(case, load_factor=0.15)], known))
+    (message,) = lower_states(known, best, registry)
+    assert "0.15, found by refined" in message
+    assert f"{registry} has 0.16" in message
+    assert lower_states(known, known, registry) == []
+    assert lower_states({}, best, registry) == []
 
 
 def test_a_scene_is_known_by_its_name_and_numbers_wherever_it_lies(tmp_path):
     registry = tmp_path / FILE
     (scene,) = find_scenes(write_random(tmp_path / "scenes", 1))
-    improve([scene], {scene.name: BestKnown(0.5, "refined")}, registry, write=True)
-    assert [*tomllib.loads(registry.read_text())] == ["random/wall_0.toml"]
+    registry.write_text(entry(scene, 0.5, "refined"))
+    assert scene.name == "random/wall_0"
     again = find_scenes(write_random(tmp_path / "other", 1))
     assert best_known(again, registry) == {"random/wall_0": BestKnown(0.5, "refined")}
     assert best_known(again, None) == best_known(again, tmp_path / "none.toml") == {}

@@ -152,13 +152,13 @@ def test_what_an_overhang_hides_is_not_touched():
 
 def test_counted_and_told(tmp_path):
     pushed = LOW.model_copy(update={"live": (1.0, 0.0)})
-    made = scene([pushed, SLOPED], [fill([(0, 3), (5, 3)], spread="2:1")])
+    made = scene([pushed, SLOPED], [fill([(0, 3), (5, 3)], spread=25)])
     mo.save(made, tmp_path / "a.toml")
     assert mo.load(tmp_path / "a.toml") == made
     told = summary(mo.solve(made, "static"))
     assert "touches 5 edges; weighs 14 on 2 blocks" in told
     assert "fill touches 5 edges; weighs 14" in str(mo.check(made))
-    assert "by 2:1" in told
+    assert "by 25° to the vertical" in told
     assert "5 edges touched by fill" in counts(assemble(made))
 
 
@@ -180,9 +180,9 @@ def test_each_part_can_be_switched_off(part):
         ({"mobilised": 0.05}, ["'mobilised'", "K_a"]),
         ({"mobilised": None}, ["'mobilised'", "'pressure = false'"]),
         ({"friction_angle": None}, ["'friction_angle'", "'pressure = false'"]),
-        ({"spread": 90.0}, ["'spread'", "2:1"]),
-        ({"spread": "3:1"}, ["'spread'", "2:1"]),
-        ({"spread": True}, ["'spread'", "2:1"]),
+        ({"spread": 90.0}, ["'spread'", "between 0 and 90 degrees, or false"]),
+        ({"spread": "2:1"}, ["'spread'", "between 0 and 90 degrees, or false"]),
+        ({"spread": True}, ["'spread'", "between 0 and 90 degrees, or false"]),
         ({"road": [(0, 2)]}, ["'road'", "at least 2"]),
         ({"road": [(2, 2), (0, 2)]}, ["'road'", "left to right"]),
         ({"depth": 1.0}, ["unknown key 'depth'"]),

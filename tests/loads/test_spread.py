@@ -15,6 +15,9 @@ from masonry_opt.scene.profile import Profile
 
 BASE = mo.Block(name="base", vertices=[(-3, -1), (9, -1), (9, 0), (-3, 0)], fixed=True)
 
+#: Angle of two down to one aside, in degrees.
+HALF = math.degrees(math.atan(0.5))
+
 
 def block(name, vertices):
     return mo.Block(name=name, vertices=vertices, weight=1.0)
@@ -41,7 +44,7 @@ LEFT = block("left", [(0, 0), (2, 0), (2, 1), (0, 1)])
 RIGHT = block("right", [(2, 0), (6, 0), (6, 1), (2, 1)])
 
 
-@pytest.mark.parametrize(("angle", "tangent"), [(30.0, math.tan(math.pi / 6)), ("2:1", 0.5), (45.0, 1.0)])
+@pytest.mark.parametrize(("angle", "tangent"), [(30.0, math.tan(math.pi / 6)), (HALF, 0.5), (45.0, 1.0)])
 def test_pressure_on_a_level_edge_is_uniform(angle, tangent):
     """1.5 below the road 2 · 1.5 tan wide, about x = 1.8; the blocks meet at x = 2."""
     assembly, road = over([LEFT, RIGHT], [(0, 2.5), (6, 2.5)], spread=angle)
@@ -54,7 +57,7 @@ def test_pressure_on_a_level_edge_is_uniform(angle, tangent):
 
 def test_the_same_as_a_load_along_the_edge():
     """By `EdgeLoad`: P over the width of the fan, for two loads whose fans overlap."""
-    assembly, road = over([LEFT, RIGHT], [(0, 3), (6, 3)], spread="2:1")
+    assembly, road = over([LEFT, RIGHT], [(0, 3), (6, 3)], spread=HALF)
     expected = road.on_blocks(np.array([1.5, 2.7]), np.array([6.0, 4.0]))
     loads = [
         mo.EdgeLoad(start=(x - 1, 1), end=(x + 1, 1), force=(0, -load / 2), kind="live")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import shutil
 import signal
-import sys
 
 import pandas as pd
 import pytest
@@ -74,33 +73,12 @@ def test_a_full_disk_keeps_what_was_made(swept, tmp_path, full):
     assert (tmp_path / "load_factor.png").read_bytes() == (folder / "load_factor.png").read_bytes()
 
 
-def test_parquet_and_csv_are_the_table_to_the_last_digit(swept, tmp_path):
-    pytest.importorskip("pyarrow", reason="needs the extra 'parquet'")
+def test_csv_is_the_table_to_the_last_digit(swept, tmp_path):
     frame, folder = swept
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)  # with the journal: nothing is run again
-    sweep(out=tmp_path, parquet=True)
+    sweep(out=tmp_path)
     assert (tmp_path / "runs.csv").read_bytes() == (folder / "runs.csv").read_bytes()
-    read = pd.read_parquet(tmp_path / "runs.parquet")
-    # Texts have a type of their own in newer releases of pandas; missing ones stay missing.
-    assert read.isna().equals(frame.isna())
-    texts = frame.select_dtypes("object").columns
-    pd.testing.assert_frame_equal(read.drop(columns=texts), frame.drop(columns=texts), check_exact=True)
-    assert read[texts].fillna("").to_numpy().tolist() == frame[texts].fillna("").to_numpy().tolist()
     written = pd.read_csv(tmp_path / "runs.csv", dtype=str, keep_default_na=False)
     for name in ("joints.friction", "load_factor", "equilibrium", "yield", "seconds"):
         digits = ["" if pd.isna(value) else repr(float(value)) for value in frame[name]]
         assert written[name].tolist() == digits
-
-
-def sample(**keys):
-    drawn = {"joints.friction": ("uniform", 0.3, 0.5)}
-    return mo.sample(block_on_floor(), drawn, n=2, method="static", workers=1, **keys)
-
-
-@pytest.mark.parametrize("runs", [sweep, sample])
-def test_parquet_that_cannot_be_written_is_told_before_any_run(tmp_path, monkeypatch, runs):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    out = tmp_path / "out"
-    with pytest.raises(mo.OptionError, match="pip install"):
-        runs(out=out, parquet=True)
-    assert not out.exists()

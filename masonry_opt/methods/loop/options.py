@@ -79,7 +79,7 @@ class LoopOptions(Options):
         sub-problems (1e-4, in units of the load), which ends as soon as exact forces leave next to no energy
         in a mechanism near its last one. It may end lower or higher (on the walls of Table 1 from 3 % below
         to 16 % above); other methods start from accurate ones. Default: rough from 1000 joints (in space
-        contact points) on, with a solver that stops early when it is asked to (Clarabel or PIQP).
+        contact points) on, with a solver that stops early when it is asked to (Clarabel).
     alpha: slope of the contracting shear limit over μ, at first: a small value, 0 ≤ alpha ≤ 1.
     alpha_min: from there on the slope stays at this value (the last step may undershoot it once).
     beta: weight of the newest normal forces against those before, 0 < beta ≤ 1.

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import tomli_w
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.errors import CaseError
-from masonry_opt.files import write_whole
 from masonry_opt.studies.compare.plan import CaseScene
 from masonry_opt.studies.compare.runs import by_sides, residuals_over_limit
 
@@ -22,13 +19,6 @@ FILE = "best_known.toml"
 
 #: The kinds of answer that can be exact: in the loop's, sliding may contract.
 _EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
-
-_HEADER = """\
-# The lowest exact Coulomb load factor known of each scene, and the method that found it. `content` is the
-# scene's hash: a changed scene has no best known state. `--update-best-known` of `masonry-opt compare` (of
-# case files) and of benchmarks/verdicts.py (of the scenes that tests/atlas makes) rewrites the file beside
-# them when a run of mcp, mpec, refined or global, all of whose residuals are below 1e-8, finds a lower one.
-"""
 
 
 @dataclass(frozen=True)
@@ -88,31 +78,16 @@ def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str
     return known | lower
 
 
-def improve(
-    scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], registry: Path | None, write: bool
+def lower_states(
+    known: Mapping[str, BestKnown], best: Mapping[str, BestKnown], registry: Path | None
 ) -> list[str]:
-    """Lines on the states lower than the registry says; with ``write`` they are written to it, and those of
-    scenes that have none yet. A registry that cannot be written is named in its line."""
-    scenes = list(scenes)
-    entries, known, lines = _read(registry), best_known(scenes, registry), []
-    if registry is None:
-        return []
-    for scene in scenes:
-        before, found = known.get(scene.name), best.get(scene.name)
-        if found is None or (before and not is_lower(found.load_factor, before.load_factor)):
-            continue
-        entries[_key(scene)] = asdict(found) | {"content": scene.content}
-        if before or write:
-            which = "lower exact state" if before else "first exact state"
-            lines.append(f"{_key(scene)}: {which} {found.load_factor:.9g}, found by {found.method}")
-    done = f"--update-best-known writes it to {registry}"
-    if lines and write:
-        done = f"written to {registry}"
-        try:
-            write_whole(registry, _HEADER + tomli_w.dumps(dict(sorted(entries.items()))))
-        except OSError as error:
-            done = f"{registry} cannot be written ({error.strerror})"
-    return [f"{line}; {done}" for line in lines]
+    """Lines on the states that are lower than those known, which the registry has."""
+    return [
+        f"{name}.toml: lower exact state {best[name].load_factor:.9g}, found by {best[name].method}; "
+        f"{registry} has {known[name].load_factor:.9g}"
+        for name in known
+        if best[name] != known[name]
+    ]
 
 
 def _key(scene: CaseScene) -> str:

@@ -15,7 +15,7 @@ from masonry_opt.answer.thresholds import APART
 from masonry_opt.errors import counted, printable
 from masonry_opt.studies.compare import frames, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.best_known import BestKnown, best_known, improve, lowest_exact, merged
+from masonry_opt.studies.compare.best_known import BestKnown, best_known, lower_states, lowest_exact, merged
 from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE, COULOMB, TARGET, question_of
 from masonry_opt.studies.compare.plan import CaseScene, Pair, RunPlan
 from masonry_opt.studies.journal import Journal, digest
@@ -98,7 +98,6 @@ def run_plan(
     folder: Path,
     progress: Callable[[str], None],
     registry: Path | None = None,
-    update_best_known: bool = False,
 ) -> Comparison:
     """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`~.report.compare`), Coulomb
     states by those that ``registry`` has."""
@@ -127,9 +126,8 @@ def run_plan(
             "static and kinematic with a conic solver crush joints by the parabola, all other runs and the "
             f"certified bounds by chords inside it: no error is given for the former on {', '.join(bent)}"
         )
-    found = lowest_exact(rows, known)
-    notes += improve(scenes, found, registry, update_best_known)
-    best = merged(known, found)
+    best = merged(known, lowest_exact(rows, known))
+    notes += lower_states(known, best, registry)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
     if len(summary):
         summary["to_expect"] = summary["scene"].map(to_expect).astype(float)

@@ -44,7 +44,6 @@ def compare(
     time_limit: float = RunLimits.time,
     memory_limit: float = RunLimits.memory,
     out: str | Path = OUT,
-    update_best_known: bool = False,
     cases: str | Path | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
@@ -61,7 +60,6 @@ def compare(
     repeats: runs of each; times are medians.
     time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
     out: folder of results and report.
-    update_best_known: write lower exact Coulomb states to the registry ``best_known.toml`` of ``cases``.
     progress: called with a line before each run.
 
     Raises
@@ -86,7 +84,7 @@ def compare(
         raise OptionError("nothing to compare: name case files")
     limits, registry = RunLimits(time_limit, memory_limit, repeats), folder / FILE
     found = find_scenes(named, folder)
-    comparison = run_plan(found, planned, limits, out, progress, registry, update_best_known)
+    comparison = run_plan(found, planned, limits, out, progress, registry)
     progress("report")
     write_report(comparison, out)
     ended = comparison.results["ended"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -118,7 +117,6 @@ class ManyRuns:
     which are not made again; without one nothing is. Attributes as of :func:`~.sweep.sweep`."""
 
     out: str | Path | None = None
-    parquet: bool = False
     force: bool = False
     workers: int | None = None
     dask: str | None = None
@@ -161,16 +159,11 @@ class ManyRuns:
         self.progress(len(rows), len(points))
         frame = framed([rows[index] for index in range(len(points))], list(points[0]))
         if self.out is not None:
-            contents: dict[str, str | bytes] = {_TABLE: csv_text(frame)}
-            if self.parquet:
-                contents["runs.parquet"] = frame.to_parquet(None, index=False)
-            write_files(Path(self.out), contents)
+            write_files(Path(self.out), {_TABLE: csv_text(frame)})
         return frame
 
     def _journal(self, study: Study, points: Sequence[Mapping[str, float]]) -> Journal | None:
         """That of these runs. Raises OptionError if the folder holds others."""
-        if self.parquet and find_spec("pyarrow") is None:
-            raise OptionError("--parquet needs: pip install '.[parquet]'")
         if self.out is None:
             return None
         # A journal of other runs is refused first; none is begun beside a table that stays.

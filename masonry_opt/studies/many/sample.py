@@ -249,7 +249,6 @@ def sample(
     sequence: str | None = None,
     method: str = DEFAULT,
     out: str | Path | None = None,
-    parquet: bool = False,
     force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
@@ -291,7 +290,7 @@ def sample(
     out:
         Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
         each. Runs that it holds already are not made again.
-    parquet, force, workers, dask, progress:
+    force, workers, dask, progress:
         As of ``mo.sweep``.
 
     Returns
@@ -318,7 +317,7 @@ def sample(
     how = prepare(method, **options).how
     study, make = (Study(None, how), draws.scene) if draws.varied else (Study(scene, how), None)
     points: list[Any] = values.to_dict("records")
-    table = ManyRuns(out, parquet, force, workers, dask, progress).table(study, points, make)
+    table = ManyRuns(out, force, workers, dask, progress).table(study, points, make)
     found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if out is not None:
         folder = Path(out)

@@ -29,7 +29,6 @@ def sweep(
     *,
     method: str = DEFAULT,
     out: str | Path | None = None,
-    parquet: bool = False,
     force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
@@ -50,8 +49,6 @@ def sweep(
     out:
         Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds are not made
         again: an interrupted sweep goes on where it stopped. A table that would lose runs is not replaced.
-    parquet:
-        Also ``runs.parquet`` (needs the extra ``parquet``).
     force:
         Replace such a table too. (Its runs stay in ``journal.jsonl``.)
     workers:
@@ -92,7 +89,7 @@ def sweep(
         of = as_scene(scene)
         Parameters(of).check_names(vary)
     study = Study(of, prepare(method, **options).how)
-    frame = ManyRuns(out, parquet, force, workers, dask, progress).table(study, points, make)
+    frame = ManyRuns(out, force, workers, dask, progress).table(study, points, make)
     if out is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.charts import write_charts

@@ -259,7 +259,7 @@ def test_solvers_that_cannot_stop_early_solve_accurately(solver):
     solver = find_solver("cvxpy", solver)
     accurate = LoopOptions(sub_problems="accurate").parameters(1, solver)
     assert LoopOptions().parameters(ROUGH_FROM, solver) == accurate
-    assert LoopOptions().parameters(ROUGH_FROM, find_solver("cvxpy", "piqp")) != accurate
+    assert LoopOptions().parameters(ROUGH_FROM, CLARABEL) != accurate
 
 
 def test_the_preset_is_section_5_and_what_stands_beside_it_counts():
