@@ -131,8 +131,8 @@ def test_charts_are_drawn_whole(browser, charts_page, width):
 @pytest.mark.slow
 def test_a_name_of_a_legend_fades_the_others(browser, charts_page):
     chromium = opened(browser, charts_page, 1280)
-    faded = "return document.querySelectorAll('#chart_4 path[opacity=\"0.1\"]').length"
-    entry = chromium.find_element("css selector", "#chart_4 .role-legend-label text")
+    faded = "return document.querySelectorAll('#chart_3 path[opacity=\"0.1\"]').length"
+    entry = chromium.find_element("css selector", "#chart_3 .role-legend-label text")
     assert chromium.execute_script(faded) == 0
     entry.click()
     assert chromium.execute_script(faded) > 0
@@ -141,9 +141,9 @@ def test_a_name_of_a_legend_fades_the_others(browser, charts_page):
 @pytest.mark.slow
 def test_each_scene_has_its_panel(browser, charts_page):
     chromium = opened(browser, charts_page, 1280)
-    marks = "return document.querySelector('#chart_6 svg').innerHTML"
+    marks = "return document.querySelector('#chart_5 svg').innerHTML"
     first = chromium.execute_script(marks)
-    select = chromium.find_element("css selector", "#chart_6 select")
+    select = chromium.find_element("css selector", "#chart_5 select")
     *_, last = select.find_elements("css selector", "option")
     last.click()
     assert chromium.execute_script(marks) != first

@@ -110,6 +110,7 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
         time=rows["time"],
         height=rows[error].clip(low).where(certified, in_band),
         colour=rows["pair"].map(looks.set_index("pair")["stroke"]),
+        broken=rows["pair"].map(looks.set_index("pair")["broken"]),
         rung=rows["tolerance"],
         front=rows.index.isin(np.concatenate(front)),
         below=certified & rows["below"] & (error == "error"),
@@ -137,7 +138,6 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
         """Pairs told apart by their looks."""
         return channel("pair:N", scale=alt.Scale(domain=[*looks["pair"]], range=[*looks[look]]))
 
-    stroke = by(alt.Stroke, "stroke")
     layers = [
         once.mark_rect(color="#EDEDED").encode(y=alt.datum(band), y2=alt.datum(top)),
         once.mark_text(align="left", color=GREY).encode(
@@ -145,25 +145,32 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
         ),
         steps.mark_line(interpolate="step-after", color=GREY).encode(**places),
         known.mark_line(strokeWidth=1.2).encode(
-            **places, stroke=stroke, strokeDash=by(alt.StrokeDash, "dash"), opacity=_FADED, order="rung:Q"
+            **places,
+            color=alt.Color("colour:N", scale=None),
+            strokeDash=alt.when("datum.broken").then(alt.value([4, 3])).otherwise(alt.value([1, 0])),
+            detail="pair:N",
+            opacity=_FADED,
+            order="rung:Q",
         ),
         below.mark_point(shape=SHAPES[-1], fill=GREY, stroke=GREY).encode(**places),
-        known.mark_point(size=80, opacity=1).encode(
+        # The only layer with a legend: of several its names could not be chosen.
+        known.mark_point(size=80, opacity=1)
+        .encode(
             **places,
-            stroke=stroke,
+            stroke=by(alt.Stroke, "stroke"),
             fill=by(alt.Fill, "fill"),
             shape=by(alt.Shape, "shape"),
             opacity=_FADED,
             tooltip=told,
-        ),
+        )
+        .add_params(_CHOSEN),
         letters.mark_text(fontWeight="bold", fontSize=13).encode(
             **places, text="letter:N", color=alt.Color("colour:N", scale=None), opacity=_FADED, tooltip=told
         ),
     ]
     title = f"{question.capitalize()} λ: time against {what}"
     name = f"time_{error}_{question.lower()}"
-    chart = alt.layer(*layers, data=marks).add_params(_CHOSEN)
-    return NamedChart(name, title, chart, "; ".join(notes), "scene")
+    return NamedChart(name, title, alt.layer(*layers, data=marks), "; ".join(notes), "scene")
 
 
 def _success(summary: pd.DataFrame) -> list[NamedChart]:
@@ -217,8 +224,8 @@ def _looks(summary: pd.DataFrame, pairs: pd.Series) -> pd.DataFrame:
     for run in summary[summary["pair"].isin(pairs)].drop_duplicates("pair").itertuples():
         colour, full = SERIES[solvers.index(run.solver) % len(SERIES)], run.model == "cvxpy"
         shape = SHAPES[methods.index(str(run.method)) % len(SHAPES)]
-        rows.append((run.pair, colour, colour if full else "white", shape, [1, 0] if full else [4, 3]))
-    return pd.DataFrame(rows, columns=["pair", "stroke", "fill", "shape", "dash"])
+        rows.append((run.pair, colour, colour if full else "white", shape, not full))
+    return pd.DataFrame(rows, columns=["pair", "stroke", "fill", "shape", "broken"])
 
 
 def _tooltip(columns: Iterable[str]) -> list[Any]:
