@@ -18,8 +18,8 @@ from masonry_opt.problem.state import State
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
-from masonry_opt.words.fill import of_fills
 from masonry_opt.words.sentences import BY_CHORDS, by_sides, numeral
+from masonry_opt.words.summary import of_fills
 from masonry_opt.words.terminal import frame_text
 
 #: Asked of solvers here: at the default tolerance Clarabel leaves gaps to 7e-7 under fill. Its last point

@@ -10,9 +10,9 @@ import typer
 import masonry_opt as mo
 from masonry_opt.cli.shared import Case, LoadCaseName, writing
 from masonry_opt.cli.signatures import Given, command
+from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
-from masonry_opt.drawing.found import counts, doubts
-from masonry_opt.drawing.pictures import scene_picture
+from masonry_opt.drawing.pictures import doubts, scene_picture
 from masonry_opt.drawing.view import refuse_view
 from masonry_opt.errors import printable
 from masonry_opt.problem.assembly import assemble

@@ -10,7 +10,7 @@ import shapely
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import IDLE as CARRIES_NOTHING
 from masonry_opt.drawing.colours import AT_POINT, IDLE, THRUST, UTILISATION
-from masonry_opt.drawing.marks import Marks, joint_marks
+from masonry_opt.drawing.marks import Marks, joint_marks, shrink_of, size_of
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.rows import linked
 
@@ -64,11 +64,12 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     return number[order][in_chain[sides[order]]].reshape(-1, 2)
 
 
-def thrust_marks(result: Outcome, size: float, shrink: float) -> Iterable[Marks]:
+def thrust_marks(result: Outcome) -> Iterable[Marks]:
     """Resultants half to each side of where they act, and how large they are. In the plane also the line of
     thrust through rows of blocks that have two joints, along which only the resultants on supports are drawn:
     they say how large all are. In space also, thinner, the forces at contact points."""
     assembly, (force, point) = result.assembly, thrust(result)
+    size, shrink = size_of(assembly), shrink_of(assembly)
     shown: np.ndarray = np.isfinite(point).all(axis=1)
     point = point - assembly.geometry.origin
     longest, who = _LONGEST, "of a joint"
@@ -117,19 +118,21 @@ def round_below(most: float) -> float:
     return float(max(digit * power for digit in (1, 2, 5) if digit * power <= most))
 
 
-def utilisation_marks(ends: np.ndarray, used: np.ndarray, shrink: float) -> Iterable[Marks]:
-    """Joints in the colours of their utilisation, the most used last; idle ones thin.
-
-    Parameters
-    ----------
-    ends: of the joints, or in space of the sides of their outlines, shape (lines, 2, 2) or (lines, 2, 3).
-    used: utilisation of the joint of each, shape (lines,).
-    """
-    steps = len(UTILISATION)
+def utilisation_marks(result: Outcome) -> Iterable[Marks]:
+    """Joints, or in space the sides of their outlines, in the colours of their utilisation, the most used
+    last; idle ones thin."""
+    ends, joint = result.assembly.joints.lines()
+    used, steps = result.joints["utilisation"].to_numpy()[joint], len(UTILISATION)
     step = np.where(np.isnan(used), -1, np.clip(np.nan_to_num(used) * steps, 0, steps - 1)).astype(int)
     for number, colour in enumerate((IDLE, *UTILISATION), start=-1):
         label, name = ("idle joint", "idle") if number < 0 else ("", "used")
         # Wider too where more is used, for readers of grey prints.
         width = 1.6 if number < 0 else 2.0 + 1.6 * number / (steps - 1)
-        lines = Marks(name, label, "line", colour, width * shrink, ends[step == number])
+        lines = Marks(name, label, "line", colour, width * shrink_of(result.assembly), ends[step == number])
         yield from joint_marks(lines)
+
+
+def utilisation_label(assembly: Assembly) -> str:
+    """What a legend says of the colours of utilisation."""
+    limit = "slide, hinge or crush" if assembly.scene.dimension == 2 else "slide"
+    return f"utilisation of joints (1: about to {limit})"

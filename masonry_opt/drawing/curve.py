@@ -13,6 +13,7 @@ from masonry_opt.drawing.colours import BLACK, HATCH, HINGES, SLIDES
 from masonry_opt.drawing.elements import heading, title_of
 from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, style
 from masonry_opt.errors import OptionError
+from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral, sentences
 
 #: Height of the axes over their width; how far they reach below zero and beyond the highest line, over that.
@@ -29,19 +30,26 @@ _STARTS = {
 }
 
 
+def curve_axes(scene: Scene, said: str, along: str) -> tuple[Picture, Axes]:
+    """A picture whose axes are λ and what is said along it, with a line below the scene's title."""
+    made = Picture()
+    axes = made.add_subplot()
+    axes.set_box_aspect(_HIGH)
+    axes.set_xlabel(along)
+    axes.set_ylabel("load factor λ")
+    entitle(axes, title_of(scene), said)
+    return made, axes
+
+
 def curve_picture(result: Outcome) -> Picture:
     """Draw λ over displacement. Raises OptionError if the result has no curve."""
     curve = result.curve
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'compliant' and option curve=True")
+    along = "displacement of the live load, in what a mean contact gives under the dead load"
     with style():
-        made = Picture()
-        axes = made.add_subplot()
-        axes.set_box_aspect(_HIGH)
+        made, axes = curve_axes(result.assembly.scene, heading(result), along)
         axes.set_xscale("log")
-        axes.set_xlabel("displacement of the live load, in what a mean contact gives under the dead load")
-        axes.set_ylabel("load factor λ")
-        entitle(axes, title_of(result.assembly.scene), heading(result))
         axes.plot(curve["displacement"], curve["load_factor"], color=BLACK, marker=".", zorder=3)
         handles, top = _levels(axes, result, float(curve["load_factor"].max()))
         axes.set_ylim(-_BELOW * top, (1 + _ABOVE) * top)

@@ -13,13 +13,11 @@ from masonry_opt.answer.motion import fastest, joint_motion
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.status import Status
 from masonry_opt.drawing.carried import thrust_marks, utilisation_marks
-from masonry_opt.drawing.colours import CRUSHES, HINGES, SEPARATES, SLIDES
-from masonry_opt.drawing.fill import pressure_marks
-from masonry_opt.drawing.found import counts, found_marks
-from masonry_opt.drawing.loads import load_marks
-from masonry_opt.drawing.marks import Marks, joint_marks, moved
+from masonry_opt.drawing.colours import CRUSHES, GAP, HINGES, JOINT, MARKED, SEPARATES, SLIDES
+from masonry_opt.drawing.loads import load_marks, pressure_marks
+from masonry_opt.drawing.marks import Marks, joint_marks, moved, shrink_of, size_of
 from masonry_opt.drawing.ties import strut_marks
-from masonry_opt.errors import OptionError, printable
+from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.scene import Scene
@@ -30,12 +28,6 @@ KINDS = ("mechanism", "thrust", "utilisation")
 
 #: A kind of picture that shows no joints but the curve of contacts that give.
 CURVE = "curve"
-
-#: Number of joints from which marks are small.
-MANY = 1000
-
-#: What is said where a result has no forces.
-NO_FORCES = "no forces were found to draw"
 
 #: Names of marks that lie inside blocks: in space they are seen through them, as arrows are.
 INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends")
@@ -134,36 +126,6 @@ def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
     return entries
 
 
-def size_of(assembly: Assembly) -> float:
-    """The largest side of the box round the movable blocks at rest."""
-    low, high = movable_box(assembly)
-    return float((high - low).max())
-
-
-def movable_box(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest coordinates of the movable blocks at rest, shape (2,) or (3,) each."""
-    low, high = assembly.geometry.boxes
-    return low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
-
-
-def outlines(shapes: np.ndarray) -> list[list[np.ndarray]]:
-    """Rings of each polygon and of its holes, shape (corners, 2) each, the first corner again at the end."""
-    parts, block = shapely.get_parts(shapes, return_index=True)
-    rings, part = shapely.get_rings(parts, return_index=True)
-    corners, ring = shapely.get_coordinates(rings, return_index=True)
-    pieces = np.split(corners, np.flatnonzero(np.diff(ring)) + 1)
-    found: list[list[np.ndarray]] = [[] for _ in shapes]
-    for owner, points in zip(block[part], pieces, strict=True):
-        found[owner].append(points)
-    return found
-
-
-def utilisation_label(assembly: Assembly) -> str:
-    """What a legend says of the colours of utilisation."""
-    limit = "slide, hinge or crush" if assembly.scene.dimension == 2 else "slide"
-    return f"utilisation of joints (1: about to {limit})"
-
-
 def has_mechanism(result: Outcome) -> bool:
     """Whether there is a motion to show."""
     return bool(result.blocks["vx"].notna().all())
@@ -181,33 +143,24 @@ def refuse_kind(kind: object, names: bool = False) -> None:
 def scene_elements(assembly: Assembly) -> Elements:
     """What there is to draw of a scene before it is solved."""
     still = _still(assembly)
-    arrows = list(load_marks(assembly, size_of(assembly), still))
+    arrows = list(load_marks(assembly, still))
     struts = len(assembly.scene.ties) + len(assembly.scene.props)
     held = strut_marks(assembly, still, np.zeros(struts, dtype=bool))
-    layers = {"scene": [*found_marks(assembly, _shrink(assembly)), *held]}
+    layers = {"scene": [*_found(assembly), *held]}
     return Elements(assembly, counts(assembly), "", still, arrows, layers)
 
 
 def result_elements(result: Outcome) -> Elements:
     """What there is to draw of a result."""
-    assembly, size, shrink = result.assembly, size_of(result.assembly), _shrink(result.assembly)
-    motion, movement = _motion(result, size), _movement(result)
-    layers = {"mechanism": list(_mechanism(result, motion, shrink)) if movement else []}
+    assembly, motion, movement = result.assembly, _motion(result), _movement(result)
+    layers = {"mechanism": list(_mechanism(result, motion)) if movement else []}
     if result.joints["n"].notna().all():
-        ends, joint = assembly.joints.lines()
-        used = result.joints["utilisation"].to_numpy()[joint]
-        earth = pressure_marks(assembly, size, result.pressures["force"].to_numpy())
-        layers["thrust"] = [*thrust_marks(result, size, shrink), *earth]
-        layers["utilisation"] = list(utilisation_marks(ends, used, shrink))
+        layers["thrust"] = [*thrust_marks(result), *pressure_marks(result)]
+        layers["utilisation"] = list(utilisation_marks(result))
     held = list(strut_marks(assembly, motion, result.ties["yields"].to_numpy(dtype=bool)))
     layers = {kind: [*marks, *held] for kind, marks in layers.items()}
-    arrows = list(load_marks(assembly, size, motion, live=result.status.live_load_acts))
+    arrows = list(load_marks(assembly, motion, live=result.status.live_load_acts))
     return Elements(assembly, heading(result), movement, motion, arrows, layers)
-
-
-def _shrink(assembly: Assembly) -> float:
-    """How large marks on joints are: less where there are many."""
-    return 1.0 if len(assembly.joints.first) < MANY else 0.6
 
 
 def _still(assembly: Assembly) -> np.ndarray:
@@ -215,7 +168,7 @@ def _still(assembly: Assembly) -> np.ndarray:
     return np.zeros((len(assembly.scene.blocks), assembly.problem.layout.rows))
 
 
-def _motion(result: Outcome, size: float) -> np.ndarray:
+def _motion(result: Outcome) -> np.ndarray:
     assembly = result.assembly
     motion = _still(assembly)
     if has_mechanism(result):
@@ -224,14 +177,14 @@ def _motion(result: Outcome, size: float) -> np.ndarray:
         centroid = assembly.geometry.centroid[assembly.movable]
         # Velocity of the point of each block that lies in the origin, and the block's angular velocity.
         velocity = np.column_stack([moved(-centroid, rates) + centroid, rates[:, centroid.shape[1] :]])
-        motion[assembly.movable] = FULL * size / fastest(assembly, result.solution.d) * velocity
+        motion[assembly.movable] = FULL * size_of(assembly) / fastest(assembly, result.solution.d) * velocity
     return motion
 
 
-def _mechanism(result: Outcome, motion: np.ndarray, shrink: float) -> Iterable[Marks]:
+def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
     """Joints by how they move, midway between their blocks; in space the outlines of joints, with each of
     their blocks."""
-    joints = result.assembly.joints
+    joints, shrink = result.assembly.joints, shrink_of(result.assembly)
     moves = joint_motion(result.assembly, result.solution)
     midway = (motion[joints.first] + motion[joints.second]) / 2
     (ends, joint), width = joints.lines(), 2.3 * shrink
@@ -279,3 +232,32 @@ def heading(result: Outcome) -> str:
     line = f"load factor λ = {numeral(result.load_factor, '.5f')} ({result.method})"
     tilt = result.tilt_angle
     return line if tilt is None else f"falls when tilted by {numeral(tilt, '.2f')}°: {line}"
+
+
+def _found(assembly: Assembly) -> Iterable[Marks]:
+    """Joints, corners that meet in no joint, and small gaps."""
+    (ends, _), width = assembly.joints.lines(), 2.0 * shrink_of(assembly)
+    solid = assembly.scene.dimension == 3
+    in_point = "joint in a point" if solid else "joint of a corner on an edge"
+    corners, gaps = assembly.joints.meets, assembly.joints.facing
+    yield from joint_marks(Marks("joint", "joint", "line", JOINT, width, ends), in_point)
+    if len(corners):
+        label = "corner on corner: no joint"
+        yield Marks("corners", label, "cross", MARKED, 3.0 * width, corners[:, None])
+    if len(gaps):
+        yield Marks("gaps", "small gap: no joint", "line", GAP, 2.6, gaps, dashes=(1.6, 1.1))
+
+
+def counts(assembly: Assembly) -> str:
+    """Numbers of blocks, supports, joints, small gaps and edges that fill touches, in words."""
+    movable = len(assembly.movable)
+    numbers = {
+        "block": movable,
+        "support": len(assembly.scene.blocks) - movable,
+        "joint": len(assembly.joints.first),
+        "small gap": len(assembly.joints.gaps),
+    }
+    said = [counted(number, noun) for noun, number in numbers.items() if number or noun == "joint"]
+    if touched := len(assembly.filled_pieces):
+        said.append(f"{counted(touched, 'edge')} touched by fill")
+    return ", ".join(said)

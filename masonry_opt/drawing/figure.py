@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import textwrap
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,11 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.text import Text
 
-from masonry_opt.drawing.letters import NOTE, boxed, replace_missing
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import picture_metadata, refuse_unwritable, write_whole
 
@@ -29,6 +31,10 @@ _ALONG, _BAR, _LINE = 0.55, 0.6, 0.22
 
 #: Characters in a line of a note, and in a legend of one line.
 _NOTE, _ROW = 95, 60
+
+#: What is drawn for each letter that a font lacks, of which matplotlib would warn, and what is said of it.
+_BOX = "\N{WHITE SQUARE}"
+NOTE = f"{_BOX}: a letter that the font of pictures does not have; matplotlib.rcParams['font.family'] sets it"
 
 #: What a legend shows of a thing drawn.
 Handle = Line2D | Patch
@@ -116,6 +122,35 @@ def finish(
     figure.text(
         _BESIDE / width, (below - at_notes) / height, "\n".join(lines), va="top", fontsize=9, parse_math=False
     )
+
+
+def boxed(text: str, font: FontProperties | None = None) -> str:
+    """The text with a box for each letter that a font (the usual one), and those after it, lack."""
+    if text.isascii():
+        return text
+    font = font or FontProperties()
+    known = {ord("\n")}
+    for family in font.get_family():
+        own = font.copy()
+        own.set_family(family)
+        known |= _letters(findfont(own))
+    return "".join(letter if ord(letter) in known else _BOX for letter in text)
+
+
+@cache
+def _letters(path: str) -> frozenset[int]:
+    """The letters of a font's file, as code points."""
+    return frozenset(get_font(path).get_charmap())
+
+
+def replace_missing(figure: Figure) -> bool:
+    """Draw boxes for such letters in all of a figure's texts but labels of ticks; whether there were any."""
+    replaced = False
+    for text in figure.findobj(Text):
+        if (shown := boxed(text.get_text(), text.get_fontproperties())) != text.get_text():
+            text.set_text(shown)
+            replaced = True
+    return replaced
 
 
 def refuse_picture(path: str | Path, force: bool = False) -> None:

@@ -1,4 +1,5 @@
-"""Loads as arrows: each force, or one arrow for the direction of many."""
+"""Loads as arrows: each force, or one arrow for the direction of many. Fill as lines: its road, its columns,
+and the edges that it touches."""
 
 from __future__ import annotations
 
@@ -6,11 +7,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from masonry_opt.drawing.colours import DEAD, FURTHER_DEAD, LIVE
-from masonry_opt.drawing.fill import fill_marks
-from masonry_opt.drawing.marks import Marks, moved
+from masonry_opt.answer.outcome import Outcome
+from masonry_opt.drawing.colours import DEAD, FILL, FURTHER_DEAD, LIVE
+from masonry_opt.drawing.marks import Marks, moved, size_of
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.edge_loads import LoadedPiece
+from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces, loads
 
 #: Number of weights, and of other parallel forces, above which one arrow shows the direction of all; fewer in
@@ -37,16 +39,17 @@ _KINDS = {
     "live": (LIVE, 1.4, "live load, times λ", "direction of live loads, times λ"),
 }
 
+#: Space between the columns that are drawn, over the size of the scene.
+_APART = 0.02
 
-def load_marks(assembly: Assembly, size: float, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
-    """Fill, then weights, further dead loads and, if they act, live loads, each kind to a scale of its own.
+#: Length of the arrow of the largest pressure, over the size of the scene.
+_PRESSURE = 0.1
 
-    Parameters
-    ----------
-    size: of the scene.
-    motion: what moves the scene's blocks, shape (blocks, 3) or (blocks, 6).
-    """
-    yield from fill_marks(assembly, size, motion)
+
+def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
+    """Fill, then weights, further dead loads and, if they act, live loads, each kind to a scale of its own,
+    with motions of the scene's blocks, shape (blocks, 3) or (blocks, 6)."""
+    yield from fill_marks(assembly, motion)
     most, most_weights = _MOST, _MOST_WEIGHTS
     if assembly.scene.dimension == 3:
         most, most_weights = _MOST_IN_SPACE, _MOST_WEIGHTS_IN_SPACE
@@ -58,12 +61,12 @@ def load_marks(assembly: Assembly, size: float, motion: np.ndarray, live: bool =
         pieces = [piece for piece in assembly.loaded_pieces if piece.kind == kind]
         label, points, moves = each, np.empty((0, 2, 2)), np.empty((0, 3))
         if _many_parallel(forces, most_weights if kind == "weight" else most):
-            label, points = of_all, _direction(assembly, size, forces)
+            label, points = of_all, _direction(assembly, forces)
             moves = np.zeros((1, motion.shape[1]))
         elif len(forces.force):
-            points, moves = _forces(assembly, size, forces, motion)
+            points, moves = _forces(assembly, forces, motion)
         if pieces:
-            arrows, tails, owners = _rows(assembly, size, pieces)
+            arrows, tails, owners = _rows(assembly, pieces)
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
             points, moves = np.concatenate([points, arrows]), np.concatenate([moves, motion[owners]])
         if len(points):
@@ -79,8 +82,8 @@ def _many_parallel(forces: Forces, most: int) -> bool:
     return bool((np.abs(direction - direction[0]) < 1e-9).all())
 
 
-def _direction(assembly: Assembly, size: float, forces: Forces) -> np.ndarray:
-    total = forces.force.sum(axis=0)
+def _direction(assembly: Assembly, forces: Forces) -> np.ndarray:
+    total, size = forces.force.sum(axis=0), size_of(assembly)
     tail = assembly.geometry.boxes[1][assembly.movable].max(axis=0)
     tail[-1] += _ABOVE * size
     # Longer in space, where it may point towards the eye.
@@ -88,14 +91,12 @@ def _direction(assembly: Assembly, size: float, forces: Forces) -> np.ndarray:
     return np.array([[tail, tail + length * total / np.linalg.norm(total)]])
 
 
-def _forces(
-    assembly: Assembly, size: float, forces: Forces, motion: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Arrows from where forces act, or to there if they push from outside, and their motions, which keep the
     arrows' direction."""
     point, blocks = forces.point, assembly.movable[forces.block]
     own, dimension = np.linalg.norm(forces.force, axis=1), point.shape[1]
-    longest = _LONGEST * size
+    longest = _LONGEST * size_of(assembly)
     if len(own) > _LONE:
         usual = float(np.median(assembly.geometry.size[blocks])) ** (1 / dimension)
         longest = min(longest, _OF_BLOCK * usual)
@@ -108,11 +109,9 @@ def _forces(
     return np.stack([tail, tail + arrow], axis=1), motions
 
 
-def _rows(
-    assembly: Assembly, size: float, pieces: list[LoadedPiece]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A row of arrows on each loaded piece of edge, a line along their far ends, and the arrows' blocks."""
-    longest = 0.8 * _LONGEST * size
+    longest = 0.8 * _LONGEST * size_of(assembly)
     most = max(np.hypot(*piece.intensity.T).max() for piece in pieces)
     arrows, lines, owners = [], [], []
     for piece in pieces:
@@ -131,3 +130,37 @@ def _rows(
         lines.append((tail + arrow if pulled else tail)[[0, -1]])
         owners += [piece.block] * count
     return np.concatenate(arrows), np.array(lines), np.array(owners)
+
+
+def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
+    """Roads, which stay; and, with motions of the scene's blocks, shape (blocks, 3), columns of fill and the
+    edges below."""
+    pieces = assembly.filled_pieces
+    if not pieces:
+        return
+    owner, ends = np.array([piece.block for piece in pieces]), np.array([piece.ends for piece in pieces])
+    columns, below = [np.empty((0, 2, 2))], []
+    for number, piece in enumerate(pieces):
+        (right, left), apart = piece.ends[:, 0], _APART * size_of(assembly)
+        x = apart * np.arange(np.ceil(left / apart), right / apart)
+        low, deep = (np.interp(x, [left, right], of[::-1]) for of in (piece.ends[:, 1], piece.depth))
+        columns.append(np.stack([np.column_stack([x, low]), np.column_stack([x, low + deep])], axis=1))
+        below += [owner[number]] * len(x)
+    drawn = np.concatenate(columns)
+    if len(drawn):
+        yield Marks("fill", "fill", "line", FILL, 0.4, drawn, motion[below])
+    yield Marks("filled", "edge that fill touches", "line", FILL, 1.8, ends, motion[owner])
+    for fill in assembly.scene.fills:
+        road = np.array(fill.road) - assembly.geometry.origin
+        yield Marks("road", "road", "line", FILL, 1.2, np.stack([road[:-1], road[1:]], axis=1))
+
+
+def pressure_marks(result: Outcome) -> Iterable[Marks]:
+    """What fill presses on each face that it touches, as arrows that end there."""
+    assembly, force = result.assembly, result.pressures["force"].to_numpy()
+    if len(force) and (most := force.max()) > 0:
+        acting = [each.actions[0] for each in assembly.limited if each.role is Role.EARTH]
+        tip, along = (np.array([getattr(each, of) for each in acting]) for of in ("point", "force"))
+        tail = tip - _PRESSURE * size_of(assembly) / most * force[:, None] * along
+        label = f"pressure of fill on a face, {most:.3g} at most"
+        yield Marks("earth", label, "arrow", FILL, 1.0, np.stack([tail, tip], axis=1))

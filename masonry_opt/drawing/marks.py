@@ -9,7 +9,10 @@ from typing import Literal
 import numpy as np
 import shapely
 
-MarkShape = Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
+from masonry_opt.problem.assembly import Assembly
+
+#: Number of joints from which marks are small.
+MANY = 1000
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,7 @@ class Marks:
 
     name: str
     label: str
-    shape: MarkShape
+    shape: Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
     colour: str
     width: float
     points: np.ndarray
@@ -44,6 +47,23 @@ class Marks:
     def moved(self, share: float) -> np.ndarray:
         """The points after a share of the full motion."""
         return self.points if self.motion is None else moved(self.points, share * self.motion[:, None])
+
+
+def size_of(assembly: Assembly) -> float:
+    """The largest side of the box round the movable blocks at rest."""
+    low, high = movable_box(assembly)
+    return float((high - low).max())
+
+
+def movable_box(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest coordinates of the movable blocks at rest, shape (2,) or (3,) each."""
+    low, high = assembly.geometry.boxes
+    return low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
+
+
+def shrink_of(assembly: Assembly) -> float:
+    """How large marks on joints are: less where there are many."""
+    return 1.0 if len(assembly.joints.first) < MANY else 0.6
 
 
 def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
@@ -84,3 +104,9 @@ def line_parts(shapes: np.ndarray) -> np.ndarray:
     """The line strings among the parts of shapes."""
     parts = shapely.get_parts(shapes)
     return parts[(shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING) & ~shapely.is_empty(parts)]
+
+
+def outlines(shapes: np.ndarray) -> list[list[np.ndarray]]:
+    """Rings of each polygon and of its holes, shape (corners, 2) each, the first corner again at the end."""
+    rings = (shapely.get_rings(shapely.get_parts(shape)) for shape in shapes)
+    return [[shapely.get_coordinates(ring) for ring in of_shape] for of_shape in rings]

@@ -17,18 +17,11 @@ import numpy as np
 from masonry_opt.answer.motion import fastest
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import IDLE
+from masonry_opt.drawing.carried import utilisation_label
 from masonry_opt.drawing.colours import UTILISATION
 from masonry_opt.drawing.curve import curve_picture
-from masonry_opt.drawing.elements import (
-    KINDS,
-    START,
-    Elements,
-    refuse_kind,
-    result_elements,
-    utilisation_label,
-)
+from masonry_opt.drawing.elements import KINDS, START, Elements, counts, refuse_kind, result_elements
 from masonry_opt.drawing.figure import is_page, refuse_file
-from masonry_opt.drawing.found import counts
 from masonry_opt.drawing.pictures import result_picture
 from masonry_opt.drawing.solid_figure import Figure, three
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg

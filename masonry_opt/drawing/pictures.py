@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -14,29 +15,22 @@ from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 
 from masonry_opt.answer.outcome import Outcome
+from masonry_opt.answer.sense import warnings_of
+from masonry_opt.drawing.carried import utilisation_label
 from masonry_opt.drawing.colours import AT_REST, UTILISATION
 from masonry_opt.drawing.curve import curve_picture
-from masonry_opt.drawing.elements import (
-    CURVE,
-    NO_FORCES,
-    START,
-    Elements,
-    outlines,
-    refuse_kind,
-    result_elements,
-    scene_elements,
-    utilisation_label,
-)
+from masonry_opt.drawing.elements import CURVE, START, Elements, refuse_kind, result_elements, scene_elements
 from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, fit, refuse_picture, style
-from masonry_opt.drawing.found import doubts
 from masonry_opt.drawing.mark_artists import BLOCK_LOOK, SUPPORT_LOOK, draw_marks, handles
-from masonry_opt.drawing.marks import Marks, moved
+from masonry_opt.drawing.marks import Marks, moved, outlines
 from masonry_opt.drawing.solid_pictures import Solids
 from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
-from masonry_opt.errors import printable
+from masonry_opt.errors import CaseError, printable
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.contacts.pairs import refuse_floating
 from masonry_opt.scene.scene import Scene
+from masonry_opt.words.sentences import sentences
 
 #: Size of the letters of block names in points: largest, smallest, and smallest where blocks are many; their
 #: width over their height.
@@ -92,6 +86,16 @@ def scene_picture(assembly: Assembly, names: bool = False, view: ViewAngles | No
     return elements_picture(scene_elements(assembly), "scene", names, view, notes)
 
 
+def doubts(assembly: Assembly) -> Iterator[str]:
+    """Sentences on blocks that touch nothing, which no analysis takes, and on what looks unintended."""
+    scene, joints = assembly.scene, assembly.joints
+    try:
+        refuse_floating(scene, assembly.geometry, joints.first, joints.second, joints.gaps)
+    except CaseError as error:
+        yield str(error)
+    yield from sentences(warnings_of(assembly, None))
+
+
 def result_picture(
     result: Outcome, kind: str = "mechanism", names: bool = False, view: ViewAngles | None = None
 ) -> Picture:
@@ -139,7 +143,8 @@ def elements_picture(
                 _draw_names(axes, elements, share)
         entitle(axes, elements.title, elements.heading)
         if kind in ("thrust", "utilisation") and not marks:
-            middle = axes.text(0.5, 0.5, NO_FORCES, transform=axes.transAxes, zorder=8)
+            said = "no forces were found to draw"
+            middle = axes.text(0.5, 0.5, said, transform=axes.transAxes, zorder=8)
             middle.set(ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "black"})
         colours = None
         if kind == "utilisation" and marks:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.drawing.colours import BLOCK, FIXED
-from masonry_opt.drawing.elements import INSIDE, Elements, size_of
-from masonry_opt.drawing.marks import Marks
+from masonry_opt.drawing.elements import INSIDE, Elements
+from masonry_opt.drawing.marks import Marks, size_of
 from masonry_opt.drawing.solids import surface
 from masonry_opt.drawing.view import ViewAngles
 from masonry_opt.errors import OptionError

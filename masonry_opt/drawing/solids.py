@@ -8,8 +8,8 @@ from itertools import product
 import numpy as np
 import shapely
 
-from masonry_opt.drawing.elements import Elements, movable_box, size_of
-from masonry_opt.drawing.marks import hatching, moved
+from masonry_opt.drawing.elements import Elements
+from masonry_opt.drawing.marks import hatching, movable_box, moved, size_of
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.rows import dots
 from masonry_opt.scene.space.faces import Frames, OuterFaces

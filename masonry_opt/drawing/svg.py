@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 
 from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
-from masonry_opt.drawing.elements import MANY, Elements, legend, outlines
-from masonry_opt.drawing.marks import Marks, hatching, line_parts
+from masonry_opt.drawing.elements import Elements, legend
+from masonry_opt.drawing.marks import MANY, Marks, hatching, line_parts, outlines
 
 #: The picture's longer side. Coordinates are whole numbers, which keeps large scenes short.
 SIDE = 10_000

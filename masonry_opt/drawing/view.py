@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import minimum_filter
 
-from masonry_opt.drawing.elements import Elements, movable_box
+from masonry_opt.drawing.elements import Elements
+from masonry_opt.drawing.marks import movable_box
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.rows import ranges
 from masonry_opt.scene.scene import Scene

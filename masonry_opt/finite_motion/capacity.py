@@ -26,9 +26,6 @@ from masonry_opt.words.sentences import message, numeral
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Picture
 
-#: States on the way from the onset to λ = 0, were it straight.
-STEPS = 40
-
 #: By which share the live load of a check may differ from the weights that it pushes, and from level.
 _WHOLE, _LEVEL = 1e-2, 1e-6
 
@@ -41,7 +38,7 @@ def capacity(
     *,
     block: str | None = None,
     point: tuple[float, float] | None = None,
-    steps: int = STEPS,
+    steps: int = 40,
 ) -> Capacity:
     """Follow the mechanism of a result in the plane by finite rotations, down to λ = 0.
 
@@ -59,7 +56,7 @@ def capacity(
         resultant of the live load is told. Default: the mean displacement of the live loads, each along
         itself.
     steps:
-        States between the onset and λ = 0, about: more where λ falls slower than at first.
+        States between the onset and λ = 0, were the way straight: more where λ falls slower than at first.
 
     Raises
     ------
@@ -209,11 +206,10 @@ class Capacity:
         place = placed(at, poses[joints.first]) + assembly.geometry.origin
         place[~hinged] = np.nan
         angle = poses[joints.first, 2] - poses[joints.second, 2]
-        names = assembly.pairs_of(np.arange(len(count)))
         return pd.DataFrame(
             {
-                "first": [one for one, _ in names],
-                "second": [other for _, other in names],
+                "first": assembly.names(joints.first),
+                "second": assembly.names(joints.second),
                 "state": state,
                 "x": place[:, 0],
                 "y": place[:, 1],
@@ -224,7 +220,7 @@ class Capacity:
     @property
     def live_rates(self) -> np.ndarray:
         """Rates of the points of the live forces along these at the onset, shape (f,)."""
-        return _along(self.live, self._rates(self.live))
+        return dots(self.live.force, self._rates(self.live)) / lengths(self.live.force)
 
     @property
     def control_rate(self) -> float:
@@ -328,9 +324,6 @@ class Capacity:
 
         Raises OptionError if the name has another ending, or the file cannot be replaced.
         """
-        from masonry_opt.drawing.figure import refuse_picture
-
-        refuse_picture(path, force)
         self.plot(row).save(path, force)
 
     def __str__(self) -> str:
@@ -363,10 +356,6 @@ class Capacity:
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
-
-
-def _along(of: Forces, moves: np.ndarray) -> np.ndarray:
-    return dots(of.force, moves) / lengths(of.force)
 
 
 def _mean_along(of: Forces, moves: np.ndarray) -> float:

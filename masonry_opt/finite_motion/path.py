@@ -143,22 +143,19 @@ class HingingPath:
                 try:
                     touch, hint = self._opened(touch, stretch.poses, event.borne), event.borne.motion
                 except _PathEnded as end:
-                    self._add(self._step(stretch, touch, end.args[0]))
+                    self._add(stretch, touch, end.args[0])
                     raise
             else:
                 touch[list(event.which)] = True
             changed = np.flatnonzero((touch != stretch.touch).any(axis=1))
             opens = stretch.touch & ~touch
             said = reason(event.code, pairs=self.assembly.pairs(changed))
-            self._add(self._step(stretch, touch, said))
+            self._add(stretch, touch, said)
 
-    def _add(self, step: Step) -> None:
+    def _add(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> None:
         if len(self.steps) >= _MOST:
             raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
-        self.steps.append(step)
-
-    def _step(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> Step:
-        return Step(stretch.poses, self.unit * stretch.point.load_factor, touch, event)
+        self.steps.append(Step(stretch.poses, self.unit * stretch.point.load_factor, touch, event))
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum) -> np.ndarray:
         """Which corners go on touching in the motion that statics found: some open, and none slides."""
@@ -205,7 +202,7 @@ class HingingPath:
             if event is None and ahead is not None:
                 stretch = ahead
                 step = min(2 * step, self._first_step(stretch))
-                self._add(self._step(stretch, stretch.touch))
+                self._add(stretch, stretch.touch)
             elif event is None:
                 step /= 4
                 if step < _SHORTEST:
@@ -273,7 +270,7 @@ class HingingPath:
         if event.code in (Code.REACHES_ZERO, Code.BLOCKS_MEET):
             blocks = self.assembly.names(np.array(event.which, dtype=int))
             said = reason(event.code, **({"blocks": blocks} if blocks else {}))
-            self._add(self._step(before, before.touch, said))
+            self._add(before, before.touch, said)
             raise _PathEnded(said)
         return before, event
 

@@ -10,8 +10,9 @@ import pandas as pd
 
 from masonry_opt.answer.reasons import Code
 from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGES, JOINT, SEPARATES
-from masonry_opt.drawing.elements import Elements, title_of
-from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, style
+from masonry_opt.drawing.curve import curve_axes
+from masonry_opt.drawing.elements import Elements
+from masonry_opt.drawing.figure import Handle, Picture, finish, style
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.finite_motion.moved_blocks import moved_geometry
@@ -19,9 +20,6 @@ from masonry_opt.finite_motion.point_forces import placed
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
-
-#: Height of the axes over their width.
-_HIGH = 0.6
 
 #: Events by code: what a legend says, colour and marker.
 _EVENTS = {
@@ -33,14 +31,9 @@ _EVENTS = {
 def capacity_picture(scene: Scene, table: pd.DataFrame, of: str, note: str) -> Picture:
     """Draw λ over displacement: rows of a capacity curve, whose displacement it is, and why it ends."""
     onset = float(table["load_factor"].iloc[0])
+    heading, along = f"after the onset at λ = {numeral(onset, '.5f')}", f"displacement of {of}"
     with style():
-        made = Picture()
-        axes = made.add_subplot()
-        axes.set_box_aspect(_HIGH)
-        axes.set_xlabel(f"displacement of {of}, in the length unit of the case")
-        axes.set_ylabel("load factor λ")
-        heading = f"after the onset at λ = {numeral(onset, '.5f')}"
-        entitle(axes, title_of(scene), heading)
+        made, axes = curve_axes(scene, heading, f"{along}, in the length unit of the case")
         axes.plot(table["displacement"], table["load_factor"], color=BLACK, zorder=3)
         if len(table) == 1:  # A line through one state is nothing to see.
             axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker="o", zorder=3)

@@ -13,8 +13,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from masonry_opt.drawing.figure import style
-from masonry_opt.drawing.letters import replace_missing
+from masonry_opt.drawing.figure import replace_missing, style
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.files import picture_metadata, refuse_unwritable
 from masonry_opt.solvers.registry import find_entry

@@ -1,7 +1,11 @@
-"""The files of a study: tables, and HTML pages from the templates of this folder."""
+"""What answers of studies have in common: they are printed as facts, and written as JSON, as tables, and as
+HTML pages from the templates of this folder."""
 
 from __future__ import annotations
 
+import json
+import math
+from abc import ABC, abstractmethod
 from base64 import b64encode
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -12,10 +16,35 @@ import pandas as pd
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import OptionError, OutputError, printable
 from masonry_opt.files import WRITER, write_whole
-from masonry_opt.words.names import some
+from masonry_opt.words.names import labelled, some
 
 #: Message where a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
+
+
+class StudyAnswer(ABC):
+    """The answer of a study."""
+
+    def facts(self) -> dict[str, str]:
+        """What it found, in words by name."""
+        return {}
+
+    @abstractmethod
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
+
+    def __str__(self) -> str:
+        return printable(labelled(self.facts()))
+
+    def to_json(self) -> str:
+        """``as_dict`` as one JSON object."""
+        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+
+
+def records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+    """Rows of a frame as JSON has them: None for what is missing or not finite."""
+    known = frame.replace([math.inf, -math.inf], math.nan).astype(object)
+    return known.where(known.notna(), None).to_dict("records")
 
 
 def csv_text(frame: pd.DataFrame) -> str:
@@ -37,10 +66,10 @@ def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]
 
 
 def in_words(
-    frame: pd.DataFrame, formats: Mapping[str, str], columns: Mapping[str, str] | None = None
+    frame: pd.DataFrame, formats: Mapping[str, str], columns: Iterable[str] | None = None
 ) -> pd.DataFrame:
-    """Some of a frame's columns under their headings, or all as they are, as text; a dash for a missing
-    value. ``formats``: of numbers, by column."""
+    """Some of a frame's columns, or all, as text; a dash for a missing value. ``formats``: of numbers, by
+    column."""
 
     def text(name: str, value: Any) -> str:
         if isinstance(value, list):
@@ -50,11 +79,8 @@ def in_words(
         known = value + 0.0 if isinstance(value, float) else value
         return printable(formats.get(name, "{}").format(known))
 
-    shown = columns or {str(name): str(name) for name in frame}
-    return pd.DataFrame(
-        {heading: [text(name, value) for value in frame[name]] for name, heading in shown.items()},
-        dtype=object,
-    )
+    shown = map(str, frame) if columns is None else columns
+    return pd.DataFrame({name: [text(name, value) for value in frame[name]] for name in shown}, dtype=object)
 
 
 def table(
@@ -65,12 +91,14 @@ def table(
 
 
 def frame_table(
-    frame: pd.DataFrame, formats: Mapping[str, str], columns: Mapping[str, str]
+    frame: pd.DataFrame, formats: Mapping[str, str], columns: Iterable[str] | None = None, **headings: str
 ) -> dict[str, Any]:
-    """Some of a frame's columns as a table of a page (see :func:`in_words`)."""
+    """Some of a frame's columns, or all, as a table of a page (see :func:`in_words`), by their names or by
+    the headings given."""
     words = in_words(frame, formats, columns)
-    numbers = [heading for name, heading in columns.items() if name in formats]
-    return table(map(str, words), words.to_numpy(), numbers)
+    named = {str(name): headings.get(str(name), str(name)) for name in words}
+    numbers = [heading for name, heading in named.items() if name in formats]
+    return table(named.values(), words.to_numpy(), numbers)
 
 
 def study_page(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
-from masonry_opt.words.fill import of_fills
 from masonry_opt.words.names import labelled, verb
 from masonry_opt.words.sentences import BY_CHORDS, by_sides, message, numeral, sentences
 
@@ -162,6 +161,30 @@ def _live_load(result: Outcome) -> str:
 
 def _vector(parts: Iterable[float]) -> str:
     return f"[{', '.join(f'{part:g}' for part in parts)}]"
+
+
+def of_fills(assembly: Assembly) -> Iterator[str]:
+    """A line on each fill: how many edges it touches, what of it weighs on blocks that can move, how loads
+    spread, how it presses."""
+    scene, movable = assembly.scene, set(assembly.movable.tolist())
+    for number, fill in enumerate(scene.fills):
+        pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]
+        below = [piece for piece in pieces if piece.area and piece.block in movable]
+        weight = scene.thickness * fill.unit_weight * sum(piece.area for piece in below)
+        blocks = counted(len({piece.block for piece in below}), "block")
+        said = [f"touches {counted(len(pieces), 'edge')}"]
+        said.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
+        spread = f"loads on the road spread by {fill.spread:g}° to the vertical"
+        said.append("loads go straight down" if fill.spread is False else spread)
+        if fill.pressure:
+            active, at_rest, passive = fill.coefficients
+            said.append(
+                f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p), at rest {at_rest:.4g} σ "
+                "(K_0), σ its unit weight times depth"
+            )
+        else:
+            said.append("no pressure")
+        yield "; ".join(said)
 
 
 def _certainty(result: Outcome) -> str:

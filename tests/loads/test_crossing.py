@@ -19,8 +19,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.road import Road
 from masonry_opt.scene.axles import SETS
 from masonry_opt.studies.crossing.crossing import _passages
-from masonry_opt.studies.crossing.moving_load import MovingLoad
-from masonry_opt.studies.crossing.search import PassageSolver, least_associative
+from masonry_opt.studies.crossing.search import MovingLoad, PassageSolver, least_associative
 
 ROAD = [(-5, 1), (5, 1)]
 WEIGHT = 12.0

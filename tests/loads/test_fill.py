@@ -9,8 +9,7 @@ import pytest
 from scenes import CASES, forces_of
 
 import masonry_opt as mo
-from masonry_opt.drawing.elements import result_elements
-from masonry_opt.drawing.found import counts
+from masonry_opt.drawing.elements import counts, result_elements
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.words.summary import summary
 

@@ -10,7 +10,7 @@ import pytest
 
 from masonry_opt.studies.charts import pictures
 from masonry_opt.studies.load_factor_axis import off_axis
-from masonry_opt.studies.many.sweep_charts import drawings, heat_map
+from masonry_opt.studies.many.charts import drawings, heat_map
 
 NAME = "joints.friction"
 

@@ -73,8 +73,8 @@ _STEPS = 7
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 #: Columns in the tooltip of a mark, and their names there.
-_TOLD = {name: name for name in ("scene", "pair", "tolerance", "verdict", "error", "violation", "iterations")}
-_TOLD |= {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
+_TOLD = ("scene", "pair", "tolerance", "verdict", "error", "violation", "iterations")
+_RENAMED = {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
 
 #: Pairs chosen in the legend stand out.
 _CHOSEN = alt.selection_point(name="chosen", fields=["pair"], bind="legend")
@@ -104,7 +104,8 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
     looks = _looks(summary, rows["pair"])
     records = rows.to_dict("records")
     verdicts = [f"{row['verdict']} {judge.reason_text(row)}".strip() for row in records]
-    marks = in_words(rows.assign(verdict=verdicts), frames.FORMATS, _TOLD).set_index(rows.index)
+    marks = in_words(rows.assign(verdict=verdicts), frames.FORMATS, (*_TOLD, *_RENAMED))
+    marks = marks.rename(columns=_RENAMED).set_index(rows.index)
     marks["letter"] = [_letter(row) for row in records]
     marks = marks.assign(
         time=rows["time"],
@@ -132,7 +133,7 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
         alt.Chart().transform_filter(which)
         for which in ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")
     )
-    once, told = alt.Chart().transform_aggregate(rows="count()"), _tooltip(_TOLD.values())
+    once, told = alt.Chart().transform_aggregate(rows="count()"), _tooltip((*_TOLD, *_RENAMED.values()))
 
     def by(channel: Any, look: str) -> Any:
         """Pairs told apart by their looks."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -69,9 +69,9 @@ class Comparison:
         """The success table, scenes whose Coulomb load factors differ, combinations left out, notes."""
         lines = []
         if len(self.summary):
-            named = {name: name for name in ("method", "model", "solver", "tolerance", "scenes")}
-            success = in_words(frames.success(self.summary), frames.FORMATS, named | frames.SUCCESS)
-            lines.append(success.to_string(index=False))
+            columns = ("method", "model", "solver", "tolerance", "scenes", *frames.SUCCESS[1:])
+            success = in_words(frames.success(self.summary), frames.FORMATS, columns)
+            lines.append(success.rename(columns=frames.HEADINGS).to_string(index=False))
             lines.append(
                 f"\n{counted(len(self.scenes), 'scene')}; success: certified or named correctly;\n"
                 f"on target: certified, with an error of at most {TARGET[ASSOCIATIVE]:g} (associative), "
@@ -154,7 +154,8 @@ class _JournalRuns:
         for number, (repeat, scene, pair) in enumerate(asked, start=1):
             if (scene.name, pair) in long:
                 continue
-            columns = runs.key_of(scene, pair, repeat, versions)
+            which = (scene.name, scene.content, versions, *astuple(pair), repeat)
+            columns = dict(zip(runs.KEY, which, strict=True))
             key = " · ".join(map(str, columns.values()))
             row = self.journal.find(key)
             if row is None or _ended_by_less(row, limits):

@@ -21,17 +21,10 @@ _PAIR = ["method", "model", "solver", "tolerance"]
 _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]
 
-#: Columns of the success table and their headings.
-SUCCESS = {
-    "tolerance": "tolerance",
-    "success": "success",
-    **{verdict: verdict for verdict in VERDICTS},
-    "on target": "on target",
-    "time": "median time (s)",
-    "largest error": "largest error",
-    "largest violation": "largest violation",
-    "peak_memory": "peak (MB)",
-}
+#: Columns of the success table, and headings that are not their names.
+SUCCESS = ["tolerance", "success", *VERDICTS, "on target", "time", "largest error", "largest violation"]
+SUCCESS += ["peak_memory"]
+HEADINGS = {"time": "median time (s)", "peak_memory": "peak (MB)"}
 
 #: How numbers are written, by column.
 FORMATS = {

@@ -24,26 +24,10 @@ from masonry_opt.studies.machine import machine, versions
 from masonry_opt.studies.writing import frame_table, render, table
 from masonry_opt.words.sentences import numeral
 
-_PAIR = {"pair": "method · model · solver"}
-
-#: Columns of the table of runs, and their headings.
-_RUNS = {
-    "scene": "scene",
-    **_PAIR,
-    "load_factor": "λ",
-    "tolerance": "tolerance",
-    "verdict": "verdict",
-    "error": "error",
-    "violation": "violation",
-    "time": "time (s)",
-    "why": "why",
-    "iterations": "iterations",
-    "lp_solves": "LPs",
-    "peak_memory": "peak (MB)",
-    "blocks": "blocks",
-    "joints": "joints",
-    **{name: name for name in RESIDUALS},
-}
+#: Columns of the table of runs, and headings that are not their names.
+_RUNS = ["scene", "pair", "load_factor", "tolerance", "verdict", "error", "violation", "time", "why"]
+_RUNS += ["iterations", "lp_solves", "peak_memory", "blocks", "joints", *RESIDUALS]
+_HEADINGS = {"pair": "method · model · solver", "load_factor": "λ", "time": "time (s)", "lp_solves": "LPs"}
 
 #: Text in place of a load factor, and its look, by verdict.
 _NO_VALUE = {
@@ -80,10 +64,12 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     tables: dict[str, Any] = dict.fromkeys(("success", "apart", "runs"))
     if len(summary):
         why = [*map(judge.reason_text, summary.to_dict("records"))]
-        tables["success"] = frame_table(frames.success(summary), frames.FORMATS, _PAIR | frames.SUCCESS)
-        tables["runs"] = frame_table(summary.assign(why=why), frames.FORMATS, _RUNS)
+        headings, columns = _HEADINGS | frames.HEADINGS, ("pair", *frames.SUCCESS)
+        tables["success"] = frame_table(frames.success(summary), frames.FORMATS, columns, **headings)
+        headings = frames.HEADINGS | _HEADINGS
+        tables["runs"] = frame_table(summary.assign(why=why), frames.FORMATS, _RUNS, **headings)
     if len(apart := frames.spread(summary)):
-        tables["apart"] = frame_table(apart, frames.FORMATS, {str(name): str(name) for name in apart})
+        tables["apart"] = frame_table(apart, frames.FORMATS)
     residuals = [
         (kind, *(f"{limit.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limit in LIMITS.items()
     ]

@@ -19,7 +19,7 @@ from masonry_opt.scene.case_file import load
 from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare.accuracy import certified_bounds
-from masonry_opt.studies.compare.plan import CaseScene, Pair
+from masonry_opt.studies.compare.plan import Pair
 from masonry_opt.studies.runner import TaskEnd
 
 #: Columns that identify a run: a run with an equal key is not made again.
@@ -93,12 +93,6 @@ def scene_to_expect(path: Path) -> dict[str, float | None]:
 def _take_one_core() -> None:
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-
-
-def key_of(scene: CaseScene, pair: Pair, repeat: int, versions: str) -> dict[str, Any]:
-    """The columns of KEY of a run."""
-    which = (pair.method, pair.model, pair.solver, pair.tolerance, repeat)
-    return dict(zip(KEY, (scene.name, scene.content, versions, *which), strict=True))
 
 
 def row_of(key: Mapping[str, Any], end: TaskEnd, time_limit: float, memory_limit: float) -> dict[str, Any]:

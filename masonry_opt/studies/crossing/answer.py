@@ -21,16 +21,14 @@ from masonry_opt.drawing.notebook import notebook_html
 from masonry_opt.drawing.pictures import draw_mechanism
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.result import Result
-from masonry_opt.studies.answer import StudyAnswer, records
 from masonry_opt.studies.crossing.passage import Passage
-from masonry_opt.studies.crossing.search import CrossedPassage, PassageTrials, load_factor
+from masonry_opt.studies.crossing.search import CrossedPassage, PassageTrials
 from masonry_opt.studies.many.runs import COLUMNS, columns
-from masonry_opt.studies.writing import frame_table, study_page
+from masonry_opt.studies.writing import StudyAnswer, frame_table, records, study_page
 from masonry_opt.words.sentences import numeral
 
-#: Columns of the table on a page with their headings, and how their numbers are written.
-_SHOWN = {"axles": "axles", "direction": "direction", "position": "first axle at", "load_factor": "λ"}
-_SHOWN |= {"mechanism": "mechanism", "status": "status"}
+#: Columns of the table on a page, and how their numbers are written.
+_SHOWN = ("axles", "direction", "position", "load_factor", "mechanism", "status")
 _FORMATS = dict.fromkeys(("position", "load_factor"), "{:.6g}")
 
 #: Positions without an answer that are named in words; the table has all.
@@ -117,12 +115,8 @@ class Crossing(StudyAnswer):
     @property
     def undecided_at(self) -> list[dict[str, Any]]:
         """These: ``axles``, ``direction`` and ``position`` of each, as in the table."""
-        return [
-            _place(one.passage, position)
-            for one in self.passages
-            for position, answer in one.found.answers.items()
-            if math.isnan(load_factor(answer))
-        ]
+        unknown = self.table["load_factor"].isna() & ~self.table["any_load"].astype(bool)
+        return records(self.table.loc[unknown, ["axles", "direction", "position"]])
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -268,8 +262,9 @@ class Crossing(StudyAnswer):
     def _page(self) -> str:
         pictures = {"load factor by position, and the mechanism at the worst": self.plot().image("svg")}
         parts = {"At the worst position": notebook_html(self.worst)}
-        rows = {"Every position solved": frame_table(self.table, _FORMATS, _SHOWN)}
-        return study_page(title_of(self.worst.assembly.scene), self.facts(), pictures, parts, rows)
+        rows = frame_table(self.table, _FORMATS, _SHOWN, position="first axle at", load_factor="λ")
+        title, tables = title_of(self.worst.assembly.scene), {"Every position solved": rows}
+        return study_page(title, self.facts(), pictures, parts, tables)
 
 
 def _named(places: list[dict[str, Any]]) -> str:

@@ -24,7 +24,6 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import Crossing as Crossing  # its home for readers
-from masonry_opt.studies.crossing.moving_load import MovingLoad
 from masonry_opt.studies.crossing.passage import Passage
 
 #: Distance of the least load factor from what is proven, relative, where anything is.
@@ -95,7 +94,7 @@ def crossing(
     undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
     if undecided or result.status is Status.UNSTABLE:
         return Crossing(worst=result, passages=())
-    associative = MovingLoad(replace(first.assembly.problem, live=first.live(start)), effort)
+    associative = search.MovingLoad(replace(first.assembly.problem, live=first.live(start)), effort)
     crossed, interrupted, proves = [], False, session.method.associative
     own = session.how.model is None and session.how.solver is None
     for passage in passages:

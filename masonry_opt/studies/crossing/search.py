@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import certified
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.effort import Effort
+from masonry_opt.models.cvxpy_static import CvxpyStatic
+from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.solvers.highs_session import HighsSession
+from masonry_opt.solvers.lp import Verdict
 from masonry_opt.studies.crossing.passage import Passage
 
 #: The answer under a live load, shape (3b,).
 SolveLive = Callable[[np.ndarray], Solution]
-
-#: Called with a position and the load factor found there (NaN without one).
-PositionProgress = Callable[[float, float], None]
 
 #: Share of the loads, by their largest entry, that is nothing.
 _ROUNDING = 1e-7
@@ -91,17 +95,51 @@ def load_factor(answer: Solution) -> float:
     return math.inf if answer.carries_any_load else math.nan
 
 
+class MovingLoad:
+    """Eq. (9) in HiGHS, compiled once of a scene that stands, with any live load: of a new one the column of
+    λ alone changes, and simplex goes on from the last basis."""
+
+    def __init__(self, problem: Problem, effort: Effort) -> None:
+        self._problem = problem
+        scaled = in_units_of_load(problem)
+        self._force = scaled.force
+        model = CvxpyStatic(scaled.problem, scaled.limits(ShearLimits.true(problem)))
+        self._statics = model.statics
+        self._program = HighsSession(model.program, effort, "associative load factor")
+        self.solved = 0
+
+    def __call__(self, live: np.ndarray) -> Solution:
+        """The associative answer under a live load, shape (3b,), certified by itself."""
+        problem = replace(self._problem, live=live)
+        statics, program = self._statics, self._program
+        program.set_column(statics.load_factor, statics.equilibrium, live / problem.live_norm)
+        self.solved += 1
+        verdict = program.solve()
+        solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=program.size)
+        if verdict is Verdict.OPTIMAL:
+            q = self._force * program.values(statics.q)
+            d = program.duals(statics.equilibrium)
+            load_factor = self._force * float(program.values(statics.load_factor)[0]) / problem.live_norm
+            found = certified(problem, load_factor, q, d * problem.live_norm / (live @ d), problem.friction)
+            return replace(solution, found=found).accepted()
+        if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
+            # The scene stands: the program has a state, at λ = 0.
+            return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)
+        return solution.ended(Status.SOLVER_FAILED, Code.SOLVER_STOPPED, word=verdict.value)
+
+
 #: Of a position where no axle loads a block that can move.
 _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANISM),))
 
 
 @dataclass
 class PassageSolver:
-    """Answers of a passage so far, each position solved once; whoever is interrupted finds them here."""
+    """Answers of a passage so far, each position solved once; whoever is interrupted finds them here.
+    ``progress`` is called with a position and the load factor found there (NaN without one)."""
 
     passage: Passage
     solve: SolveLive
-    progress: PositionProgress = lambda *_: None
+    progress: Callable[[float, float], None] = lambda *_: None
     answers: dict[float, Solution] = field(default_factory=dict)
     load_factors: dict[float, float] = field(default_factory=dict)
 
@@ -179,11 +217,10 @@ def least_coulomb(solved: PassageSolver, associative: PassageTrials, within: flo
     for index in sorted(first):
         solved.at(float(at[index]))
     while True:
-        known = [index for index, x in enumerate(at) if not math.isnan(_known(solved, x))]
-        least = min((_known(solved, at[index]) for index in known), default=math.inf)
-        may_be = (1 - _MARGIN) * _estimates(at, most, known, solved)
-        may_be[[index for index, x in enumerate(at) if float(x) in solved.answers]] = math.inf
-        index = int(np.argmin(may_be))
+        found = np.array([solved.load_factors.get(x, math.nan) for x in at.tolist()])
+        may_be = (1 - _MARGIN) * _estimates(most, found)
+        may_be[[x in solved.answers for x in at.tolist()]] = math.inf
+        index, least = int(np.argmin(may_be)), found[~np.isnan(found)].min(initial=math.inf)
         if may_be[index] >= least or not math.isfinite(may_be[index]):
             break
         solved.at(float(at[index]))
@@ -191,20 +228,16 @@ def least_coulomb(solved: PassageSolver, associative: PassageTrials, within: flo
     return solved.found()
 
 
-def _known(solved: PassageSolver, position: float) -> float:
-    return solved.load_factors.get(float(position), math.nan)
-
-
-def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: PassageSolver) -> np.ndarray:
-    """λ at each position if it has the lesser share of the associative one that its known neighbours have,
-    less half of what theirs differ."""
-    if not known:
-        return np.full(len(at), math.inf)
-    found = np.array([_known(solved, at[index]) for index in known])
-    of_known = most[known]
+def _estimates(most: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """λ at each position if it has the lesser share of the associative one, ``most``, that its neighbours of
+    known λ, ``found``, have, less half of what theirs differ."""
+    known, every = np.flatnonzero(~np.isnan(found)), np.arange(len(found))
+    if not len(known):
+        return np.full(len(found), math.inf)
+    found, of_known = found[known], most[known]
     share = np.divide(found, of_known, out=np.ones(len(known)), where=np.isfinite(of_known) & (of_known > 0))
-    right = np.searchsorted(known, np.arange(len(at))).clip(0, len(known) - 1)
-    left = np.maximum(np.searchsorted(known, np.arange(len(at)), side="right") - 1, 0)
+    right = np.searchsorted(known, every).clip(0, len(known) - 1)
+    left = np.maximum(np.searchsorted(known, every, side="right") - 1, 0)
     lesser = np.minimum(share[left], share[right]) - np.abs(share[left] - share[right]) / 2
     # Where associative flow carries any load, the neighbours' own.
     own = np.minimum(found[left], found[right])

@@ -25,7 +25,7 @@ from masonry_opt.methods.task import Progress
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.answer import StudyAnswer
+from masonry_opt.studies.writing import StudyAnswer
 from masonry_opt.words.summary import told_factor
 from masonry_opt.words.terminal import frame_text
 
@@ -66,8 +66,8 @@ class Cases(StudyAnswer):
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        told = ({name: getattr(result, name) for name in COLUMNS} for result in self.results.values())
-        rows = [self._apart(result) | row for result, row in zip(self.results.values(), told, strict=True)]
+        results = self.results.values()
+        rows = [self._apart(of) | {name: getattr(of, name) for name in COLUMNS} for of in results]
         numbers = dict.fromkeys(("load_factor", "expected", "associative"), "float64")
         return pd.DataFrame(rows).astype(numbers | {"status": "str"})
 

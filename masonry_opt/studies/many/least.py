@@ -14,6 +14,7 @@ import pandas as pd
 
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.certificate import Certificate
+from masonry_opt.answer.plain import plain
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import JUMP, LOWER
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
@@ -21,14 +22,16 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.session import Session
-from masonry_opt.studies.answer import StudyAnswer, finite
 from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.many.standing import standing
+from masonry_opt.studies.writing import StudyAnswer
 from masonry_opt.words.sentences import numeral
 
 #: ``Trial.number`` of a scene without a load factor: it falls by itself, or no load makes it collapse.
 FALLS, UNLIMITED = -math.inf, math.inf
+
+#: What a table says of a trial itself.
+_OWN = ("value", "holds", "number")
 
 
 @dataclass(frozen=True)
@@ -90,12 +93,12 @@ class Threshold(StudyAnswer):
     def history(self) -> pd.DataFrame:
         """One row a trial: ``value``, ``holds``, ``number``, then the columns of ``mo.sweep``."""
         rows = [
-            {"value": trial.value, "holds": trial.holds, "number": trial.number}
+            {name: getattr(trial, name) for name in _OWN}
             | columns(trial.result.assembly, trial.result.solution)
             | {"seconds": sum(trial.result.seconds.values())}
             for trial in self.trials
         ]
-        return framed(rows, ["value", "holds", "number"]).astype({"holds": bool})
+        return framed(rows, _OWN).astype({"holds": bool})
 
     @property
     def _kind(self) -> str:
@@ -134,29 +137,13 @@ class Threshold(StudyAnswer):
 
     def as_dict(self) -> dict[str, Any]:
         """All but the results, as plain numbers, strings and lists (not finite: None)."""
-        ends = {
-            name: {
-                "value": end.value,
-                "number": finite(end.number),
-                "status": str(end.result.status),
-                "certificate": end.certificate.as_dict() if end.certificate else None,
-            }
-            for name, end in {"holds": self.holds, "fails": self.fails}.items()
-        }
-        told = {
-            "kind": self._kind,
-            "load": self.load,
-            "value": self.value,
-            "interval": list(self.interval),
-            "jump": [*map(finite, self.jump)] if self.jump else None,
-            "contradictions": list(self.contradictions),
-            "evaluations": self.evaluations,
-        }
-        trials = [
-            {"value": trial.value, "holds": trial.holds, "number": finite(trial.number)}
-            for trial in self.trials
-        ]
-        return told | ends | {"trials": trials}
+        own = ("load", "value", "interval", "jump", "contradictions", "evaluations")
+        told = {"kind": self._kind} | {name: getattr(self, name) for name in own}
+        for name, end in {"holds": self.holds, "fails": self.fails}.items():
+            told[name] = {"value": end.value, "number": end.number, "status": end.result.status}
+            told[name]["certificate"] = end.certificate
+        tried = ({name: getattr(trial, name) for name in _OWN} for trial in self.trials)
+        return plain(told | {"trials": [*tried]})
 
 
 def _telling(number: float, others: Sequence[float], least: int) -> str:
@@ -172,8 +159,9 @@ def _worded(number: float) -> str:
     return "any" if number == UNLIMITED else numeral(number, ".6g")
 
 
-#: A scene of a number.
+#: A scene of a number; and what is called with every trial.
 Make = Callable[[float], "Scene | str | Path"]
+Tried = Callable[[Trial], None]
 
 #: Distance of the two ends of the answer, relative to their value.
 TOLERANCE = 1e-6
@@ -197,7 +185,7 @@ def least(
     method: str = DEFAULT,
     tolerance: float = TOLERANCE,
     samples: int = SAMPLES,
-    progress: Callable[[Trial], None] = lambda _: None,
+    progress: Tried = lambda _: None,
     **options: Any,
 ) -> Threshold:
     """Find the least value of a number at which a scene stands, or carries a load.
@@ -241,7 +229,7 @@ def least(
     NoLoadFactorError
         If the methods cannot decide whether a scene holds.
     """
-    search = _ThresholdSearch(make, load, _session(load, method, options), progress, True)
+    search = _ThresholdSearch(True, make, load, progress, method, options)
     return search.threshold(lower, upper, tolerance, samples)
 
 
@@ -254,7 +242,7 @@ def most(
     method: str = DEFAULT,
     tolerance: float = TOLERANCE,
     samples: int = SAMPLES,
-    progress: Callable[[Trial], None] = lambda _: None,
+    progress: Tried = lambda _: None,
     **options: Any,
 ) -> Threshold:
     """Find the greatest value of a number (a tilt, an opening) at which a scene stands, or carries a load.
@@ -262,34 +250,25 @@ def most(
     As :func:`least`, from the other side: the scene must hold at ``lower`` and fail at ``upper``, and of
     several thresholds the lowest is taken.
     """
-    search = _ThresholdSearch(make, load, _session(load, method, options), progress, False)
+    search = _ThresholdSearch(False, make, load, progress, method, options)
     return search.threshold(lower, upper, tolerance, samples)
-
-
-def _session(load: float | None, method: str, options: dict[str, Any]) -> Session:
-    """That of the scenes tried."""
-    if load is None and (options or method != DEFAULT):
-        named = ", ".join(options) or f"method '{method}'"
-        raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
-    return prepare(method, keeps=True, **({"expected": False} | options))
 
 
 class _ThresholdSearch:
     """The search for one threshold, and the trials so far."""
 
     def __init__(
-        self,
-        make: Make,
-        load: float | None,
-        session: Session,
-        progress: Callable[[Trial], None],
-        least: bool,
+        self, least: bool, make: Make, load: float | None, progress: Tried, method: str, options: Any
     ) -> None:
+        if load is None and (options or method != DEFAULT):
+            named = ", ".join(options) or f"method '{method}'"
+            raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
+        self.session = prepare(method, keeps=True, **({"expected": False} | options))
         if not callable(make):
             raise OptionError(
                 f"the scene must be a function of the value, such as lambda t: mo.Scene(...) (found {make!r})"
             )
-        self.make, self.session, self.progress, self.least = make, session, progress, least
+        self.make, self.progress, self.least = make, progress, least
         self.load = None if load is None else _number("load", load)
         self.trials: dict[float, Trial] = {}
 
@@ -325,19 +304,17 @@ class _ThresholdSearch:
             try:
                 scene = as_scene(self.make(value))
                 scene.refuse_without_case()
-                trial = self._standing(value, scene) if self.load is None else self._carrying(value, scene)
+                trial = self._tried(value, scene)
             except (CaseError, NoLoadFactorError) as error:
                 raise type(error)(f"at {value:.9g}: {error}") from None
             self.trials[value] = trial
             self.progress(trial)
         return self.trials[value]
 
-    def _standing(self, value: float, scene: Scene) -> Trial:
-        found = standing(scene)
-        return Trial(value, found.margin >= self._needed, found.margin, found.result, found.certificate)
-
-    def _carrying(self, value: float, scene: Scene) -> Trial:
-        assert self.load is not None
+    def _tried(self, value: float, scene: Scene) -> Trial:
+        if self.load is None:
+            found = standing(scene)
+            return Trial(value, found.margin >= self._needed, found.margin, found.result, found.certificate)
         result = self.session.solve(scene)
         if result.load_factor is not None:
             number = result.load_factor

@@ -200,12 +200,8 @@ def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
     """Order in which points that differ in joint properties alone follow one another: a worker builds its
     programs once for all of them."""
     first: dict[tuple[float, ...], int] = {}
-
-    def place(index: int) -> int:
-        others = tuple(value for name, value in points[index].items() if not is_of_joints(name))
-        return first.setdefault(others, index)
-
-    return sorted(range(len(points)), key=place)
+    others = [tuple(value for name, value in point.items() if not is_of_joints(name)) for point in points]
+    return sorted(range(len(points)), key=lambda index: first.setdefault(others[index], index))
 
 
 def row(run: StudyRun, end: TaskEnd) -> dict[str, Any]:

@@ -20,11 +20,10 @@ from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.answer import StudyAnswer, records
 from masonry_opt.studies.load_factor_axis import ends
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.runs import ManyRuns, RunProgress, Study
-from masonry_opt.studies.writing import csv_text, write_files
+from masonry_opt.studies.writing import StudyAnswer, csv_text, records, write_files
 from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
@@ -34,9 +33,6 @@ if TYPE_CHECKING:
 
 #: Default number of runs: Sobol's points are most even for powers of two.
 RUNS = 128
-
-#: Probabilities of the quantiles, unless others are asked for.
-PROBABILITIES = (0.05, 0.5, 0.95)
 
 #: Confidence of intervals, unless another is asked for.
 CONFIDENCE = 0.95
@@ -111,7 +107,7 @@ class Sample(StudyAnswer):
         return "; ".join([counted(self.runs, "run"), *told])
 
     def quantiles(
-        self, probabilities: Sequence[float] = PROBABILITIES, confidence: float = CONFIDENCE
+        self, probabilities: Sequence[float] = (0.05, 0.5, 0.95), confidence: float = CONFIDENCE
     ) -> pd.DataFrame:
         """Quantiles of the load factor: ``probability``, ``value``, ``lower``, ``upper``.
 
@@ -193,7 +189,7 @@ class Sample(StudyAnswer):
     def drawing(self, kind: str) -> NamedChart:
         """The chart of a kind. Raises OptionError if Altair is not installed."""
         # Charts are slow to import: only when they are needed.
-        from masonry_opt.studies.many import sample_charts
+        from masonry_opt.studies.many import charts
 
         case = Path(self.case)
         # A scene made in Python has a title instead, which may have dots.
@@ -201,8 +197,8 @@ class Sample(StudyAnswer):
         title = f"{name}: {self.counted}"
         sure, of_tables = f"{CONFIDENCE:.0%} confidence", ("fragility", "sensitivity")
         if kind in of_tables:
-            return getattr(sample_charts, kind)(title, self.tables()[kind], sure)
-        return sample_charts.distribution(title, self.load_factors, self.quantiles(), sure)
+            return getattr(charts, kind)(title, self.tables()[kind], sure)
+        return charts.distribution(title, self.load_factors, self.quantiles(), sure)
 
     def facts(self) -> dict[str, str]:
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())

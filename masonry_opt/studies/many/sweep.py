@@ -93,7 +93,7 @@ def sweep(
     if out is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.charts import write_charts
-            from masonry_opt.studies.many.sweep_charts import drawings
+            from masonry_opt.studies.many.charts import drawings
 
             write_charts("Sweep", drawings(frame, list(vary)), Path(out))
     return frame

@@ -33,9 +33,8 @@ from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
-from masonry_opt.studies.answer import StudyAnswer
 from masonry_opt.studies.settle.freed import freed
-from masonry_opt.studies.writing import frame_table, study_page
+from masonry_opt.studies.writing import StudyAnswer, frame_table, study_page
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
@@ -250,8 +249,7 @@ class Settlement(StudyAnswer):
         ends = list(self.ends) or ["least"]
         drawn = {end: self.plot(end, view=view).image("svg") for end in ends}
         pictures = {f"what moves at the {end} reaction": picture for end, picture in drawn.items()}
-        columns = {"end": "end", "kind": "flow", "reaction": "reaction", "status": "status"}
-        rows = frame_table(self.table, {"reaction": "{:.6g}"}, columns | {"moves": "moves, fastest first"})
+        rows = frame_table(self.table, {"reaction": "{:.6g}"}, kind="flow", moves="moves, fastest first")
         title = title_of((self.fallen or next(iter(self.ends.values())).result).assembly.scene)
         return study_page(title, self.facts(), pictures, {}, {"Reactions": rows})
 

@@ -8,7 +8,7 @@ from drawn import labels, marks
 from scenes import WALLS, block_on_floor, on_a_corner, overhanging
 
 import masonry_opt as mo
-from masonry_opt.drawing.found import counts
+from masonry_opt.drawing.elements import counts
 from masonry_opt.problem.assembly import assemble
 
 

@@ -9,7 +9,7 @@ from matplotlib.text import Text
 from scenes import block_on_floor
 
 import masonry_opt as mo
-from masonry_opt.drawing.letters import NOTE, boxed
+from masonry_opt.drawing.figure import NOTE, boxed
 
 #: Of DejaVu Sans, which matplotlib brings, the first two are none.
 MISSING, THERE = "石塔", "Gewölbe λ ≥ « مرحبا »"

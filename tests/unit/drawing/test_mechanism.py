@@ -9,8 +9,8 @@ from scenes import CASES, WALLS, block_on_floor, overhanging, small_wall
 
 import masonry_opt as mo
 from masonry_opt.answer.motion import fastest, joint_motion
-from masonry_opt.drawing.elements import FULL, result_elements, size_of
-from masonry_opt.drawing.marks import moved
+from masonry_opt.drawing.elements import FULL, result_elements
+from masonry_opt.drawing.marks import moved, size_of
 
 ARCH = CASES / "casapulla_lauro" / "arch.toml"
 
