@@ -131,7 +131,8 @@ class Elastic:
         self, problem: Problem, matrix: BlockMatrix | None = None, gives: np.ndarray | None = None
     ) -> None:
         """The matrix is one of the same B; by default, what contacts give suits the dead load."""
-        self.problem = problem
+        self.problem, dimension = problem, problem.layout.dimension
+        self._end_from, self._straight_on = _END[dimension], _FAR[dimension]
         self._compliance = compliance(problem) if gives is None else gives
         self._law = Rounded.of(problem, self._compliance, 0.0)
         self._matrix = matrix or BlockMatrix(problem, self._law)
@@ -215,11 +216,11 @@ class Elastic:
         another may be come to."""
         if self.settled is None:
             return None
-        coarse, end = self._curve.rounded_by(_COARSE), _END[self.problem.layout.dimension]
+        coarse = self._curve.rounded_by(_COARSE)
         start = self._at_rest(coarse)
         for point in coarse.points(*start, _POINTS) if start else ():
             u = float(coarse.live @ point.d)
-            if u > end:
+            if u > self._end_from:
                 states = _sharper(self._curve, point.d, point.load_factor, u, _COARSE, ROUNDING)
                 *_, last = (None, *states)
                 return None if last is None else self._followed(last[0], last[1:]).answer
@@ -238,7 +239,7 @@ class Elastic:
         until: float = inf,
     ) -> Pushed:
         unit, points, steps = self.problem.live_norm, list[Point](), list[PushStep]()
-        ended, answer, looks, next_look = Ended.STOPPED, None, 0, _END[self.problem.layout.dimension]
+        ended, answer, looks, next_look = Ended.STOPPED, None, 0, self._end_from
         for point in rounded.points(*start, _POINTS) if start else ():
             points.append(point)
             u, grows = float(rounded.live @ point.d), float(rounded.live @ point.along[:-1]) > 0
@@ -269,7 +270,7 @@ class Elastic:
     def _end(self, point: Point, u: float) -> tuple[Ended, Answer | None]:
         """Whether a point lies on a ray, and the exact state there under laws ever sharper: in space the
         direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
-        problem, far = self.problem.by_cone, _FAR[self.problem.layout.dimension] * u
+        problem, far = self.problem.by_cone, self._straight_on * u
         before = point.along[:-1] / float(self._curve.live @ point.along[:-1])
         states = [*_sharper(self._curve.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0)]
         best: Answer | None = None
