@@ -215,7 +215,7 @@ def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
     rests = found is not None and not statics and _rests(assembly.problem, solution, found)
     if solution.status is not Status.UNSTABLE and (found is None or (found >= -ZERO and (statics or rests))):
         return solution
-    from masonry_opt.standing.no_load_factor import withdrawn
+    from masonry_opt.standing.existence import withdrawn
 
     return withdrawn(assembly, solution, rests)
 
@@ -266,7 +266,7 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = _unless_it_falls(assembly, replace(solution, expected=expected))
     if solution.load_factor is not None:
         return solution
-    from masonry_opt.standing.no_load_factor import explained
+    from masonry_opt.standing.existence import explained
 
     by_statics = solution.kind is Kind.ASSOCIATIVE
     solution = explained(assembly, solution, task.solver, task.effort, by_statics)

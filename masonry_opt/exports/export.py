@@ -12,10 +12,9 @@ import pyomo.environ as pyo
 from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
-from masonry_opt.exports.program_files import WRITERS
-from masonry_opt.exports.program_names import legal, names_in, readable
+from masonry_opt.exports.program_files import WRITERS, legal, names_in, readable
 from masonry_opt.exports.solid_files import SOLID_ENDS, solid_file
-from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
+from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable
 from masonry_opt.methods.bracket.bounds import bounds_of
 from masonry_opt.methods.bracket.rising import a_little_above, assumed_rates
 from masonry_opt.methods.registry import METHODS
@@ -30,6 +29,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tables import write_file
 from masonry_opt.session import refuse_unsuited
 from masonry_opt.words.sentences import by_sides
 
@@ -166,19 +166,20 @@ def export(
     """
     if not isinstance(path, str | Path):
         raise OptionError(f"the path of a file is text or a pathlib.Path (found {path!r})")
-    if (end := Path(path).suffix.lower()) in SOLID_ENDS:
+    path = Path(path)
+    if (end := path.suffix.lower()) in SOLID_ENDS:
         if method is not None:
             raise OptionError(f"{path}: 'method' goes with programs: give the result of one for its motion")
-        refuse_unwritable(Path(path), force)
+        refuse_unwritable(path, force)
         what = scene if isinstance(scene, Result) else as_scene(scene)
-        return (_written(Path(path), solid_file(what, end, moved)),)
+        write_file(path, solid_file(what, end, moved), OutputError)
+        return (path,)
     if moved is not None:
         raise OptionError(f"{path}: 'moved' goes with meshes: {', '.join(SOLID_ENDS[1:])}")
     method = method or "static"
     if method not in _EXPORTS:
         why = "solves a series of programs" if method in METHODS else "is unknown"
         raise OptionError(f"method '{method}' {why}; those with one program: {', '.join(_EXPORTS)}")
-    path = Path(path)
     if end not in _ends(method):
         raise OptionError(f"{path}: {_instead(method, end)}")
     refuse_unwritable(path, force)
@@ -192,18 +193,10 @@ def export(
     program.name = method
     names = names_in(program, assembly.problem, (readable if end == ".nl" else legal)(assembly))
     files = WRITERS[end](program, names, [*_header(method, assembly), *said])
-    written = [
-        _written(path.with_suffix(path.suffix if of == end else of), text) for of, text in files.items()
-    ]
-    return tuple(reversed(written))
-
-
-def _written(path: Path, content: str | bytes) -> Path:
-    try:
-        write_whole(path, content)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
-    return path
+    paths = {of: path.with_suffix(path.suffix if of == end else of) for of in files}
+    for of, text in files.items():
+        write_file(paths[of], text, OutputError)
+    return tuple(reversed(paths.values()))
 
 
 def _ends(method: str) -> tuple[str, ...]:

@@ -1,16 +1,149 @@
-"""Declared programs as the text of files that other solvers read, through Pyomo's writers."""
+"""Declared programs as files that other solvers read, through Pyomo's writers: names of rows and columns, by
+kind and by the joint or block they are of, and the text."""
 
 from __future__ import annotations
 
 import io
+import string
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pyomo.environ as pyo
 from pyomo.opt import WriterFactory
 from pyomo.repn.plugins.lp_writer import LPWriter
 from pyomo.repn.plugins.nl_writer import NLWriter
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.chords import CHORDS
+from masonry_opt.problem.problem import Problem
+
+#: Parts of a complementary pair, as Pyomo's transformations name them: the slack, the row that defines it,
+#: its product with the rate, and the row paired with the rate.
+_PAIR = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
+
+#: What LP files of every solver take in names, but for what names here are made of.
+_LEGAL = set(string.ascii_letters + string.digits + "_.")
+
+#: LP and MPS files have names of at most 255 characters, kinds among them.
+_LONGEST = 200
+
+
+#: Names of what a joint and a block have, by component, in the plane and in space, and of faces that rock.
+_OF_JOINTS: dict[int, dict[str, tuple[str, ...]]] = {
+    2: {"q": ("n1", "n2", "s"), "compatibility": ("opening_1", "opening_2", "slip")},
+    3: {"q": ("n", "s", "t"), "compatibility": ("opening", "slip_s", "slip_t")},
+}
+_OF_BLOCKS: dict[int, dict[str, tuple[str, ...]]] = {
+    2: {"d": ("vx", "vy", "omega"), "equilibrium": ("fx", "fy", "moment")},
+    3: {"d": ("vx", "vy", "vz", "wx", "wy", "wz"), "equilibrium": ("fx", "fy", "fz", "mx", "my", "mz")},
+}
+_ROCKS = {2: ("rock_1", "rock_2"), 3: ("open",)}
+
+#: What a limited force is called among the joints' of a component; kinds of what there is one of a face.
+_OF_LIMITED = {"q": "T", "compatibility": "length"}
+_OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
+
+#: What there is one of.
+_SINGLE = ("load_factor", "live_work", "raising", "objective")
+
+
+@dataclass(frozen=True)
+class Labels:
+    """How joints and blocks are written in names, between brackets after the kind.
+
+    Attributes
+    ----------
+    joints: a different one for each of the problem's joints, in the order of ``Result.joints``, in space of
+        ``Result.contacts``.
+    blocks: a different one for each movable block, in the order of ``Result.blocks``.
+    limited: a different one for each limited force, in the order of ``Result.ties``.
+    """
+
+    joints: list[str]
+    blocks: list[str]
+    limited: list[str]
+
+
+def readable(assembly: Assembly) -> Labels:
+    """``[A|ground]``: names of blocks as the scene has them."""
+    return _by_blocks(assembly, lambda name: name, "[{}]")
+
+
+def legal(assembly: Assembly) -> Labels:
+    """``{A|ground}``, with ``_`` for what LP files do not take, and not too long for them."""
+    return _by_blocks(
+        assembly, lambda name: "".join(letter if letter in _LEGAL else "_" for letter in name), "{{{}}}"
+    )
+
+
+def _by_blocks(assembly: Assembly, written: Callable[[str], str], brackets: str) -> Labels:
+    joints, names = assembly.joints, [written(block.name) for block in assembly.scene.blocks]
+    ends = zip(joints.first[assembly.joint], joints.second[assembly.joint], strict=True)
+    labels = (
+        (f"{names[first]}|{names[second]}" for first, second in ends),
+        (names[block] for block in assembly.movable),
+        (written(force.name) for force in assembly.limited),
+    )
+    return Labels(*([brackets.format(label) for label in unique(each)] for each in labels))
+
+
+def unique(labels: Iterable[str]) -> list[str]:
+    """The labels, cut where too long, with ``~2``, ``~3``, ... after those that come again: of several joints
+    of two blocks, of blocks whose names differ in what is not legal."""
+    cut = [label[:_LONGEST] for label in labels]
+    taken, seen, different = set(cut), set(), []
+    for label in cut:
+        name, times = label, 1
+        while name in seen or (times > 1 and name in taken):
+            times += 1
+            name = f"{label}~{times}"
+        seen.add(name)
+        different.append(name)
+    return different
+
+
+def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> dict[int, str]:
+    """A name for every variable, constraint and objective of a declared program, by its identity.
+
+    No two are the same, and none is of a row and of a column.
+    """
+
+    dimension = problem.layout.dimension
+    of_components: dict[str, list[str]] = {name: [name] for name in _SINGLE}
+    for name, kinds in _OF_JOINTS[dimension].items():
+        joints = [kind + label for kind in kinds for label in labels.joints]
+        of_components[name] = joints + [_OF_LIMITED[name] + label for label in labels.limited]
+    for name, kinds in _OF_BLOCKS[dimension].items():
+        of_components[name] = [kind + label for label in labels.blocks for kind in kinds]
+    of_components |= {name: list(_faces(problem, labels, kind)) for name, kind in _OF_FACES.items()}
+    names = {}
+    for component in program.component_objects((pyo.Var, pyo.Constraint, pyo.Objective), descend_into=False):
+        for data, name in zip(component.values(), of_components[component.local_name], strict=True):
+            names[id(data)] = name
+    pairs: Any = program.component("complementarity")
+    for part, kind in _PAIR.items() if pairs is not None else ():
+        for pair, name in zip(pairs.values(), _faces(problem, labels, kind), strict=True):
+            if (data := pair.component(part)) is not None:
+                names[id(data)] = name
+    return names
+
+
+def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:
+    """Names of one kind, one a face."""
+    senses = range(1, len(problem.layout.senses) + 1)
+    slides = [f"slide_{side}" for side in senses] if problem.layout.round else ["slide_plus", "slide_minus"]
+    motions = [motion for motion in slides for _ in problem.sliding]
+    motions += [motion for motion in _ROCKS[problem.layout.dimension] for _ in range(problem.joints)]
+    chords = range(1, len(CHORDS.slope) + 1)
+    motions += [f"crush_{point}_{chord}" for point in (1, 2) for _ in problem.crushing for chord in chords]
+    for motion, number in zip(motions, problem.face_joint.tolist(), strict=True):
+        yield f"{kind}_{motion}{labels.joints[number]}"
+    for motion, forces in (("least", problem.table.below), ("most", problem.table.above)):
+        yield from (f"{kind}_{motion}{labels.limited[force]}" for force in forces)
+
 
 #: The files of a program, by the ends of their names.
 Files = dict[str, str]

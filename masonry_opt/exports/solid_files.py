@@ -22,6 +22,7 @@ from masonry_opt.result import Result
 from masonry_opt.scene.drawings.meshes import outwards
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Polyhedron, Solid
+from masonry_opt.scene.tables import library
 
 #: Supports are known in meshes by how their names begin.
 _SUPPORT = "fixed"
@@ -109,10 +110,7 @@ def _obj(bodies: list[_Body]) -> str:
 
 
 def _gltf(bodies: list[_Body], binary: bool) -> str | bytes:
-    try:
-        trimesh = importlib.import_module("trimesh")
-    except ImportError:
-        raise OptionError("glTF needs trimesh; install it with: pip install '.[meshes]'") from None
+    trimesh = library("trimesh", "glTF needs trimesh; install it with: pip install '.[meshes]'")
     scene = trimesh.Scene()
     for name, fixed, corners, faces in bodies:
         # Faces of convex parts are convex.
@@ -207,15 +205,14 @@ def _mesh(block: Solid) -> dict[str, Any]:
 
 def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any]]:
     contacts, origin = assembly.joints, assembly.geometry.origin
-    other = np.cross(contacts.normal, contacts.tangent)
     force = None
     if result is not None and result.contacts is not None and result.contacts["n"].notna().all():
         force = result.contacts[["fx", "fy", "fz"]].to_numpy()
     made = []
-    for joint in range(len(contacts.first)):
+    for joint, (normal, tangent, other) in enumerate(np.moveaxis(contacts.axes, 1, 0)):
         own = contacts.joint == joint
         points = (contacts.point[own] + origin).tolist()
-        axes = np.stack([contacts.tangent[joint], other[joint], contacts.normal[joint]])
+        axes = np.stack([tangent, other, normal])
         frame = {"point": points[0], "xaxis": axes[0].tolist(), "yaxis": axes[1].tolist()}
         forces = None
         if force is not None:

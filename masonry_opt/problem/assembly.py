@@ -14,7 +14,7 @@ from masonry_opt.problem import points
 from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
 from masonry_opt.problem.laws import Law
-from masonry_opt.problem.limited_forces import LimitedForce, LimitedForces, struts
+from masonry_opt.problem.limited_forces import LimitedForce, columns, struts
 from masonry_opt.problem.loads import loads
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.find import find_joints, shapes_of
@@ -122,23 +122,27 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     length_unit = float(usual) / 2
     filled = filled_pieces(scene, found)
     on_edges, bare, pieces = edge_forces(scene, found, joints)
-    limited = LimitedForces.of(
-        [*struts(scene, found), *pressures(scene, filled)], found.centroid, movable, length_unit
-    )
+    limited = (*struts(scene, found), *pressures(scene, filled))
     loaded = _loaded(scene, found, movable, length_unit, on_edges, filled)
     matrices = points.matrices(joints, found, movable, length_unit)
     law = _law(joints, matrices.layout.joint_of(joints), scene.thickness, loaded[-1])
     problem = Problem(matrices, law, *loaded)
-    problem = _with_limited(scene, problem, limited)
-    return Assembly(problem, scene, found, joints, movable, bare, pieces, filled, limited.each)
+    problem = _with_limited(scene, problem, limited, found.centroid, movable)
+    return Assembly(problem, scene, found, joints, movable, bare, pieces, filled, limited)
 
 
-def _with_limited(scene: Scene, problem: Problem, limited: LimitedForces) -> Problem:
+def _with_limited(
+    scene: Scene,
+    problem: Problem,
+    limited: tuple[LimitedForce, ...],
+    centroid: np.ndarray,
+    movable: np.ndarray,
+) -> Problem:
     """A problem of joints, with limited forces beside these; the same if there are none. Raises CaseError if
     one is limited by more than solvers can set beside the loads."""
-    if not limited.each:
+    if not limited:
         return problem
-    for force in limited.each:
+    for force in limited:
         most = force.lowest if np.isinf(force.highest) else force.highest
         if most > _LARGEST * problem.force_unit:
             raise CaseError(
@@ -146,9 +150,11 @@ def _with_limited(scene: Scene, problem: Problem, limited: LimitedForces) -> Pro
                 f"{_LARGEST:.0e} times the median block's load, {problem.force_unit:.3g}: check its unit; a "
                 "tie or prop that never yields needs no 'strength'"
             )
-    B = sp.hstack([problem.B, limited.columns], format="csr")
-    matrices = replace(problem.matrices, B=B, limited=len(limited.each))
-    law = replace(problem.law, **limited.limits(problem.force_unit))
+    of_limited = columns(limited, centroid, movable, problem.length_unit)
+    B = sp.hstack([problem.B, of_limited], format="csr")
+    matrices = replace(problem.matrices, B=B, limited=len(limited))
+    lowest, highest = np.array([(one.lowest, one.highest) for one in limited]).T / problem.force_unit
+    law = replace(problem.law, lowest=lowest, highest=highest)
     return replace(problem, matrices=matrices, law=law)
 
 
@@ -160,23 +166,13 @@ def _loaded(
     on_edges: Mapping[str, np.ndarray],
     filled: tuple[FilledPiece, ...],
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Dead and live loads, and the unit of force, as :class:`Problem` has them."""
+    """Dead and live loads in units of force and length, and the unit of force: the median dead load of a
+    block, or live load where there is none."""
     given, centroid = loads(scene, shapes, movable), shapes.centroid[movable]
     of_fill = fill_forces(scene, shapes, filled)
     dead, live = given.dead.about(centroid) + given.weight.about(centroid), given.live.about(centroid)
     beside = {kind: (on_edges[kind] + of_fill[kind])[movable].ravel() for kind in of_fill}
-    return _scaled(scene, dead + beside["dead"], live + beside["live"], length_unit)
-
-
-def _movable(scene: Scene) -> np.ndarray:
-    return np.flatnonzero([not block.fixed for block in scene.blocks])
-
-
-def _scaled(
-    scene: Scene, dead: np.ndarray, live: np.ndarray, length_unit: float
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Dead and live loads in units of force and length, and the unit of force: the median dead load of a
-    block, or live load where there is none."""
+    dead, live = dead + beside["dead"], live + beside["live"]
     rows, dimension = 3 * (scene.dimension - 1), scene.dimension
     sizes = (np.hypot.reduce(load.reshape(-1, rows)[:, :dimension], axis=1) for load in (dead, live))
     force_unit = next((float(np.median(size[size > 0])) for size in sizes if size.any()), 1.0)
@@ -191,6 +187,10 @@ def _scaled(
             f"{force_unit:.3g}; give weights and loads in one unit"
         )
     return dead, live, force_unit
+
+
+def _movable(scene: Scene) -> np.ndarray:
+    return np.flatnonzero([not block.fixed for block in scene.blocks])
 
 
 def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
@@ -231,18 +231,18 @@ def with_supports_freed(
     restraints: forces that act beside the scene's own.
     """
     before, movable, joints = assembly.problem, _movable(scene), assembly.joints
-    shapes, unit = assembly.geometry, before.length_unit
-    matrices = points.matrices(joints, shapes, movable, unit)
+    shapes = assembly.geometry
+    matrices = points.matrices(joints, shapes, movable, before.length_unit)
     dead, live = (np.zeros((len(movable), matrices.layout.rows)) for _ in range(2))
     others = np.isin(movable, assembly.movable)
     dead[others] = before.by_block(before.dead)
     live[~others, : len(push)] = push / before.force_unit
-    limited = LimitedForces.of([*assembly.limited, *restraints], shapes.centroid, movable, unit)
+    limited = (*assembly.limited, *restraints)
     problem = Problem(matrices, before.law, dead.ravel(), live.ravel(), before.force_unit)
-    problem = _with_limited(scene, problem, limited)
+    problem = _with_limited(scene, problem, limited, shapes.centroid, movable)
     pieces = tuple(one for one in assembly.loaded_pieces if one.kind == "dead")
     changed = replace(assembly, problem=problem, scene=scene, movable=movable)
-    return replace(changed, loaded_pieces=pieces, limited=limited.each)
+    return replace(changed, loaded_pieces=pieces, limited=limited)
 
 
 def _law(joints: Joints, joint: np.ndarray, thickness: float, force_unit: float) -> Law:

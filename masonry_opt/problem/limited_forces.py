@@ -7,10 +7,9 @@ They have no friction, so they add nothing that is hard: two faces, ``T − lowe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -40,13 +39,13 @@ class Action:
     block: index in the scene's blocks; −1 is the ground.
     point: where it acts, relative to the origin of the shapes, shape (dim,).
     force: shape (dim,).
-    couple: moment beside that of the force, shape (1,), in space (3,); None: none.
+    couple: moment beside that of the force, shape (1,), in space (3,), or none.
     """
 
     block: int
     point: np.ndarray
     force: np.ndarray
-    couple: np.ndarray | None = None
+    couple: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True)
@@ -68,56 +67,28 @@ class LimitedForce:
     highest: float = inf
 
 
-@dataclass(frozen=True)
-class LimitedForces:
-    """The limited forces of a scene.
+def columns(
+    limited: Sequence[LimitedForce], centroid: np.ndarray, movable: np.ndarray, length_unit: float
+) -> sp.csr_array:
+    """Columns of B of limited forces, shape (3b, t), with lengths in the problem's unit.
 
-    Attributes
+    Parameters
     ----------
-    each: in the order of their columns.
-    columns: of B, shape (3b, t), with lengths in the problem's unit.
+    centroid: of all blocks of the scene, relative to the origin of the shapes.
+    movable: indices into the scene's blocks, shape (b,).
     """
-
-    each: tuple[LimitedForce, ...] = ()
-    columns: sp.csr_array = field(default_factory=lambda: sp.csr_array((0, 0)))
-
-    @classmethod
-    def of(
-        cls,
-        each: Sequence[LimitedForce],
-        centroid: np.ndarray,
-        movable: np.ndarray,
-        length_unit: float,
-    ) -> LimitedForces:
-        """Their columns, in the order given.
-
-        Parameters
-        ----------
-        centroid: of all blocks of the scene, relative to the origin of the shapes.
-        movable: indices into the scene's blocks, shape (b,).
-        """
-        dimension = centroid.shape[1]
-        rows = dimension + moments_in(dimension)
-        row_of = {int(block): rows * row for row, block in enumerate(movable)}
-        columns = sp.lil_array((rows * len(movable), len(each)))
-        for number, force in enumerate(each):
-            for action in force.actions:
-                if action.block in row_of:
-                    arm = action.point - centroid[action.block]
-                    couple = 0.0 if action.couple is None else action.couple
-                    moment = moment_of(arm[None], action.force[None])[0] + couple
-                    at = row_of[action.block]
-                    columns[at : at + rows, [number]] += np.append(action.force, moment / length_unit)[
-                        :, None
-                    ]
-        return cls(tuple(each), columns.tocsr())
-
-    def limits(self, force_unit: float) -> dict[str, Any]:
-        """``lowest`` and ``highest`` of a law, in units of force."""
-        return {
-            name: np.array([getattr(of, name) for of in self.each]) / force_unit
-            for name in ("lowest", "highest")
-        }
+    dimension = centroid.shape[1]
+    rows = dimension + moments_in(dimension)
+    row_of = {int(block): rows * row for row, block in enumerate(movable)}
+    found = sp.lil_array((rows * len(movable), len(limited)))
+    for number, force in enumerate(limited):
+        for action in force.actions:
+            if action.block in row_of:
+                arm = action.point - centroid[action.block]
+                moment = moment_of(arm[None], action.force[None])[0] + action.couple
+                entries, at = np.append(action.force, moment / length_unit), row_of[action.block]
+                found[at : at + rows, [number]] += entries[:, None]
+    return found.tocsr()
 
 
 def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:

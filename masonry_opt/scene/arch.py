@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Annotated, Literal, NamedTuple
 
@@ -22,38 +21,24 @@ _ROUNDING = 1e-9
 Weights = Literal["sector", "centreline", "straight"]
 
 
-@dataclass(frozen=True)
-class _Voussoir:
-    """Corners of a voussoir (inner and outer at its first joint, outer and inner at its second), the area
-    that weighs, where the weight acts, and the middle of its outer edge."""
-
-    corners: tuple[Point, ...]
-    area: float
-    weight_at: Point
-    back: Point
-
-    def moved(self, x: float, y: float) -> _Voussoir:
-        return self._mapped(lambda p: (p[0] + x, p[1] + y))
-
-    def mirrored(self) -> _Voussoir:
-        """The same on the other side of x = 0, its joints still in the order of the arch."""
-        other = self._mapped(lambda p: (-p[0], p[1]))
-        return replace(other, corners=other.corners[::-1])
-
-    def _mapped(self, point: Callable[[Point], Point]) -> _Voussoir:
-        corners = tuple(map(point, self.corners))
-        return _Voussoir(corners, self.area, point(self.weight_at), point(self.back))
-
-
 class Stone(NamedTuple):
-    """A stone of a ring, seen from its origin: name, corners, area that weighs (None of a support), and of a
-    voussoir where the weight acts and the middle of its outer edge."""
+    """A stone of a ring, seen from its origin: name, corners (of a voussoir inner and outer at its first
+    joint, outer and inner at its second), area that weighs (None of a support), and of a voussoir where the
+    weight acts and the middle of its outer edge."""
 
     name: str
     corners: list[Point]
     area: float | None
     weight_at: Point | None = None
     back: Point | None = None
+
+    def mapped(self, point: Callable[[Point], Point]) -> Stone:
+        """A voussoir with its points elsewhere."""
+        assert self.weight_at is not None
+        assert self.back is not None
+        return Stone(
+            self.name, [*map(point, self.corners)], self.area, point(self.weight_at), point(self.back)
+        )
 
 
 class ArchRing(AnyGenerator):
@@ -74,7 +59,7 @@ class ArchRing(AnyGenerator):
         Where the arch begins and ends, in degrees, counter-clockwise from the x axis. ``[180, 0]`` is a
         semicircle whose voussoirs are counted from the left.
     span, rise:
-        Of the intrados, above the line between its springing points. _Voussoirs are counted from the left;
+        Of the intrados, above the line between its springing points. Voussoirs are counted from the left;
         those of a pointed arch are even in number.
     thickness:
         Radial, less than twice the radius.
@@ -198,7 +183,7 @@ class ArchRing(AnyGenerator):
         ``abutment 2``."""
         shapes = self._voussoirs()
         for number, shape in enumerate(shapes, start=1):
-            yield Stone(f"v{number}", list(shape.corners), shape.area, shape.weight_at, shape.back)
+            yield shape._replace(name=f"v{number}")
         first, last, (begin, end) = shapes[0].corners, shapes[-1].corners, self._ends
         feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
         if self.skewbacks is not None:
@@ -212,23 +197,26 @@ class ArchRing(AnyGenerator):
             for number, foot in enumerate(feet, start=1):
                 yield Stone(f"abutment {number}", self._abutment(*foot), None)
 
-    def _voussoirs(self) -> list[_Voussoir]:
+    def _voussoirs(self) -> list[Stone]:
+        """The voussoirs, yet without names."""
         (first, last), count, angle = self._springings, self.voussoirs, self._swept / self.voussoirs
         if not self._is_pointed:
             joints = [first + (last - first) * k / count for k in range(count + 1)]
             shapes = self._wedges(joints, angle)
             if self.rise is None:
                 return shapes
-            return [shape.moved(0.0, self.rise - self._circle[1]) for shape in shapes]
+            up = self.rise - self._circle[1]
+            return [shape.mapped(lambda p: (p[0], p[1] + up)) for shape in shapes]
         # The left arc, whose centre lies right of the middle, and its mirror image.
         half, radius = self._circle
         centre, joints = radius - half, [math.pi - angle * k for k in range(count // 2)]
         left = self._wedges(joints, angle)
         left.append(_half_key(radius, self.thickness, joints[-1], -centre, self.weights))
-        left = [shape.moved(centre, 0.0) for shape in left]
-        return [*left, *(shape.mirrored() for shape in reversed(left))]
+        left = [shape.mapped(lambda p: (p[0] + centre, p[1])) for shape in left]
+        mirrored = [shape.mapped(lambda p: (-p[0], p[1])) for shape in reversed(left)]
+        return [*left, *(shape._replace(corners=shape.corners[::-1]) for shape in mirrored)]
 
-    def _wedges(self, joints: list[float], angle: float) -> list[_Voussoir]:
+    def _wedges(self, joints: list[float], angle: float) -> list[Stone]:
         shape = self._radius, self.thickness
         return [_wedge(*shape, pair, angle, self.weights) for pair in pairwise(joints)]
 
@@ -243,7 +231,7 @@ class ArchRing(AnyGenerator):
 
 def _wedge(
     radius: float, thickness: float, joints: tuple[float, float], angle: float, weights: Weights
-) -> _Voussoir:
+) -> Stone:
     """A voussoir between two radial joints of a ring round the origin.
 
     Parameters
@@ -264,15 +252,16 @@ def _wedge(
         "centreline": (angle * radius * thickness, radius * arc),
         "straight": (math.sin(angle) * radius * thickness, mean * math.cos(angle / 2)),
     }[weights]
-    return _Voussoir(
-        (_polar(inner, begin), _polar(outer, begin), _polar(outer, end), _polar(inner, end)),
+    return Stone(
+        "",
+        [_polar(inner, begin), _polar(outer, begin), _polar(outer, end), _polar(inner, end)],
         area,
         _polar(centroid, middle),
         _polar(outer * math.cos(angle / 2), middle),
     )
 
 
-def _half_key(inner: float, thickness: float, begin: float, plumb: float, weights: Weights) -> _Voussoir:
+def _half_key(inner: float, thickness: float, begin: float, plumb: float, weights: Weights) -> Stone:
     """The last voussoir of the left arc of a pointed arch, whose second joint is upright.
 
     Parameters
@@ -285,12 +274,12 @@ def _half_key(inner: float, thickness: float, begin: float, plumb: float, weight
     radius, outer = inner + thickness / 2, inner + thickness
     crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}
     ends = ((inner, begin), (outer, begin), (outer, crown[outer]), (inner, crown[inner]))
-    corners = tuple(_polar(*end) for end in ends)
+    corners = [_polar(*end) for end in ends]
     back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
     if weights == "centreline":
         angle = begin - crown[radius]
         distance = radius * 2 * math.sin(angle / 2) / angle
-        return _Voussoir(corners, angle * radius * thickness, _polar(distance, begin - angle / 2), back)
+        return Stone("", corners, angle * radius * thickness, _polar(distance, begin - angle / 2), back)
     points, after = np.array(corners), np.array([*corners[1:], corners[0]])
     cross = after[:, 0] * points[:, 1] - points[:, 0] * after[:, 1]  # corners go clockwise
     moment_x, moment_y = (cross[:, None] * (points + after) / 6).sum(axis=0).tolist()
@@ -305,7 +294,7 @@ def _half_key(inner: float, thickness: float, begin: float, plumb: float, weight
             moment_x += moment * math.cos(begin - angle / 2)
             moment_y += moment * math.sin(begin - angle / 2)
     # Without any area it is refused, with what wants one.
-    return _Voussoir(corners, area, (moment_x / area, moment_y / area) if area else back, back)
+    return Stone("", corners, area, (moment_x / area, moment_y / area) if area else back, back)
 
 
 def _polar(radius: float, angle: float) -> Point:

@@ -11,7 +11,7 @@ import tomli_w
 from pydantic import BeforeValidator, ConfigDict, ValidationError
 
 from masonry_opt.errors import CaseError
-from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing, write_whole
+from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing
 from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import MOST_BLOCKS, Name, NonNegative, Number, Positive, Record, Text
 from masonry_opt.scene.drawings.stones import FIXED
@@ -25,7 +25,7 @@ from masonry_opt.scene.solid_generators.groin import Groin
 from masonry_opt.scene.solid_generators.plan import Plan
 from masonry_opt.scene.solid_generators.shaft import Shaft
 from masonry_opt.scene.solids import Solid, Vector
-from masonry_opt.scene.tables import as_path, read_tables, reason
+from masonry_opt.scene.tables import as_path, read_tables, write_file
 from masonry_opt.scene.walls import Column, Facade, Wall
 
 _G = TypeVar("_G", bound=AnyGenerator)
@@ -196,10 +196,7 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
         case _:
             raise CaseError(f"{path}: a case file's name ends in .toml or .json")
     refuse_replacing(path, force)
-    try:
-        write_whole(path, text)
-    except (OSError, ValueError) as error:
-        raise CaseError(f"{path}: cannot be written: {reason(error)}") from None
+    write_file(path, text, CaseError)
 
 
 def _keys(scene: SceneKeys, mode: Literal["python", "json"]) -> dict[str, Any]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
+from masonry_opt.scene.rows import steps_round
+
 #: Sine of the angle by which a corner of a convex piece may turn inwards: rounding.
 _STRAIGHT = 1e-9
 
@@ -24,7 +26,7 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
     coordinates = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3]
     corners, index = np.unique(coordinates.reshape(-1, 2), axis=0, return_inverse=True)
     rings = dict(enumerate(index.reshape(-1, 3).tolist()))
-    piece_at = {side: piece for piece, ring in rings.items() for side in _sides(ring)}
+    piece_at = {side: piece for piece, ring in rings.items() for side in steps_round(ring)}
     inner = [(a, b) for a, b in piece_at if a < b and (b, a) in piece_at]
     for a, b in sorted(inner, key=lambda side: -np.hypot(*(corners[side[1]] - corners[side[0]]))):
         one, other = piece_at[a, b], piece_at[b, a]
@@ -36,13 +38,10 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
         if not all(_convex(corners, whole, corner) for corner in (a, b)):
             continue
         rings[one] = whole
-        piece_at |= dict.fromkeys(_sides(rings.pop(other)), one)
+        piece_at |= dict.fromkeys(steps_round(rings.pop(other)), one)
     pieces = [corners[ring] for ring in rings.values()]
-    return [piece for piece in pieces if not _thin(shapely.Polygon(piece), tolerance)]
-
-
-def _sides(ring: list[int]) -> list[tuple[int, int]]:
-    return list(zip(ring, [*ring[1:], ring[0]], strict=True))
+    drawn = ((piece, shapely.Polygon(piece)) for piece in pieces)
+    return [piece for piece, polygon in drawn if 2 * polygon.area > tolerance * polygon.length]
 
 
 def _from(ring: list[int], corner: int) -> list[int]:
@@ -58,7 +57,3 @@ def _convex(corners: np.ndarray, ring: list[int], corner: int) -> bool:
     size = np.hypot(x0, y0) * np.hypot(x1, y1)
     turn, ahead = x0 * y1 - y0 * x1, x0 * x1 + y0 * y1
     return bool(turn > _STRAIGHT * size or (turn >= -_STRAIGHT * size and ahead > 0))
-
-
-def _thin(piece: shapely.Polygon, tolerance: float) -> bool:
-    return bool(2 * piece.area <= tolerance * piece.length)

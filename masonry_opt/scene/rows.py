@@ -71,6 +71,11 @@ def following(count: np.ndarray) -> np.ndarray:
     return after
 
 
+def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Each number of a ring and the next one."""
+    return zip(ring, [*ring[1:], ring[0]], strict=True)
+
+
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -8,11 +8,14 @@ import math
 import re
 import stat
 import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.files import JSON_KEY
+from masonry_opt.errors import CaseError, MasonryError, OptionError
+from masonry_opt.files import JSON_KEY, write_whole
 
 #: Bytes: some 90,000 blocks written out, far more than can be solved (larger walls are generated: see
 #: ``[wall]``). Memory takes some 80 times the file; for a file made to be dear, up to 400 times.
@@ -37,7 +40,7 @@ def as_path(path: str | Path, of: str) -> Path:
         raise CaseError(f"the path of {of} is text or a pathlib.Path (found {type(path).__name__})") from None
 
 
-def reason(error: OSError | ValueError) -> str:
+def _reason(error: OSError | ValueError) -> str:
     """Why a file cannot be read or written: a ValueError is that of a path no file can have."""
     return str(error.strerror if isinstance(error, OSError) else error)
 
@@ -90,7 +93,7 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
     except FileNotFoundError:
         raise CaseError(f"{path}: no such file") from None
     except (OSError, ValueError) as error:
-        raise CaseError(f"{path}: cannot be read: {reason(error)}") from None
+        raise CaseError(f"{path}: cannot be read: {_reason(error)}") from None
     if stat.S_ISDIR(mode):
         raise CaseError(f"{path}: is a folder, not a case file")
     if not stat.S_ISREG(mode):
@@ -98,6 +101,14 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
     if len(data) > largest:
         raise CaseError(f"{path}: is larger than {largest // 1_000_000} MB{remedy}")
     return data
+
+
+def write_file(path: Path, content: str | bytes, refusal: type[MasonryError]) -> None:
+    """Write a file, whole or not at all. Raises the refusal if it cannot be written."""
+    try:
+        write_whole(path, content)
+    except (OSError, ValueError) as error:
+        raise refusal(f"{path}: cannot be written: {_reason(error)}") from None
 
 
 def library(name: str, hint: str) -> Any:
@@ -108,9 +119,16 @@ def library(name: str, hint: str) -> Any:
         raise OptionError(hint) from None
 
 
-def said(error: Exception) -> str:
-    """What a library says of a broken file, in one line."""
-    return " ".join(str(error).split())[:200] or type(error).__name__
+@contextmanager
+def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
+    """Makes what a broken file has a library raise, which is any exception at all, a refusal that says it in
+    one line."""
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception as error:
+        raise refusal(" ".join(str(error).split())[:200] or type(error).__name__) from None
 
 
 def _toml(text: str) -> Any:
@@ -118,10 +136,6 @@ def _toml(text: str) -> Any:
         line = text.count("\n", 0, found.start()) + 1
         raise ValueError(f"a key has more than {_MOST_PARTS} parts (line {line})")
     return tomllib.loads(text, parse_float=_number)
-
-
-def _json(text: str) -> Any:
-    return json.loads(text, object_pairs_hook=_without_repeats, parse_float=_number)
 
 
 def _number(text: str) -> float:
@@ -141,4 +155,7 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return table
 
 
-_PARSERS = {".toml": _toml, ".json": _json}
+_PARSERS: dict[str, Callable[[str], Any]] = {
+    ".toml": _toml,
+    ".json": partial(json.loads, object_pairs_hook=_without_repeats, parse_float=_number),
+}

@@ -207,10 +207,9 @@ class Facade(WeighedGenerator):
         level = row % self.storey - self.sill
         bond = [x + 0.5 * (row % 2) for x in range(self.width)]
         gaps: list[tuple[float, float]] = []
-        if 0 <= level < self.opening[1]:
-            gaps = self._openings(range(1, self.openings[0] + 1))
-        elif level == self.opening[1]:
-            gaps = self._openings(range(1, self.openings[0] + 1), bearing=0.5)
+        if 0 <= level <= self.opening[1]:
+            bearing = 0.5 if level == self.opening[1] else 0.0
+            gaps = self._openings(range(1, self.openings[0] + 1), bearing)
         elif row < self.sill:
             gaps = self._openings(self.doors)
         ends = sorted({0.0, *bond, float(self.width), *(end for gap in gaps for end in gap)})

@@ -34,6 +34,10 @@ _ONE_PLANE = 1e-4
 #: Lengths below this fraction of a solid's size are nothing: its corners may be in single precision.
 _RELATIVE_TOLERANCE = 1e-5
 
+#: Outlines of solids in the plane across a direction, and where each begins and ends along it, shape (solids,
+#: 2).
+_SideView = tuple[list[shapely.Polygon], np.ndarray]
+
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -152,7 +156,7 @@ def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
 
 def _refuse_apart(meshes: Sequence[Mesh], view: _SideView, asked: bool) -> None:
     """Raise ValueError if no plane cuts all blocks seen as was asked for, or others have no middle plane."""
-    begin, end = view.reach.T
+    begin, end = view[1].T
     last, first = int(begin.argmax()), int(end.argmin())
     if asked and begin[last] >= end[first]:
         behind, before = meshes[last].name, meshes[first].name
@@ -174,20 +178,11 @@ def _said(direction: np.ndarray) -> str:
 
 def _blocks(meshes: Sequence[Mesh], view: _SideView, drawing: CompasDrawing) -> list[Block]:
     blocks = []
-    for mesh, outline, (begin, end) in zip(meshes, view.outlines, view.reach, strict=True):
+    for mesh, outline, (begin, end) in zip(meshes, *view, strict=True):
         weight = drawing.unit_weight * outline.area * float(end - begin)
         keys = {} if mesh.flat else {"weight": weight, "unit_weight": None}
         blocks.append(drawing.block(mesh.name, outline, mesh.fixed, live_per_weight=drawing.live, **keys))
     return blocks
-
-
-@dataclass(frozen=True)
-class _SideView:
-    """Outlines of solids in the plane across a direction, and where each begins and ends along it, shape
-    (solids, 2)."""
-
-    outlines: list[shapely.Polygon]
-    reach: np.ndarray
 
 
 def _axes(direction: np.ndarray) -> np.ndarray:
@@ -255,7 +250,7 @@ def _seen_along(solids: Sequence[_Prism], direction: np.ndarray) -> _SideView:
             outlines.append(_end(solid, plane, unit))
         along = solid.mesh.points @ unit
         reach.append((along.min(), along.max()))
-    return _SideView(outlines, np.array(reach))
+    return outlines, np.array(reach)
 
 
 def _end(solid: _Prism, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:

@@ -18,7 +18,6 @@ _MOST_PARTS = 1000
 #: Share of the tolerance within which triangles of a hull are of one plane for certain.
 _EXACT = 1e-3
 
-
 #: Share of a block's volume that thin parts, which are left out, may have: 0.03 % of a curved one in facets.
 _THIN_PARTS = 1e-3
 

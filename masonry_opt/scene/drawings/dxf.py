@@ -13,7 +13,7 @@ import shapely
 from pydantic import ConfigDict, Field
 
 from masonry_opt.errors import CaseError, OutputError
-from masonry_opt.files import MARK, refuse_replacing, write_whole
+from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Positive
 from masonry_opt.scene.drawings import dxf_curves
 from masonry_opt.scene.drawings.outlines import Outline, closed_outlines, outlines_with_holes
@@ -31,7 +31,7 @@ from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector
-from masonry_opt.scene.tables import reason
+from masonry_opt.scene.tables import write_file
 
 
 class DxfDrawing(FlatDrawing):
@@ -129,7 +129,9 @@ def read_dxf(
         found = outlines_with_holes(outlines, short, overlap=max(short, apart))
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
-        pushes = _pushes(found, drawing)
+        own = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
+        # The live load of each block, over its weight.
+        pushes = [own.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
         blocks = _blocks(found, _names(found, shown, scale), drawing, pushes)
         scene = scene_of(blocks, drawing, path)
         if drawing.thickness is None:
@@ -180,12 +182,6 @@ def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[
         else block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}")
         for index, shape in enumerate(found)
     ]
-
-
-def _pushes(found: Sequence[Outline], drawing: DxfDrawing) -> list[tuple[float, ...]]:
-    """The live load of each block, over its weight."""
-    live = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
-    return [live.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
 
 
 def _blocks(
@@ -260,11 +256,8 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
         text.set_placement((inside.x, inside.y), align=middle)
     stream = io.StringIO()
     document.write(stream)
-    try:
-        # 999: a comment follows.
-        write_whole(path, f"999\n{MARK}\n{stream.getvalue()}")
-    except (OSError, ValueError) as error:
-        raise OutputError(f"{path}: cannot be written: {reason(error)}") from None
+    # 999: a comment follows.
+    write_file(path, f"999\n{MARK}\n{stream.getvalue()}", OutputError)
 
 
 def _drawn(block: Block, scene: Scene) -> shapely.Polygon:

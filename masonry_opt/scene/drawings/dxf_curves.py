@@ -13,7 +13,7 @@ import numpy as np
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.outlines import Curve
-from masonry_opt.scene.tables import library, read_bytes, said
+from masonry_opt.scene.tables import broken, library, read_bytes
 
 #: Bytes; a DXF file has some 500 for each block.
 _LARGEST_DXF = 50_000_000
@@ -56,15 +56,10 @@ def read_document(path: Path) -> Any:
     """The document of a DXF file, text or binary. Raises CaseError if it cannot be read or is no DXF file."""
     reader = ezdxf()
     read_bytes(path, _LARGEST_DXF, ": keep the layers of the blocks alone")
-    try:
+    with broken(lambda said: CaseError(f"{path}: not valid DXF: {said}; save the drawing as DXF again")):
         document = reader.readfile(path)
         document.modelspace()  # which must be there
-        return document
-    except MemoryError:
-        raise
-    # What a broken file makes the library raise is any exception at all.
-    except Exception as error:
-        raise CaseError(f"{path}: not valid DXF: {said(error)}; save the drawing as DXF again") from None
+    return document
 
 
 def metres(document: Any) -> float:
@@ -134,12 +129,8 @@ def _chain(entity: Any, sagitta: float) -> np.ndarray:
             f"{_named(entity)} is {what}: explode it, draw its outline, or name the layers of the blocks by "
             "'layers'"
         )
-    try:
+    with broken(lambda said: ValueError(f"{_named(entity)} cannot be read: {said}; draw it anew")):
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
-    except MemoryError:
-        raise
-    except Exception as error:  # as above
-        raise ValueError(f"{_named(entity)} cannot be read: {said(error)}; draw it anew") from None
     if len(points) == 0 or not np.isfinite(points).all():
         raise ValueError(f"{_named(entity)} has no points, or one that is no number: delete it")
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():

@@ -25,7 +25,7 @@ from masonry_opt.scene.drawings.stones import (
 )
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.tables import as_path, library, read_bytes, said
+from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 
 #: Files that are read, by the end of their names.
 MESHES = (".obj", ".ply", ".stl")
@@ -179,7 +179,7 @@ def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
     Raises OptionError if trimesh, of the extra "meshes", is not installed.
     """
     trimesh = library("trimesh", "PLY and STL need trimesh; install it with: pip install '.[meshes]'")
-    try:
+    with broken(lambda said: ValueError(f"not valid {kind.upper()}: {said}; save the mesh again")):
         # Nothing joined or dropped: blocks that touch keep corners of their own.
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
         found = [
@@ -190,11 +190,6 @@ def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
         for _, points, faces in found:
             if not 0 <= np.min(faces) <= np.max(faces) < len(points):
                 raise ValueError("a face has a corner that there is not")
-    except MemoryError:
-        raise
-    # What a broken file makes the library raise is any exception at all.
-    except Exception as error:
-        raise ValueError(f"not valid {kind.upper()}: {said(error)}; save the mesh again") from None
     if len(found) == 1:
         found = [(name, *found[0][1:])]
     return [used(called or name, *rest) for called, *rest in found]

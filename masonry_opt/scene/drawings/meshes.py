@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from masonry_opt.scene.rows import linked
+from masonry_opt.scene.rows import linked, steps_round
 
 #: Triangles of a polygon that is flat within a tolerance lie off the plane of one of them by no more than so
 #: many tolerances.
@@ -92,7 +92,7 @@ class MeshSolid:
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
         """The ends of an edge that sides have more often in one direction than in the other, if there is
         any."""
-        ways = Counter(edge for side in self.sides for ring in side.rings for edge in _around(ring))
+        ways = Counter(edge for side in self.sides for ring in side.rings for edge in steps_round(ring))
         for (tail, tip), count in ways.items():
             if count != ways[tip, tail]:
                 return self.points[tail], self.points[tip]
@@ -189,7 +189,7 @@ def _through_inside(
     for number in having:
         away = points[faces[number]].mean(axis=0) - low
         angle = float(np.arctan2(away @ v, away @ u))
-        (forth if edge in _around(faces[number]) else back).append((number, angle))
+        (forth if edge in steps_round(faces[number]) else back).append((number, angle))
     for number, angle in forth:
         # Faces of two blocks that lie on each other have nothing between them.
         behind = [((angle - other - _SAME_ANGLE) % (2 * np.pi), mate) for mate, other in back]
@@ -197,15 +197,11 @@ def _through_inside(
             yield [number, min(behind)[1]]
 
 
-def _around(ring: Sequence[int]) -> Iterator[Edge]:
-    return zip(ring, [*ring[1:], ring[0]], strict=True)
-
-
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
     """The faces with one number for corners nearer than the tolerance, without those that have none left."""
     corner = first_near(points, tolerance).tolist()
     renamed = [[corner[number] for number in face] for face in faces]
-    rings = [[one for one, after in _around(ring) if one != after] for ring in renamed]
+    rings = [[one for one, after in steps_round(ring) if one != after] for ring in renamed]
     return [ring for ring in rings if len(set(ring)) > 2]
 
 
@@ -220,14 +216,14 @@ def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
     """The faces that have each edge, which begins with its lower corner."""
     having: dict[Edge, list[int]] = defaultdict(list)
     for number, face in enumerate(faces):
-        for tail, tip in _around(face):
+        for tail, tip in steps_round(face):
             having[min(tail, tip), max(tail, tip)].append(number)
     return having
 
 
 def _turned(faces: list[list[int]]) -> list[list[int]]:
     """The faces so that two that share an edge run along it in opposite directions, as far as they can."""
-    directed, count = [set(_around(face)) for face in faces], len(faces)
+    directed, count = [set(steps_round(face)) for face in faces], len(faces)
     # Each face twice, as it is and turned round.
     links = []
     for edge, mates in _by_edge(faces).items():
@@ -312,7 +308,7 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
     """The faces as one, None if they are in no plane, or have no outline or one that touches itself."""
     # Triangles of a notched polygon may lie outside of it, turned round: their edges cancel all the same.
     following: dict[int, int] = {}
-    edges = {side for face in faces for side in _around(face)}
+    edges = {side for face in faces for side in steps_round(face)}
     for tail, tip in edges:
         if (tip, tail) not in edges:
             if tail in following:

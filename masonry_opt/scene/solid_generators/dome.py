@@ -47,8 +47,7 @@ class Dome(SolidGenerator):
     base:
         Whether a fixed ring, as high as the dome is thick, is built under it.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the centre of
-        the spheres.
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the centre of the spheres.
     """
 
     radius: Positive

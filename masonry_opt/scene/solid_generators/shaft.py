@@ -32,8 +32,7 @@ class Shaft(SolidGenerator):
     base:
         Whether a fixed base is built under it, with the foot's outline and as high as a drum.
     name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle
-        of the foot.
+        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle of the foot.
     """
 
     diameter: Widths

@@ -99,9 +99,9 @@ def crossed(stretches: list[WallStretch], toothed: bool) -> list[WallStretch]:
     near = _ROUNDING * _size(stretches)
     found: list[list[WallCrossing]] = [[] for _ in stretches]
     for (i, one), (j, other) in combinations(enumerate(stretches), 2):
-        if not _meet(one, other, near):
-            continue
-        both = permutations((one, other))
+        both = [(one, other), (other, one)]
+        if one.along == other.along or any(not a.start - near <= b.line <= a.end + near for a, b in both):
+            continue  # their axes neither cross nor touch
         ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
         # Butted, what ends there lies against what goes on, and else the second named.
         first = not ends[0] or ends[1]
@@ -134,13 +134,6 @@ def conflicts(stretches: list[WallStretch]) -> Iterator[tuple[WallStretch, WallS
             if a.start > b.faces[0] + near or a.end < b.faces[1] - near:
                 yield a, b, False
                 break
-
-
-def _meet(one: WallStretch, other: WallStretch, near: float) -> bool:
-    """Whether the axes cross or touch."""
-    return one.along != other.along and all(
-        a.start - near <= b.line <= a.end + near for a, b in permutations((one, other))
-    )
 
 
 def _size(stretches: list[WallStretch]) -> float:

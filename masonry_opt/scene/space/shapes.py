@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import nnls
@@ -214,39 +213,32 @@ def shapes(scene: Scene) -> Shapes:
     given = surfaces(scene)
     origin, tolerance = frame_of(scene, given.corners, given.block[given.part[given.face]])
     given = replace(given, points=given.points - origin)
-    masses = _masses(given)
-    block = given.block[np.abs(masses.volume) <= tolerance * masses.surface / 2]
+    signed, surface, middle = _masses(given)
+    volume = np.abs(signed)
+    block = given.block[volume <= tolerance * surface / 2]
     raise_for(
         np.unique(block),
         scene,
         f"has no volume (the tolerance is {tolerance:.3g}): give the faces of a solid, and all coordinates "
         "in one unit",
     )
-    given = reversed_faces(given, masses.volume[given.part] < 0)
-    volume = np.abs(masses.volume)
+    given = reversed_faces(given, signed[given.part] < 0)
     flat = planes(given, tolerance)
     parts = ConvexParts.of(given, flat)
     _refuse_hollows(scene, parts, tolerance)
     _refuse_overlaps_inside(scene, parts, origin, tolerance)
     blocks = len(scene.blocks)
     whole = np.bincount(given.block, volume, blocks)
-    centroid = sums(given.block, volume[:, None] * masses.centroid, blocks) / whole[:, None]
+    centroid = sums(given.block, volume[:, None] * middle, blocks) / whole[:, None]
     convex = np.bincount(given.block, minlength=blocks) == 1
     faces = outer_faces(given, flat, tolerance)
     touching = max(tolerance, scene.contact_tolerance or 0.0)
     return Shapes(origin, tolerance, touching, whole, centroid, convex, given.mixed, parts, faces)
 
 
-class _Masses(NamedTuple):
-    """Of each part: volume, negative if its faces are inside out; surface; centroid, shape (parts, 3)."""
-
-    volume: np.ndarray
-    surface: np.ndarray
-    centroid: np.ndarray
-
-
-def _masses(given: Surfaces) -> _Masses:
-    """By tetrahedra between a point of each part and triangles of its faces."""
+def _masses(given: Surfaces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Volume of each part, negative if its faces are inside out, surface, and centroid, shape (parts, 3): by
+    tetrahedra between a point of each part and triangles of its faces."""
     count, corners, parts = given.count, given.corners, len(given.block)
     part = given.part[given.face]
     inside = sums(part, corners, parts) / np.maximum(np.bincount(part, minlength=parts), 1)[:, None]
@@ -257,7 +249,7 @@ def _masses(given: Surfaces) -> _Masses:
     surface = np.bincount(part, lengths(np.cross(b - a, c - a)) / 2, parts)
     moment = sums(part, volume[:, None] * (a + b + c) / 4, parts)
     safe = np.where(whole == 0, 1.0, whole)[:, None]
-    return _Masses(whole, surface, inside + moment / safe)
+    return whole, surface, inside + moment / safe
 
 
 def _refuse_hollows(scene: Scene, parts: ConvexParts, tolerance: float) -> None:

@@ -9,7 +9,7 @@ import pytest
 from scenes import KINDS_OF_JOINTS
 
 import masonry_opt as mo
-from masonry_opt.exports.program_names import legal, names_in, readable, unique
+from masonry_opt.exports.program_files import legal, names_in, readable, unique
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
 from masonry_opt.problem.assembly import assemble
 
