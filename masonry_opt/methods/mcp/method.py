@@ -85,12 +85,13 @@ def _by_push(task: Task) -> Solution:
     if expected.answer is not None:
         states.near(expected.answer)
     known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver, history=expected.history)
-    if states.answer is None and expected.start is not None:
-        states.near(expected.start)
     if states.answer is None:
         known = _looked_beside(task, known)
         if known.proven_none:
             return known
+        if expected.start is not None:
+            states.near(expected.start)
+    if states.answer is None:
         # Where a push stops, as where friction is so high that hardly anything slides, statics may lead on.
         by_statics = None if known.associative is None else associative(Task(task.problem, kept=task.kept))
         if by_statics is not None and by_statics.answer is not None:
