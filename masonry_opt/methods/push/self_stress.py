@@ -10,7 +10,7 @@ from masonry_opt.problem.problem import Problem
 
 def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
     """Forces (3c + t,) in equilibrium with the dead load, a vertex of those within yield, in space of its
-    sides: of least random cost a point and a limited force; None if there are none."""
+    sides: of least random cost of its normal forces; None if there are none."""
     cost = rng.exponential(1.0, problem.B.shape[1])
     points = problem.layout.points * problem.joints
     cost[points:] = 0.0
