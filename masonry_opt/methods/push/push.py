@@ -29,17 +29,17 @@ from masonry_opt.standing.weightless import weightless
 #: it; those for settling, in turn; and one under which hardly any path stops.
 ROUNDING, _OTHERS, _SETTLING, _COARSE = 0.01, (0.005, 0.02), (0.01, 1e-3, 1e-4), 1.0
 
-#: At a state rounding falls to the last by a factor, which comes up to a share where no state is found. Above
-#: the fourth λ is blurred; a certificate that leaves no more than the fifth needs no other beside it.
-_FALLS, _LITTLE, _LAST, _BLURRED, _WELL = 0.1, 0.9, 1e-9, 1e-5, 1e-11
+#: At a state rounding falls to the last by a factor, from the coarse one by its roots up to another. λ is blurred
+#: above the fourth; a certificate that leaves no more than the fifth needs no other beside it.
+_FALLS, _GENTLEST, _LAST, _BLURRED, _WELL = 0.1, 0.9, 1e-9, 1e-5, 1e-11
 
 #: Rounding to which the highest λ on the way is followed, from so many points before; and the share by which
 #: it is above the end, if it is.
 _SHARP, _BEFORE, _TOLD = 2e-4, (0, 1, 2, 4, 8), 1e-3
 
-#: Points of a path at most; how many times as far the end is looked for again, and how often: the stiffness
-#: that gives directions falls as 1/u². And displacement to which a load is drawn back.
-_POINTS, _FURTHER, _LOOKS, _BACK = 1500, 3, 8, -1e6
+#: Points of a path at most, and of a coarse one; how many times as far the end is looked for again, and how
+#: often: the stiffness that gives directions falls as 1/u². And displacement to which a load is drawn back.
+_POINTS, _COARSE_POINTS, _FURTHER, _LOOKS, _BACK = 1500, 400, 3, 8, -1e6
 
 #: Displacement under the dead load from which on nothing comes to carry it.
 _FALLEN = 1e10
@@ -218,12 +218,14 @@ class Elastic:
             return None
         coarse = self._curve.rounded_by(_COARSE)
         start = self._at_rest(coarse)
-        for point in coarse.points(*start, _POINTS) if start else ():
+        for point in coarse.points(*start, _COARSE_POINTS) if start else ():
             u = float(coarse.live @ point.d)
             if u > self._end_from:
-                states = _sharper(self._curve, point.d, point.load_factor, u, _COARSE, ROUNDING)
-                *_, last = (None, *states)
-                return None if last is None else self._followed(last[0], last[1:]).answer
+                near = (self._curve, point.d, point.load_factor, u, _COARSE, ROUNDING, _GENTLEST)
+                *_, last = (None, *_sharper(*near))
+                if last is None or last[0].law.rounding > ROUNDING * self._unit:
+                    return None
+                return self._followed(last[0], last[1:], most=_COARSE_POINTS).answer
         return None
 
     @staticmethod
@@ -237,10 +239,11 @@ class Elastic:
         start: tuple[np.ndarray, float] | None,
         follow: Callable[[PushStep], None] = lambda _: None,
         until: float = inf,
+        most: int = _POINTS,
     ) -> Pushed:
         unit, points, steps = self.problem.live_norm, list[Point](), list[PushStep]()
         ended, answer, looks, next_look = Ended.STOPPED, None, 0, self._end_from
-        for point in rounded.points(*start, _POINTS) if start else ():
+        for point in rounded.points(*start, most) if start else ():
             points.append(point)
             u, grows = float(rounded.live @ point.d), float(rounded.live @ point.along[:-1]) > 0
             rigid = rounded.is_rigid(point)
@@ -362,14 +365,15 @@ def _sharper(
     u: float | None,
     rounding: float = ROUNDING,
     last: float = _LAST,
+    gentlest: float = _FALLS,
 ) -> Iterator[tuple[Curve, np.ndarray, float]]:
     """States at the same u, or under the same load, under laws that are less and less rounded."""
     before, falls = rounding / _FALLS, _FALLS
-    while falls < _LITTLE:
+    while falls <= gentlest:
         sharper = curve.rounded_by(max(falls * before, last))
         found = sharper.state(d, load_factor, u)
         if found is None:
-            falls = falls**0.5
+            falls **= 0.5
             continue
         yield sharper, *found
         if sharper.law.rounding <= last * curve.unit:
