@@ -33,6 +33,9 @@ _LET_GO = 0.02
 #: Displacements at which forces of a push are taken: in space softer contacts lead lower.
 _STIFF, _STIFF_IN_SPACE = 1e4, 1e2
 
+#: Points of such a push at most: one that wanders is no start.
+_POINTS = 300
+
 #: Programs of a fixed point at most, and the relative change of its costs at which it ends.
 _FIXED_POINT, _SETTLED = 15, 1e-7
 
@@ -128,7 +131,8 @@ class Search:
         until = _STIFF_IN_SPACE if problem.layout.round else _STIFF
         with self._finder.effort.measure("solve"):
             elastic = self._elastic.again_for(problem)
-            state = elastic.at(elastic.pushed(lambda _: self._finder.check_time(), until), until)
+            pushed = elastic.pushed(lambda _: self._finder.check_time(), until, _POINTS)
+            state = elastic.at(pushed, until)
         return None if state is None else state.answer.q
 
     def with_other_friction(self, rng: np.random.Generator) -> np.ndarray | None:

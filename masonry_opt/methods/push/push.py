@@ -29,8 +29,8 @@ from masonry_opt.standing.weightless import weightless
 #: it; those for settling, in turn; and one under which hardly any path stops.
 ROUNDING, _OTHERS, _SETTLING, _COARSE = 0.01, (0.005, 0.02), (0.01, 1e-3, 1e-4), 1.0
 
-#: At a state rounding falls to the last by a factor, from the coarse one by its roots up to another. λ is blurred
-#: above the fourth; a certificate that leaves no more than the fifth needs no other beside it.
+#: At a state rounding falls to the last by a factor, from the coarse one by its roots up to another. Above
+#: the fourth λ is blurred; a certificate that leaves no more than the fifth needs no other beside it.
 _FALLS, _GENTLEST, _LAST, _BLURRED, _WELL = 0.1, 0.9, 1e-9, 1e-5, 1e-11
 
 #: Rounding to which the highest λ on the way is followed, from so many points before; and the share by which
@@ -199,15 +199,17 @@ class Elastic:
         there does so only where from rest these do not carry the dead load either."""
         return not weightless(self.problem, load_factor, d) or self.settled is None
 
-    def pushed(self, follow: Callable[[PushStep], None] = lambda _: None, until: float = inf) -> Pushed:
-        """The push, followed to its end, or until it comes to a displacement."""
+    def pushed(
+        self, follow: Callable[[PushStep], None] = lambda _: None, until: float = inf, most: int = _POINTS
+    ) -> Pushed:
+        """The push, followed to its end, until it comes to a displacement, or for so many points."""
         if self.settled is None:
             return Pushed(Ended.NOT_SETTLED)
         for rounding in (ROUNDING, *_OTHERS):
             curve = self._curve.rounded_by(rounding)
-            found = self._followed(curve, self._at_rest(curve), follow, until)
+            found = self._followed(curve, self._at_rest(curve), follow, until, most)
             came = bool(found.steps) and found.steps[-1].displacement >= until
-            if found.ended is not Ended.STOPPED or came or len(found.steps) == _POINTS:
+            if found.ended is not Ended.STOPPED or came or len(found.steps) == most:
                 break
         return found
 
