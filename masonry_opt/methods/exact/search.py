@@ -152,7 +152,10 @@ class Search:
         return self._pushed(replace(problem, dead=dead, live=live))
 
     def with_self_stress(self, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a push from others than those at rest, which the dead load allows."""
+        """Forces of a push from others than those at rest, which the dead load allows; where joints crush,
+        with other frictions: from vertices of strength pushes wander."""
+        if len(self.problem.crushing):
+            return self.with_other_friction(rng)
         settled = self_stress(self.problem, rng)
         return None if settled is None else self._pushed(replace(self.problem, settled=settled))
 
