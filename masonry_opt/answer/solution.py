@@ -57,8 +57,7 @@ class Solution:
     infeasibility: what is proven where there is no λ; None if no proof was tried.
     size: of the linear program.
     curve: states of contacts that give less and less, if they were asked for.
-    start: of a push, another state from which exact ones are sought: of contacts that are soft still; where
-        the push stopped, of those with much rounder corners.
+    softer: of a push, the state of contacts that are soft still, from which lower states are sought.
     solver: of the method that ended with it, which another may have asked.
     """
 
@@ -78,7 +77,7 @@ class Solution:
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
     curve: tuple[GivingState, ...] | None = None
-    start: Answer | None = None
+    softer: GivingState | None = None
     solver: Solver | None = None
 
     @property

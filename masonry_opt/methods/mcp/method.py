@@ -89,8 +89,7 @@ def _by_push(task: Task) -> Solution:
         known = _looked_beside(task, known)
         if known.proven_none:
             return known
-        if expected.start is not None:
-            states.near(expected.start)
+        states.beside()
     if states.answer is None:
         # Where a push stops, as where friction is so high that hardly anything slides, statics may lead on.
         by_statics = None if known.associative is None else associative(Task(task.problem, kept=task.kept))
@@ -98,8 +97,8 @@ def _by_push(task: Task) -> Solution:
             states.near(by_statics.answer)
     if options.descent and states.descend:
         effort.begins("softer contacts")
-        if expected.start is not None:
-            states.near(expected.start)
+        if expected.softer is not None:
+            states.near(expected.softer.answer)
         states.further()
     answer = states.answer
     if answer is None:
@@ -155,6 +154,12 @@ class _States:
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
                 self.met.count(found if found is not None and found.exact else exact)
+
+    def beside(self) -> None:
+        """Look for a state where a push has led to none, near that of contacts with much rounder corners."""
+        found = self._elastic.beside()
+        if found is not None:
+            self.near(found)
 
     def further(self) -> None:
         """Look further on small scenes in the plane."""

@@ -90,12 +90,8 @@ def compliant(task: Task) -> Solution:
             solution = _with_curve(elastic, pushed, solution)
         if options.spread:
             solution = solution.telling(spread(elastic, options.spread))
-        if pushed.ended is Ended.STOPPED and asked is None:
-            start = elastic.beside()
-        else:
-            soft = elastic.at(pushed, SOFT)
-            start = None if soft is None else soft.answer
-    return replace(solution, history=pushed.steps, start=start, solver=task.solver)
+        softer = elastic.at(pushed, SOFT)
+    return replace(solution, history=pushed.steps, softer=softer, solver=task.solver)
 
 
 def jams(task: Task) -> Reason | None:

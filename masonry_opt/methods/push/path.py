@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import inf, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -163,7 +163,7 @@ class Curve:
             if gone > _FURTHEST:
                 return
             row, around = self._row(point), None
-            while not (found := self._stepped(point, row, length, -inf)) or row @ found.along[:-1] < _TURNED:
+            while not (found := self._stepped(point, row, length)) or row @ found.along[:-1] < _TURNED:
                 around = found or around
                 length /= 3
                 if length < _LEAST * (gone + _FIRST):
@@ -189,8 +189,9 @@ class Curve:
             if length * abs(here.along[-1]) <= _ON_PATH * abs(here.load_factor):
                 break
             way = 1 if here.along[-1] > 0 else -1
-            found = self._stepped(here, self._row(here), way * length)
-            if found is None or way * found.along[-1] < 0:
+            row = self._row(here)
+            found = self._stepped(here, row, way * length)
+            if found is None or way * found.along[-1] < 0 or row @ found.along[:-1] < _TURNED:
                 length /= 3
             else:
                 here, length = found, 2 * length
@@ -208,8 +209,8 @@ class Curve:
         along /= (size if size > _RIGID else 1.0) * (1 if sign in (None, factors.sign) else -1)
         return Point(at[:-1], float(at[-1]), along, sign or factors.sign, corrections)
 
-    def _stepped(self, point: Point, row: np.ndarray, length: float, turned: float = _TURNED) -> Point | None:
-        """The point a length ahead; None if the step is too long, or turns by more than a cosine."""
+    def _stepped(self, point: Point, row: np.ndarray, length: float) -> Point | None:
+        """The point a length ahead; None if the step is too long."""
         at, before = np.append(point.d, point.load_factor) + length * point.along, np.inf
         for corrections in range(_CORRECTIONS + 1):
             left, stiffness = self._at(at[:-1], at[-1])
@@ -220,7 +221,6 @@ class Curve:
             if size <= _ON_PATH:
                 gone = self._size(self._moves(at[:-1] - point.d))
                 found = self._point(at, factors, point.sign, corrections)
-                straight = abs(length) > _STRAIGHT * gone and row @ found.along[:-1] >= turned
-                return found if straight else None
+                return found if abs(length) > _STRAIGHT * gone else None
             before, at = size, at + factors.solve(np.append(left, 0.0))
         return None
