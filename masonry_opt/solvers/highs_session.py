@@ -85,10 +85,11 @@ class HighsSession:
         """Solve with the present parameters, within so many seconds."""
         ends = time.perf_counter() + seconds
         verdict = self.run(seconds)
-        if verdict is Verdict.FAILED and (left := ends - time.perf_counter()) > 0:
+        if verdict is Verdict.FAILED:
             # A warm start may leave HiGHS undecided: once more, from the beginning.
             self._highs.clearSolver()
-            verdict = self.run(left)
+            left = ends - time.perf_counter()
+            verdict = self.run(left) if left > 0 else verdict
         self.effort.lp_solves += 1
         return verdict
 
@@ -107,8 +108,9 @@ class HighsSession:
 
     def run(self, seconds: float) -> Verdict:
         """One run within so many seconds, without a second try."""
-        self._highs.setOptionValue("time_limit", seconds)
         start = self._highs.getRunTime()
+        # The limit is of all runs.
+        self._highs.setOptionValue("time_limit", start + seconds)
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
         info = self._highs.getInfo()

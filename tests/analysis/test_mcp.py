@@ -82,7 +82,7 @@ def assert_exact(result):
 @pytest.fixture
 def no_ray(monkeypatch):
     """No push finds an end."""
-    monkeypatch.setattr(Elastic, "pushed", lambda *_: Pushed(Ended.STOPPED))
+    monkeypatch.setattr(Elastic, "pushed", lambda *_, **__: Pushed(Ended.STOPPED))
 
 
 @pytest.fixture

@@ -33,9 +33,6 @@ _LET_GO = 0.02
 #: Displacements at which forces of a push are taken: in space softer contacts lead lower.
 _STIFF, _STIFF_IN_SPACE = 1e4, 1e2
 
-#: Points of such a push at most: one that wanders is no start.
-_POINTS = 300
-
 #: Programs of a fixed point at most, and the relative change of its costs at which it ends.
 _FIXED_POINT, _SETTLED = 15, 1e-7
 
@@ -131,7 +128,7 @@ class Search:
         until = _STIFF_IN_SPACE if problem.layout.round else _STIFF
         with self._finder.effort.measure("solve"):
             elastic = self._elastic.again_for(problem)
-            pushed = elastic.pushed(lambda _: self._finder.check_time(), until, _POINTS)
+            pushed = elastic.pushed(lambda _: self._finder.check_time(), until, rougher=True)
             state = elastic.at(pushed, until)
         return None if state is None else state.answer.q
 
@@ -152,10 +149,7 @@ class Search:
         return self._pushed(replace(problem, dead=dead, live=live))
 
     def with_self_stress(self, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a push from others than those at rest, which the dead load allows; where joints crush,
-        with other frictions: from vertices of strength pushes wander."""
-        if len(self.problem.crushing):
-            return self.with_other_friction(rng)
+        """Forces of a push from others than those at rest, which the dead load allows."""
         settled = self_stress(self.problem, rng)
         return None if settled is None else self._pushed(replace(self.problem, settled=settled))
 

@@ -156,10 +156,11 @@ class _States:
                 self.met.count(found if found is not None and found.exact else exact)
 
     def beside(self) -> None:
-        """Look for a state where a push has led to none, near that of contacts with much rounder corners."""
-        found = self._elastic.beside()
-        if found is not None:
+        """Look for a state where a push has led to none, near those of contacts with much rounder corners."""
+        for found in self._elastic.beside():
             self.near(found)
+            if self.answer is not None:
+                return
 
     def further(self) -> None:
         """Look further on small scenes in the plane."""

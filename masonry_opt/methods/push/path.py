@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 
@@ -80,6 +80,21 @@ class Curve:
     def rounded_by(self, rounding: float) -> Curve:
         """The same, its law rounded by so many mean forces."""
         return replace(self, law=replace(self.law, rounding=rounding * self.unit))
+
+    @property
+    def rounding(self) -> float:
+        """Of the law, in mean forces."""
+        return self.law.rounding / self.unit
+
+    def turns_below(self, before: Point, after: Point) -> float:
+        """A bound of the highest load between two points, by their tangents; -inf where it does not turn."""
+        up, down = before.along[-1], after.along[-1]
+        if not up > 0 > down:
+            return -inf
+        length = self._size(self._moves(after.d - before.d))
+        rises = after.load_factor - before.load_factor - down * length
+        bound: float = before.load_factor + up * rises / (up - down)
+        return max(before.load_factor, after.load_factor, bound)
 
     def is_rigid(self, point: Point) -> bool:
         """Whether a path goes on from a point without a motion of contacts."""
