@@ -35,8 +35,8 @@ _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
 #: Share of a step that goes along the tangent, and cosine of the tangents before and after, at least.
 _STRAIGHT, _TURNED = 0.1, 0.3
 
-#: Newton's steps to a state at most, and the shortest share of one.
-_STEPS, _SHORTEST = 60, 1e-6
+#: Newton's steps to a state at most, and the shortest share of one; and steps uphill at most.
+_STEPS, _SHORTEST, _UPHILL = 60, 1e-6, 20
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ class Curve:
             return None
         factors = self.matrix.factors(self._at(*near)[1], self.live, row)
         here = self._point(np.append(*near), factors, point.sign, 0)
-        for _ in range(_STEPS):
+        for _ in range(_UPHILL):
             if length * abs(here.along[-1]) <= _ON_PATH * abs(here.load_factor):
                 break
             way = 1 if here.along[-1] > 0 else -1

@@ -19,6 +19,7 @@ import numpy as np
 
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.solution import GivingState
+from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.effort import Effort
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
@@ -32,7 +33,7 @@ _Found = TypeVar("_Found")
 #: Roundings of the law on paths, in mean forces, in turn where one comes to no end, and on scenes of more
 #: joints: of 88 scenes the rougher path leads to the rays of the other in .57 of the time, but where it folds
 #: its highest λ is lower. And those for settling.
-_ROUNDINGS, _ROUGHER, _LARGE = (0.01, 0.1, 0.02), (0.1, 0.01), 500
+_ROUNDINGS, _ROUGHER, _LARGE = (0.01, 0.1, 0.3), (0.1, 0.01), 500
 _SETTLING = (0.01, 1e-3, 1e-4)
 
 #: Roundings under which hardly any path stops; to which one's state is sharpened, points of a path from
@@ -43,9 +44,8 @@ _COARSE, _SHARPENED, _SHARPENED_POINTS, _OUT = (1.0, 0.7), 0.01, 400, 1e2
 #: a larger. Above the fifth λ is blurred; a certificate that leaves no more than the sixth needs no other.
 _FALLS, _GENTLE, _GENTLEST, _LAST, _BLURRED, _WELL = 0.1, 0.4, 0.9, 1e-9, 1e-5, 1e-11
 
-#: Rounding to which the highest λ on the way is followed, from how many of its turns, and the share by which
-#: it is above the end, if it is.
-_SHARP, _TURNS, _TOLD = 1e-4, 3, 1e-3
+#: Rounding to which the highest λ on the way is followed, and from how many of its turns.
+_SHARP, _TURNS = 1e-4, 3
 
 #: Points of a path at most; how many times as far the end is looked for again, and how often: the stiffness
 #: that gives directions falls as 1/u². And displacement to which a load is drawn back.
@@ -283,7 +283,7 @@ class Elastic:
                 break
         peak = max((step.load_factor for step in steps), default=None)
         if answer is not None:
-            top = -inf if rigid else self._top(rounded, points, answer.load_factor * unit * (1 + _TOLD))
+            top = -inf if rigid else self._top(rounded, points, answer.load_factor * unit * (1 + PLATEAU))
             # At rest the load is none.
             peak = max(0.0, answer.load_factor, top / unit)
         return Pushed(ended, tuple(steps), tuple(points), answer, peak, rounded.rounding)
