@@ -242,7 +242,7 @@ class Elastic:
                 if furthest is None:
                     states = _states(coarse, point.d, point.load_factor, u, _SHARPENED, _GENTLEST)
                     *_, (curve, d, load) = (coarse, point.d, point.load_factor), *states
-                    if curve.rounding <= _SHARPENED:
+                    if curve.rounding < 2 * _SHARPENED:
                         found = self._followed(curve, (d, load), most=_SHARPENED_POINTS).answer
                 furthest = point
                 if found is not None or u > _OUT * self._end_from:
@@ -299,6 +299,7 @@ class Elastic:
         """Whether a point lies on a ray, and the exact state there under laws ever sharper: in space the
         direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
         problem, far = self.problem.by_cone, self._straight_on * u
+        leaves = _NO_EVENT * self._unit * max(far, self._straight_on * self._end_from)
         before = point.along[:-1] / float(self._curve.live @ point.along[:-1])
         states = [*_states(rounded.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0)]
         best: Answer | None = None
@@ -309,7 +310,7 @@ class Elastic:
             q = self._law.of_problem(curve.forces(d))
             for way in (curve.along(d, load)[:-1], before):
                 answer, ahead = certified(problem, load / problem.live_norm, q, way), d + far * way
-                if not answer.exact or np.abs(curve.left(ahead, load)).max() > _NO_EVENT * far * self._unit:
+                if not answer.exact or np.abs(curve.left(ahead, load)).max() > leaves:
                     continue
                 if best is None or answer.certificate.worst < best.certificate.worst:
                     best = answer
@@ -394,15 +395,15 @@ def _sharper(
     """What is found, each near the one before, from the curve's rounding on to the last."""
     before, falls = curve.rounding / _FALLS, _FALLS
     while falls <= gentlest:
-        sharper = curve.rounded_by(max(falls * before, last))
-        near = find(sharper, found)
+        rounding = max(falls * before, last)
+        near = find(sharper := curve.rounded_by(rounding), found)
         if near is None:
             falls **= 0.5
             continue
         yield sharper, near
-        if sharper.rounding <= last:
+        if rounding == last:
             return
-        before, falls, found = sharper.rounding, _FALLS, near
+        before, falls, found = rounding, _FALLS, near
 
 
 def elastic_of(task: Task) -> Elastic:
