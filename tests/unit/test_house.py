@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 8754,
     "problem": 2388,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1072,
-    "methods": 4657,  # factors by a band, states beside a push that stops, and turns of λ bounded
+    "methods": 4664,  # factors by a band, states beside a push that stops, and turns of λ bounded
     "standing": 738,
     "answer": 2012,
     "words": 1107,

@@ -56,8 +56,9 @@ _HOLDS = 1e-6
 #: Forces are replaced by nearer ones so often at most: more repairs seldom end low.
 _REPAIRS = 2
 
-#: Seconds that a program may take: HiGHS may do nothing for ever, where others of its size take hundredths.
-_LONGEST = 10.0
+#: Seconds that a program may take, for each joint: HiGHS may do nothing for ever, where others of 45 joints
+#: take hundredths of a second.
+_LONGEST = 0.2
 
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "refinement"
@@ -312,7 +313,8 @@ class Refiner(StateFinder):
 
     def _solved(self, session: HighsSession) -> bool:
         self.check_time()
-        verdict = session.solve(min(max(self.deadline - time.perf_counter(), 0.0), _LONGEST))
+        left = max(self.deadline - time.perf_counter(), 0.0)
+        verdict = session.solve(min(left, _LONGEST * self.problem.joints))
         if verdict is Verdict.FAILED:
             self.check_time()
         self.undecided += verdict is Verdict.FAILED

@@ -104,7 +104,7 @@ class Curve:
         """The same, its displacements counted from there: trial forces keep their digits far from rest."""
         return replace(self, rest=self.rest + self._moves(d))
 
-    def along(self, d: np.ndarray, load_factor: float) -> np.ndarray:
+    def along(self, d: np.ndarray) -> np.ndarray:
         """d' and λ' per unit of u, shape (3b + 1,), once more of what the joints' own equations leave: S, a
         sum over joints, has lost what is small beside their stiffnesses."""
         rates = self.law.forces(self.rest + self._moves(d))[1]
@@ -193,24 +193,27 @@ class Curve:
             length *= 4 if point.corrections <= _QUICK else 2 if point.corrections <= _EASY else 1
 
     def top(self, point: Point) -> Point | None:
-        """Where λ turns, uphill from a point of another law's path; None if no point of this one is near."""
+        """Where λ turns, uphill from a point of another law's path; None if no point of this one is near, or
+        it does not turn soon."""
         row, length = self._row(point), _FIRST
         near = self._across(point.d, point.load_factor, row, 0.0)
         if near is None:
             return None
         factors = self.matrix.factors(self._at(*near)[1], self.live, row)
         here = self._point(np.append(*near), factors, point.sign, 0)
+        turned = False
         for _ in range(_UPHILL):
-            if length * abs(here.along[-1]) <= _ON_PATH * abs(here.load_factor):
-                break
+            if length * abs(here.along[-1]) <= _ON_PATH * (self.unit + abs(here.load_factor)):
+                return here
             way = 1 if here.along[-1] > 0 else -1
             row = self._row(here)
             found = self._stepped(here, row, way * length)
+            turned |= found is not None and way * found.along[-1] < 0
             if found is None or way * found.along[-1] < 0 or row @ found.along[:-1] < _TURNED:
                 length /= 3
             else:
                 here, length = found, 2 * length
-        return here
+        return here if turned else None
 
     def _row(self, point: Point) -> np.ndarray:
         """c at a point, shape (3b,)."""
