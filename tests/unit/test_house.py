@@ -28,7 +28,7 @@ BUDGETS = {
     "cli": 1169,  # commands of functions' signatures, which 1,490 lines restated in studies and in the rest
     "rest": 1050,
     "models": 1317,  # the energy of chords, said whole
-    "tests": 33408,  # commands held to the signatures that they are made of
+    "tests": 33409,  # commands held to the signatures that they are made of
 }
 
 

@@ -38,7 +38,7 @@ _SETTLING = (0.01, 1e-3, 1e-4)
 
 #: Roundings under which hardly any path stops; to which one's state is sharpened, points of a path from
 #: there, and how many times as far as ends are looked for it leads without.
-_COARSE, _SHARPENED, _SHARPENED_POINTS, _OUT = (1.0, 0.7), 0.01, 400, 1e2
+_COARSE, _SHARPENED, _SHARPENED_POINTS, _OUT = (1.0, 0.7, 0.5), 0.01, 400, 1e2
 
 #: At a state rounding falls to the last by a factor, or else by its roots up to another, from the coarse one
 #: a larger. Above the fifth λ is blurred; a certificate that leaves no more than the sixth needs no other.
