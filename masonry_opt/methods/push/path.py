@@ -9,9 +9,10 @@ u = f·d. Along a path the determinant keeps its sign, which tells which way it 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf, sqrt
+from typing import TypeVar
 
 import numpy as np
 
@@ -37,6 +38,11 @@ _STRAIGHT, _TURNED = 0.1, 0.3
 
 #: Newton's steps to a state at most, and the shortest share of one; and steps uphill at most.
 _STEPS, _SHORTEST, _UPHILL = 60, 1e-6, 20
+
+#: Rounding, in mean forces, falls to the last by a factor, or else by its roots up to another.
+_FALLS, _GENTLE, _LAST = 0.1, 0.4, 1e-9
+
+_Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True)
@@ -142,6 +148,35 @@ class Curve:
         if u is None:
             return self._across(d, load_factor, None, 0.0)
         return self._across(d, load_factor, self.live, u - float(self.live @ d))
+
+    def states(
+        self, d: np.ndarray, load_factor: float, u: float | None, *ends: float
+    ) -> Iterator[tuple[Curve, np.ndarray, float]]:
+        """States at the same u, or under the same load, under laws that are less and less rounded."""
+        for sharper, found in self.sharper(
+            (d, load_factor), lambda sharp, near: sharp.state(*near, u), *ends
+        ):
+            yield sharper, *found
+
+    def sharper(
+        self,
+        found: _Found,
+        find: Callable[[Curve, _Found], _Found | None],
+        last: float = _LAST,
+        gentlest: float = _GENTLE,
+    ) -> Iterator[tuple[Curve, _Found]]:
+        """What is found, each near the one before, from the law's own rounding on to the last."""
+        before, falls = self.rounding / _FALLS, _FALLS
+        while falls <= gentlest:
+            rounding = falls * before if falls * before > 1.01 * last else last
+            near = find(sharper := self.rounded_by(rounding), found)
+            if near is None:
+                falls **= 0.5
+                continue
+            yield sharper, near
+            if rounding == last:
+                return
+            before, falls, found = rounding, _FALLS, near
 
     def _across(
         self, d: np.ndarray, load_factor: float, row: np.ndarray | None, short: float

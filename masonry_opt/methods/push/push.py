@@ -13,7 +13,6 @@ from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
 from math import inf
-from typing import TypeVar
 
 import numpy as np
 
@@ -28,21 +27,18 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.standing.weightless import weightless
 
-_Found = TypeVar("_Found")
-
 #: Roundings of the law on paths, in mean forces, in turn where one stops short; in searches, and on scenes of
 #: more joints than the third: of 88 scenes the rougher path leads to the rays of the other in .57 of the
 #: time, but where it folds its highest λ is lower. And those for settling.
 _ROUNDINGS, _ROUGHER, _LARGE = (0.01, 0.1, 0.3), (0.1, 0.01), 500
 _SETTLING = (0.01, 1e-3, 1e-4)
 
-#: Roundings under which hardly any path stops; to which one's state is sharpened, points of a path from
-#: there, and how many times as far as ends are looked for it leads without.
-_COARSE, _SHARPENED, _SHARPENED_POINTS, _OUT = (1.0, 0.7, 0.5), 0.01, 400, 1e2
+#: Roundings under which hardly any path stops; to which one's state is sharpened, by which factor at least,
+#: points of a path from there, and how many times as far as ends are looked for it leads without.
+_COARSE, _SHARPENED, _GENTLEST, _SHARPENED_POINTS, _OUT = (1.0, 0.7, 0.5), 0.01, 0.9, 400, 1e2
 
-#: At a state rounding falls to the last by a factor, or else by its roots up to another, from the coarse one
-#: a larger. Above the fifth λ is blurred; a certificate that leaves no more than the sixth needs no other.
-_FALLS, _GENTLE, _GENTLEST, _LAST, _BLURRED, _WELL = 0.1, 0.4, 0.9, 1e-9, 1e-5, 1e-11
+#: Rounding above which λ is blurred; and what a certificate leaves at most that needs no other beside it.
+_BLURRED, _WELL = 1e-5, 1e-11
 
 #: Rounding to which the highest λ on the way is followed, and from how many of its turns.
 _SHARP, _TURNS = 1e-4, 3
@@ -190,7 +186,7 @@ class Elastic:
                 # On the tangent at either side of the whole load.
                 for near in filter(None, (point, before)):
                     d = near.d + (1 - near.load_factor) / near.along[-1] * near.along[:-1]
-                    *_, last = (None, *_states(whole.rounded_by(rounding), d, 0.0, None))
+                    *_, last = (None, *whole.rounded_by(rounding).states(d, 0.0, None))
                     if last is not None:
                         return self._law.of_problem(last[0].forces(last[1]))
                 return None
@@ -228,31 +224,38 @@ class Elastic:
             came = bool(found.steps) and found.steps[-1].displacement >= until
             if found.ended is not Ended.STOPPED or came or len(found.steps) == _POINTS:
                 break
-        return found
+        return replace(found, peak=self._peak(curve, found))
 
     def beside(self) -> Iterator[Answer]:
         """States to which contacts of much rounder corners lead where a push stops, of each path an exact one
         or else its last: from rest others may be come to."""
         for rounding in _COARSE if self.settled is not None else ():
-            coarse = self._curve.rounded_by(rounding)
-            start, found, furthest = self._at_rest(coarse), None, None
-            for point in coarse.points(*start, _POINTS) if start else ():
-                u = float(coarse.live @ point.d)
-                if u < self._end_from:
-                    continue
-                if furthest is None:
-                    states = _states(coarse, point.d, point.load_factor, u, _SHARPENED, _GENTLEST)
-                    *_, (curve, d, load) = (coarse, point.d, point.load_factor), *states
-                    if curve.rounding < 2 * _SHARPENED:
-                        found = self._followed(curve, (d, load), most=_SHARPENED_POINTS).answer
-                furthest = point
-                if found is not None or u > _OUT * self._end_from:
-                    break
+            found = self._beyond(self._curve.rounded_by(rounding))
             if found is not None:
                 yield found
-            elif furthest is not None:
-                q, load = self._law.of_problem(coarse.forces(furthest.d)), furthest.load_factor
-                yield certified(self.problem.by_cone, load / self.problem.live_norm, q, furthest.d)
+
+    def _beyond(self, coarse: Curve) -> Answer | None:
+        """The exact state that a coarse path leads to, sharpened where ends are looked for; else its last one
+        beyond."""
+        start, furthest = self._at_rest(coarse), None
+        for point in coarse.points(*start, _POINTS) if start else ():
+            u = float(coarse.live @ point.d)
+            if u < self._end_from:
+                continue
+            if furthest is None:
+                states = coarse.states(point.d, point.load_factor, u, _SHARPENED, _GENTLEST)
+                *_, (curve, d, load) = (coarse, point.d, point.load_factor), *states
+                if curve.rounding < 2 * _SHARPENED:
+                    found = self._followed(curve, (d, load), most=_SHARPENED_POINTS).answer
+                    if found is not None:
+                        return found
+            furthest = point
+            if u > _OUT * self._end_from:
+                break
+        if furthest is None:
+            return None
+        q, load = self._law.of_problem(coarse.forces(furthest.d)), furthest.load_factor
+        return certified(self.problem.by_cone, load / self.problem.live_norm, q, furthest.d)
 
     @staticmethod
     def _at_rest(curve: Curve) -> tuple[np.ndarray, float] | None:
@@ -282,12 +285,7 @@ class Elastic:
                 looks, next_look = looks + 1, _FURTHER * u
             if ended is not Ended.STOPPED or rigid or u >= until or looks == _LOOKS:
                 break
-        peak = None
-        if answer is not None:
-            top = -inf if rigid else self._top(rounded, points, answer.load_factor * unit * (1 + PLATEAU))
-            # At rest the load is none.
-            peak = max(0.0, answer.load_factor, top / unit)
-        return Pushed(ended, tuple(steps), tuple(points), answer, peak, rounded.rounding)
+        return Pushed(ended, tuple(steps), tuple(points), answer, rounding=rounded.rounding)
 
     @cached_property
     def _curve(self) -> Curve:
@@ -302,7 +300,7 @@ class Elastic:
         problem, far = self.problem.by_cone, self._straight_on * u
         most_left = self._unit * min(_LEFT, _NO_EVENT * max(far, self._straight_on * self._end_from))
         before = point.along[:-1] / float(self._curve.live @ point.along[:-1])
-        states = [*_states(rounded.moved(point.d), np.zeros_like(point.d), point.load_factor, 0.0)]
+        states = [*rounded.moved(point.d).states(np.zeros_like(point.d), point.load_factor, 0.0)]
         best: Answer | None = None
         for curve, d, load in reversed(states):
             blurred = curve.rounding > _BLURRED
@@ -328,19 +326,27 @@ class Elastic:
         straight = left <= _STRAIGHT * far * abs(along[-1])
         return Ended.JAM if straight else Ended.STOPPED, None
 
-    def _top(self, rounded: Curve, points: list[Point], least: float) -> float:
-        """The highest load at which the path turns above the least, uphill under sharper laws."""
-        turns = [(rounded.turns_below(*pair), *pair) for pair in pairwise(points)]
-        highest = least
+    def _peak(self, rounded: Curve, pushed: Pushed) -> float | None:
+        """The highest λ of a path that ends in a state, uphill under sharper laws from where it turns above
+        that; None of any other."""
+        if pushed.answer is None:
+            return None
+        # At rest the load is none.
+        end, unit = pushed.answer.load_factor, self.problem.live_norm
+        peak, told = max(0.0, end), end * (1 + PLATEAU)
+        if rounded.is_rigid(pushed.points[-1]):
+            return peak
+        turns = [(rounded.turns_below(*pair) / unit, *pair) for pair in pairwise(pushed.points)]
         for bound, before, after in sorted(turns, key=lambda turn: -turn[0])[:_TURNS]:
-            if bound <= highest:
+            if bound <= max(told, peak):
                 break
             at = before if before.load_factor > after.load_factor else after
             curve, still = rounded.moved(at.d), replace(at, d=np.zeros_like(at.d))
+            *_, (sharp, top) = (rounded, at), *curve.sharper(still, Curve.top, _SHARP)
             # A turn that is lost as the law is made sharper is one of rounded corners.
-            for sharp, top in _sharper(curve, still, Curve.top, _SHARP):
-                highest = max(highest, top.load_factor if sharp.rounding < 2 * _SHARP else -inf)
-        return highest if highest > least else -inf
+            if sharp.rounding < 2 * _SHARP and top.load_factor / unit > told:
+                peak = max(peak, top.load_factor / unit)
+        return peak
 
     def giving(self, give: float) -> Problem:
         """The problem with contacts that give so much, over the motion of the live load."""
@@ -371,41 +377,12 @@ class Elastic:
         """The state at u next to a point of the path, certified for its contacts."""
         curve, still = self._curve.rounded_by(rounding).moved(point.d), np.zeros_like(point.d)
         short = u - float(self._curve.live @ point.d)
-        *_, last = (None, *_states(curve, still, point.load_factor, short))
+        *_, last = (None, *curve.states(still, point.load_factor, short))
         if last is None:
             return None
         curve, d, load = last
         q, moved, gives = self._law.of_problem(curve.forces(d)), (point.d + d) / u, self.giving(1 / u)
         return GivingState(1 / u, gives, certified(gives, load / self.problem.live_norm, q, moved))
-
-
-def _states(
-    curve: Curve, d: np.ndarray, load_factor: float, u: float | None, *ends: float
-) -> Iterator[tuple[Curve, np.ndarray, float]]:
-    """States at the same u, or under the same load, under laws that are less and less rounded."""
-    for sharper, found in _sharper(curve, (d, load_factor), lambda sharp, near: sharp.state(*near, u), *ends):
-        yield sharper, *found
-
-
-def _sharper(
-    curve: Curve,
-    found: _Found,
-    find: Callable[[Curve, _Found], _Found | None],
-    last: float = _LAST,
-    gentlest: float = _GENTLE,
-) -> Iterator[tuple[Curve, _Found]]:
-    """What is found, each near the one before, from the curve's rounding on to the last."""
-    before, falls = curve.rounding / _FALLS, _FALLS
-    while falls <= gentlest:
-        rounding = falls * before if falls * before > 1.01 * last else last
-        near = find(sharper := curve.rounded_by(rounding), found)
-        if near is None:
-            falls **= 0.5
-            continue
-        yield sharper, near
-        if rounding == last:
-            return
-        before, falls, found = rounding, _FALLS, near
 
 
 def elastic_of(task: Task) -> Elastic:
