@@ -70,10 +70,9 @@ def test_the_default_solves_scenes_of_60_stones(family, seed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("family", "seeds", "most_left"), [("rubble", 8, 1), ("openings", 4, 0), ("piers", 4, 0)]
+    ("family", "seeds", "most_left"), [("rubble", 8, 0), ("openings", 4, 0), ("piers", 4, 0)]
 )
 def test_the_default_solves_most_scenes_of_200_stones(family, seeds, most_left):
-    """Paths of rubble fold a hundred times: which of three seeds are followed to an end, last bits decide."""
     ended = [has_an_answer(family, 200, seed) for seed in range(seeds)]
     assert ended.count(False) <= most_left
 
