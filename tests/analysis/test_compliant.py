@@ -114,13 +114,13 @@ def test_where_nearly_all_work_stays_elastic_that_is_the_reason(monkeypatch, wit
 
 @pytest.mark.slow
 def test_a_large_facade_collapses_though_soft_contacts_show_nothing_but_springs():
-    """3 × 9 openings, associative .21383. Rounding decides how far a push comes; that the load factor grows
-    without end is never said."""
+    """3 × 9 openings, associative .21383. Rounding decides with how stiff contacts a pass ends; that the
+    load factor grows without end is never said."""
     result = mo.solve(CASES / "gilbert/facade_3x9.toml", "compliant")
     if result.load_factor is None:
-        assert code(result) in (Code.STILL_ELASTIC, Code.PUSH_STOPPED)
+        assert code(result) is Code.STILL_ELASTIC
     else:
-        assert code(result) in (Code.RAY, Code.PLATEAU, Code.NO_PLATEAU)
+        assert code(result) in (Code.PLATEAU, Code.NO_PLATEAU)
         assert 0.19 < result.load_factor < 0.2138
 
 

@@ -112,9 +112,9 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
         told["peak"] = peak if peak > answer.load_factor * (1 + PLATEAU) + ZERO else None
         return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told)
     tried = [asked] if asked else _TRIED if pushed.ended is not Ended.BACK else ()
-    states = (elastic.at(pushed, u) for u in tried)
-    state = next((state for state in states if state is not None), None)
-    if state is None or state.answer.failing(Kind.COMPLIANT):
+    found_at = (elastic.at(pushed, u) for u in tried)
+    state = next((one for one in found_at if one and not one.answer.failing(Kind.COMPLIANT)), None)
+    if state is None:
         return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=str(pushed.ended), steps=steps)
     found, elastic_share = state.answer, _elastic_share(state)
     if asked is None and elastic_share > _ELASTIC:
