@@ -23,9 +23,9 @@ from masonry_opt.methods.push.matrix import BlockFactors, BlockMatrix
 #: and the length at which it is: trial forces have no digit left there.
 _FIRST, _LEAST, _FURTHEST = 0.3, 1e-9, 1e14
 
-#: What is left of equilibrium, over the mean force: at points of the path, at a state at most, and where its
-#: steps end.
-_ON_PATH, _STATE, _EXACT = 1e-6, 1e-9, 1e-12
+#: What is left of equilibrium, over the mean force: at points of the path, or over trial forces, whose last
+#: digits far from rest are larger; at a state at most, and where its steps end.
+_ON_PATH, _DIGITS, _STATE, _EXACT = 1e-6, 1e-10, 1e-9, 1e-12
 
 #: Motion of contacts, over u, that is none but rounding.
 _RIGID = 1e-9
@@ -265,13 +265,14 @@ class Curve:
     def _stepped(self, point: Point, row: np.ndarray, length: float) -> Point | None:
         """The point a length ahead; None if the step is too long."""
         at, before = np.append(point.d, point.load_factor) + length * point.along, np.inf
+        enough = max(_ON_PATH, _DIGITS * self._size(self._moves(point.d)))
         for corrections in range(_CORRECTIONS + 1):
             left, stiffness = self._at(at[:-1], at[-1])
             size = self._size(left)
             if not size < 10 * before:
                 return None
             factors = self.matrix.factors(stiffness, self.live, row)
-            if size <= _ON_PATH:
+            if size <= enough:
                 gone = self._size(self._moves(at[:-1] - point.d))
                 found = self._point(at, factors, point.sign, corrections)
                 return found if abs(length) > _STRAIGHT * gone else None
