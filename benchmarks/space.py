@@ -32,9 +32,9 @@ from scenes_in_space import corner_wall, facade
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.effort import Effort
-from masonry_opt.problem import points
+from masonry_opt.problem import matrices
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
@@ -155,20 +155,20 @@ def sides(asked: argparse.Namespace) -> None:
     expect by as many sides."""
     head("blocks", "μ", "sides", "associative", "below cones, %", "s", "to expect", "steps", "s")
     drawn: dict[tuple[int, float], dict[int, tuple[float, float]]] = {}
-    own = points.SIDES
+    own = matrices.SIDES
     for blocks, friction in itertools.product((20, 42, 100), (0.6, 0.4)):
         scene = corner_wall(*CORNERS[blocks], friction)
         cones, seconds = associative_of(assemble(scene).problem.by_cone)
         row(blocks, friction, "cones", cones, 0.0, round(seconds, 2))
         found = drawn[blocks, friction] = {0: (0.0, seconds)}
         for count in (8, 16, own, 32):
-            points.SIDES = count
+            matrices.SIDES = count
             polygons, seconds = associative_of(assemble(scene).problem)
             soft, soft_seconds = timed(scene, "compliant")
             found[count] = 100 * (1 - polygons / cones), seconds
             told = soft.load_factor, soft.iterations, round(soft_seconds, 2)
             row(blocks, friction, count, polygons, round(found[count][0], 3), round(seconds, 2), *told)
-        points.SIDES = own
+        matrices.SIDES = own
     if asked.chart:
         chart(drawn)
 
@@ -188,7 +188,7 @@ def chart(drawn: dict[tuple[int, float], dict[int, tuple[float, float]]]) -> Non
     figure, axes = plt.subplots(figsize=(7.5, 4.2), layout="constrained")
     # Okabe & Ito's, which colour-blind readers can tell apart; dashes tell frictions, marks sides.
     colours = {20: "#0072B2", 42: "#D55E00", 100: "#009E73"}
-    marks = {8: "o", 16: "s", points.SIDES: "^", 32: "D"}
+    marks = {8: "o", 16: "s", matrices.SIDES: "^", 32: "D"}
     for (blocks, friction), found in drawn.items():
         longer = [found[count][1] / found[0][1] for count in marks]
         below = [found[count][0] for count in marks]

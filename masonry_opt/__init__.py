@@ -14,12 +14,11 @@ from pathlib import Path as _Path
 #: study.
 _HOMES = {
     "analysis": ("solve",),
-    "answer.certificate": ("Certificate",),
+    "answer.answer": ("Certificate",),
     "result": ("Result",),
-    "answer.status": ("Status",),
+    "answer.reasons": ("Status",),
     "duality": ("DualityReport", "check"),
     "errors": ("CaseError", "MasonryError", "OptionError"),
-    "answer.stressed_joints": ("stressed_joints",),
     "drawing.pictures": ("draw",),
     "exports.export": ("export",),
     "finite_motion.capacity": ("Capacity", "capacity"),

@@ -1,9 +1,8 @@
 """The names of the package, for type checkers: ``__init__.py`` imports each when it is first wanted."""
 
 from masonry_opt.analysis import solve as solve
-from masonry_opt.answer.certificate import Certificate as Certificate
-from masonry_opt.answer.status import Status as Status
-from masonry_opt.answer.stressed_joints import stressed_joints as stressed_joints
+from masonry_opt.answer.answer import Certificate as Certificate
+from masonry_opt.answer.reasons import Status as Status
 from masonry_opt.drawing.pictures import draw as draw
 from masonry_opt.duality import DualityReport as DualityReport
 from masonry_opt.duality import check as check

@@ -7,14 +7,13 @@ from typing import Any
 
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError
-from masonry_opt.methods.how_to_solve import HowToSolve
-from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.methods.registry import DEFAULT, HowToSolve
 from masonry_opt.methods.task import Progress
-from masonry_opt.problem.kept import Kept
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
+from masonry_opt.solvers.driver import Kept
 
 
 def solve(

@@ -13,8 +13,7 @@ from masonry_opt.answer.acceptance import AGREEMENT, DUALITY, SMALLEST, over_loa
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, printable
-from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, State
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import LANGUAGES, find_solver

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import re
 import tempfile
+from enum import StrEnum
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from masonry_opt.errors import OptionError
 
@@ -110,3 +115,20 @@ def _is_replaceable(path: Path) -> bool:
     except OSError:
         return False
     return not data or re.search(_MARKS[suffix].encode(), data, re.DOTALL) is not None
+
+
+def plain(value: Any) -> Any:
+    """The same as JSON has it; NaN as None."""
+    if isinstance(value, StrEnum):
+        return str(value)
+    if hasattr(value, "as_dict"):
+        value = value.as_dict()
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return value + 0.0 if math.isfinite(value) else None  # no minus before a zero
+    return value

@@ -8,12 +8,11 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.plain import plain
-from masonry_opt.answer.size import Size
+from masonry_opt.answer.outcome import Outcome, Size
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.files import plain
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.words.sentences import message, sentences
@@ -49,7 +48,7 @@ class Result(Outcome):
 
     def _repr_html_(self) -> str:
         """What a notebook shows: load factor, status, picture, certificate."""
-        from masonry_opt.drawing.notebook import notebook_html
+        from masonry_opt.drawing.page import notebook_html
 
         return notebook_html(self)
 

@@ -10,22 +10,20 @@ from dataclasses import dataclass, field, replace
 from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.reasons import Code, reason, size_of
+from masonry_opt.answer.reasons import Code, Status, reason, size_of
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.methods.push.compliant import PUSHED_UP_TO
 from masonry_opt.methods.push.push import Elastic
-from masonry_opt.methods.registry import METHODS
+from masonry_opt.methods.registry import METHODS, HowToSolve
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
-from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
 from masonry_opt.result import Result, make_result
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
 #: Joints up to which the associative load factor is computed where a method leaves none: beyond, it takes

@@ -10,8 +10,7 @@ import numpy as np
 
 from masonry_opt.models.cvxpy_terms import ShearParameters, Statics
 from masonry_opt.problem.faces import selection
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 #: Factor on the energy that a mechanism leaves, which is next to nothing: solvers end at an absolute gap, and
 #: unscaled leave more than an exact state may on façades of 231 blocks.

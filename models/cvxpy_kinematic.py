@@ -5,8 +5,7 @@ from __future__ import annotations
 import cvxpy as cp
 
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class CvxpyKinematic:

@@ -7,8 +7,7 @@ import numpy as np
 
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class _Sized:

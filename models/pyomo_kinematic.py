@@ -6,8 +6,7 @@ import pyomo.environ as pyo
 
 from masonry_opt.models.pyomo_arrays import dot, duals, values
 from masonry_opt.models.pyomo_terms import Mechanism, ShearParameters
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoKinematic:

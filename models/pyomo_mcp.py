@@ -10,8 +10,7 @@ from pyomo.mpec import Complementarity, complements
 
 from masonry_opt.models.pyomo_arrays import put, values
 from masonry_opt.models.pyomo_terms import Mechanism, Statics
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoMcp:

@@ -12,8 +12,7 @@ from pyomo.core.expr import LinearExpression
 
 from masonry_opt.models.pyomo_arrays import put
 from masonry_opt.problem.edges import EdgeFactors, Form
-from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, State
 
 
 class PyomoProducts:

@@ -7,7 +7,7 @@ import pyomo.environ as pyo
 
 from masonry_opt.models.pyomo_arrays import put, values
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_slack_variables
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import State
 
 
 class PyomoRelaxed:

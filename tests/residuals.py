@@ -9,7 +9,7 @@ import pyomo.environ as pyo
 
 from masonry_opt.models.pyomo_arrays import values
 from masonry_opt.models.pyomo_mcp import PyomoMcp
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import State
 
 
 class Residuals(NamedTuple):

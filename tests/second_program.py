@@ -21,7 +21,7 @@ from atlas.random_scenes_in_space import random_scene_in_space
 from scipy.optimize import linprog
 
 import masonry_opt as mo
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.problem.assembly import Assembly, assemble
 
 #: Sides of polygons about a cone, and chords or tangents of a parabola.

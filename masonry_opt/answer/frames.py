@@ -10,11 +10,12 @@ import pandas as pd
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.motion import fastest, joint_motion, relative_rotation, velocities
+from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.solution import GivingState, Solution
-from masonry_opt.answer.status import Status
-from masonry_opt.answer.thresholds import HINGES, IDLE
+from masonry_opt.answer.thresholds import AT_HIGHEST, HINGES, IDLE, MOVES
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.chords import parabola
+from masonry_opt.problem.faces import parabola
+from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.scene.rows import dots, lengths, sums
 
@@ -220,3 +221,36 @@ def _rates(
     square = np.where(turns, dots(turned, turned)[:, None], 1.0)
     on_axis = middle + np.cross(turned, motion) / square * assembly.problem.length_unit
     return motion, turned, np.where(turns, on_axis, np.nan)
+
+
+def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> pd.DataFrame:
+    """A row a limited force of these roles (NaN without forces, or mechanism)."""
+    problem, forces = assembly.problem, assembly.limited
+    nothing = np.full(len(forces), np.nan)
+    T = nothing if solution.q is None else problem.of_forces(solution.q) * problem.force_unit
+    closing = nothing if solution.d is None else problem.of_forces(problem.B.T @ solution.d)
+    speed = np.nan if solution.d is None else MOVES * fastest(assembly, solution.d)
+    names = [*(block.name for block in assembly.scene.blocks), "ground"]
+    rows = [
+        {
+            "name": force.name,
+            "kind": str(force.role),
+            "first": names[force.actions[0].block],
+            "second": names[force.actions[-1].block] if len(force.actions) > 1 else "ground",
+            "force": T[number],
+            "lowest": force.lowest,
+            "highest": force.highest,
+            # What a force works on, it goes along with: a tie shortens, a prop lengthens.
+            "lengthens": closing[number] if force.role is Role.PROP else -closing[number],
+            # Of a scene that falls no forces are known.
+            "yields": bool(
+                force.highest > 0 and -closing[number] > speed and not T[number] < AT_HIGHEST * force.highest
+            ),
+        }
+        for number, force in enumerate(forces)
+        if force.role in roles
+    ]
+    columns = ("name", "kind", "first", "second", "force", "lowest", "highest", "lengthens", "yields")
+    frame = pd.DataFrame(rows, columns=columns)
+    numbers = ["force", "lowest", "highest", "lengthens"]
+    return unsigned(frame.astype(dict.fromkeys(numbers, float)))

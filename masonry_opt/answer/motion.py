@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import CRUSHES, HINGES, IDLE, MOVES, SEPARATES, SLIDES
+from masonry_opt.answer.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES, SEPARATES, SLIDES, ZERO
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.rows import dots, lengths, sums
 
 
@@ -132,3 +133,15 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     speeds = np.zeros(len(assembly.scene.blocks))
     np.maximum.at(speeds, block, np.hypot.reduce(velocities(assembly, d, block, at), axis=1))
     return speeds[assembly.movable]
+
+
+def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
+    """Whether the blocks that a mechanism (3b,) moves carry no load at a load factor below zero, as all those
+    whose live load is along their weight do at some: any of them can move there, whatever carries them."""
+    if load_factor >= -ZERO:
+        return False
+    speeds = np.abs(problem.by_block(d)).max(axis=1)
+    dead, live = problem.by_block(problem.dead), load_factor * problem.by_block(problem.live)
+    left, sizes = np.abs(dead + live).max(axis=1), np.abs(dead).max(axis=1) + np.abs(live).max(axis=1)
+    moving = speeds > MOVES * speeds.max()
+    return bool((left[moving] <= DRIVES * sizes[moving]).all())

@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.certificate import Certificate
+from masonry_opt.answer.answer import Certificate
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
-from masonry_opt.answer.reasons import Reason
+from masonry_opt.answer.reasons import Reason, Status
 from masonry_opt.answer.sense import warnings_of
-from masonry_opt.answer.size import Size, size_of
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import Problem
@@ -24,6 +22,36 @@ from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
     import pandas as pd
+from masonry_opt.answer.reasons import size_of as size_as_values
+
+
+@dataclass(frozen=True)
+class Size:
+    """Sizes of the scene and of the linear program.
+
+    Attributes
+    ----------
+    blocks, joints: movable blocks b and joints, in the plane c.
+    rows, columns, nonzeros: of the linear program as the solver received it; None if none was built.
+    left_out: what was not modelled, each with its reason, where that is told.
+    contacts: contact points of a scene in space, c; None in the plane.
+    """
+
+    blocks: int
+    joints: int
+    rows: int | None
+    columns: int | None
+    nonzeros: int | None
+    left_out: tuple[str, ...] = ()
+    contacts: int | None = None
+
+
+def size_of(assembly: Assembly, solution: Solution) -> Size:
+    """The sizes of a scene and of the program of its solution."""
+    problem, lp = assembly.problem, solution.size
+    rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
+    points, joints = size_as_values(problem).get("contacts"), len(assembly.joints.first)
+    return Size(problem.blocks, joints, rows, columns, nonzeros, contacts=points)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -137,7 +165,7 @@ class Outcome:
         not move), ``force`` (of a tie tension, of a prop compression), ``lowest`` and ``highest`` (what it
         lies between), the rate at which it ``lengthens``, and whether it ``yields``: at its highest force,
         further in the mechanism. Forces in the case's unit."""
-        from masonry_opt.answer.tie_frame import tie_frame
+        from masonry_opt.answer.frames import tie_frame
 
         return tie_frame(self.assembly, self.solution, Role.TIE, Role.PROP)
 
@@ -146,7 +174,7 @@ class Outcome:
         """A row a face that a fill presses on, as in ``ties``: ``first`` is its block; ``force``, horizontal
         and into the face, lies between ``lowest``, the active pressure, and ``highest``, the mobilised share
         of the passive one, which is reached where it ``yields``."""
-        from masonry_opt.answer.tie_frame import tie_frame
+        from masonry_opt.answer.frames import tie_frame
 
         return tie_frame(self.assembly, self.solution, Role.EARTH)
 

@@ -6,9 +6,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.fill import fill_forces

@@ -11,11 +11,9 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
-from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.lp import LpSize
-from masonry_opt.solvers.registry import Solver
+from masonry_opt.solvers.registry import LpSize, Solver
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""The command `masonry-opt compare`."""
+"""The commands `masonry-opt compare` and `reproduce`."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import masonry_opt as mo
 from masonry_opt.cli.shared import numbers
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import InterruptedByUserError
-from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare.report import OUT
 from masonry_opt.studies.process import ended_by_kill
+from masonry_opt.studies.reproduce import reproduce as rebuild
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
@@ -38,7 +38,7 @@ def _names(text: str) -> list[str]:
     repeats=typer.Option(min=1),
     time_limit=typer.Option(min=0.1),
     memory_limit=typer.Option(min=1),
-    cases=typer.Option(help=CASES_HELP),
+    cases=typer.Option(help="Folder of the case files. Default: cases/ here, or else those of the package."),
 )
 def compare(given: Given, scenes: Annotated[list[str] | None, _SCENES] = None) -> None:
     """An interrupted comparison continues where it stopped. Exit code 0: done; 1: every run crashed or died;
@@ -59,3 +59,15 @@ def compare(given: Given, scenes: Annotated[list[str] | None, _SCENES] = None) -
     )
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: the same command continues where it stopped")
+
+
+_EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
+
+
+@command(rebuild)
+def reproduce(given: Given, example: Annotated[str, typer.Argument(help=_EXAMPLE)] = "") -> None:
+    """Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
+    example or folder, or an extra is missing.
+    """
+    if not rebuild(example, **given):
+        raise typer.Exit(1)

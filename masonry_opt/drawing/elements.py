@@ -11,12 +11,11 @@ import shapely
 
 from masonry_opt.answer.motion import fastest, joint_motion
 from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.drawing.carried import thrust_marks, utilisation_marks
 from masonry_opt.drawing.colours import CRUSHES, GAP, HINGES, JOINT, MARKED, SEPARATES, SLIDES
-from masonry_opt.drawing.loads import load_marks, pressure_marks
+from masonry_opt.drawing.loads import load_marks, pressure_marks, strut_marks
 from masonry_opt.drawing.marks import Marks, joint_marks, moved, shrink_of, size_of
-from masonry_opt.drawing.ties import strut_marks
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role

@@ -17,7 +17,7 @@ from pyomo.repn.plugins.lp_writer import LPWriter
 from pyomo.repn.plugins.nl_writer import NLWriter
 
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.chords import CHORDS
+from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem
 
 #: Parts of a complementary pair, as Pyomo's transformations name them: the slack, the row that defines it,

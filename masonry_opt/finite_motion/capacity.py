@@ -15,8 +15,8 @@ import pandas as pd
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
+from masonry_opt.finite_motion.moved_blocks import moved, placed, point_forces
 from masonry_opt.finite_motion.path import HingingPath, Step
-from masonry_opt.finite_motion.point_forces import moved, placed, point_forces
 from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.finite_motion.moved_blocks import MovedBlocks
-from masonry_opt.finite_motion.point_forces import placed, turned
+from masonry_opt.finite_motion.moved_blocks import MovedBlocks, placed, turned
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.rows import dots
 

@@ -15,8 +15,7 @@ from masonry_opt.drawing.elements import Elements
 from masonry_opt.drawing.figure import Handle, Picture, finish, style
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.pictures import elements_picture
-from masonry_opt.finite_motion.moved_blocks import moved_geometry
-from masonry_opt.finite_motion.point_forces import placed
+from masonry_opt.finite_motion.moved_blocks import moved_geometry, placed
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral

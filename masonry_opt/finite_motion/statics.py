@@ -12,10 +12,8 @@ from masonry_opt.effort import Effort
 from masonry_opt.finite_motion.moved_blocks import MovedBlocks
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.highs_lp import LinearProgram
-from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import Verdict
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.highs import HighsSession, LinearProgram
+from masonry_opt.solvers.registry import Verdict, find_solver
 
 
 @dataclass(frozen=True)

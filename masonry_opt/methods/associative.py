@@ -6,14 +6,12 @@ from dataclasses import replace
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found, certified
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, State
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.lp import LpAnswer, LpSize
+from masonry_opt.solvers.registry import LpAnswer, LpSize
 from masonry_opt.standing.diagnosis import no_optimum
 
 

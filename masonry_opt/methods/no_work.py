@@ -23,17 +23,16 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.answer.answer import Answer
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import APART, ZERO
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.exact.energy import motion_for
+from masonry_opt.methods.exact.alternation import motion_for
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.cvxpy_engine import has_optimum
+from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import find_solver
 
 #: Work of the live load and energy z·p, over the work of the dead load, up to which they are rounding. (The

@@ -10,11 +10,9 @@ from typing import Annotated, Any
 from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
-from masonry_opt.methods.exact.cone_refiner import ConeRefiner
-from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, StateFinder, refiner_of
+from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, OutOfTime, StateFinder, refiner_of
 from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
 from masonry_opt.methods.push.push import elastic_of

@@ -1,9 +1,28 @@
-"""Every method by name. Adding one is one entry."""
+"""Every method by name (adding one is one entry), and the record of how to solve that names one."""
 
 from __future__ import annotations
 
+import difflib
+import reprlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from pydantic import ValidationError
+
+from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
-from masonry_opt.solvers.registry import MATRICES, capable
+from masonry_opt.solvers.registry import (
+    MATRICES,
+    MODELS,
+    SOLVERS,
+    TOLERANCE,
+    Solver,
+    capable,
+    find_entry,
+    find_solver,
+)
 
 _ALL = (
     Method("static", "associative:associative", associative=True),
@@ -63,3 +82,140 @@ METHODS = {method.name: method for method in _ALL}
 
 #: The method of whoever names none.
 DEFAULT = "mcp"
+
+
+#: What is said with a method and is no option of it.
+_ARGUMENTS = (
+    *("scene", "method", "model", "solver", "tolerance", "expected"),
+    *("load_case", "progress", "phases"),
+)
+
+
+@dataclass(frozen=True)
+class HowToSolve:
+    """What :func:`~masonry_opt.analysis.solve` is told beside the scene, as it was told.
+
+    Raises OptionError if something of it is unknown or not available, whatever the scene.
+
+    Attributes
+    ----------
+    options: the method's own, by name.
+    """
+
+    method: str = DEFAULT
+    model: str | None = None
+    solver: str | None = None
+    tolerance: float | None = None
+    expected: bool = True
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.expected, bool):
+            raise OptionError(f"expected must be True or False (found {self.expected!r})")
+        _ = self.chosen, self.own_options, self.engine
+
+    def refuse_functions(self) -> None:
+        """Raise OptionError if an option is a function, which no worker can be sent."""
+        for name, value in self.options.items():
+            if callable(value):
+                raise OptionError(f"option '{name}': a function is for a single scene, not for many")
+
+    @cached_property
+    def chosen(self) -> Method:
+        """The method."""
+        if not isinstance(self.method, str) or self.method not in METHODS:
+            raise OptionError(f"method '{self.method}' is unknown; choose from: {', '.join(METHODS)}")
+        return METHODS[self.method]
+
+    @cached_property
+    def own_options(self) -> Any:
+        """The method's options; None if it has none."""
+        method = self.chosen
+        known = list(method.options.model_fields) if method.options else []
+        for option in self.options:
+            if option not in known:
+                raise OptionError(f"method '{method.name}' has no option '{option}'{_instead(option, known)}")
+        try:
+            # What goes on from a result takes its solution.
+            given = {name: getattr(of, "solution", of) for name, of in self.options.items()}
+            return method.options(**given) if method.options else None
+        except ValidationError as error:
+            # Of an option that may be one of several things, what is said of the first will do.
+            wrong = {
+                ".".join(map(str, item["loc"][:1])): f"{item['msg']} (found {reprlib.repr(item['input'])})"
+                for item in reversed(error.errors())
+            }
+            said = [f"option '{option}': {words}" if option else words for option, words in wrong.items()]
+            raise OptionError(f"method '{method.name}': {'; '.join(said)}") from None
+
+    @cached_property
+    def engine(self) -> Solver:
+        """The solver, with its tolerance."""
+        method, model = self.chosen, self.model
+        for what, given in (("model", model), ("solver", self.solver)):
+            if not isinstance(given, str | None):
+                raise OptionError(f"{what} must be a name (found {given!r})")
+        model = model or next(iter(method.solvers))
+        if model in MODELS and model not in method.solvers:
+            raise OptionError(
+                f"method '{method.name}' takes model: {', '.join(method.solvers)} (found '{model}'); methods "
+                f"that take it: {_names(lambda other: model in other.solvers)}"
+            )
+        allowed = method.solvers.get(model, ())
+        name = self.solver.lower() if self.solver else (allowed[0] if allowed else None)
+        if allowed and name not in allowed:
+            raise OptionError(
+                f"method '{method.name}' with model '{model}' takes solver: {', '.join(allowed)} (found "
+                f"'{name}'){_takers(name)}"
+            )
+        if self.tolerance is not None and method.own_tolerances:
+            raise OptionError(
+                f"method '{method.name}' has tolerances of its own: leave 'tolerance' out, or name a method "
+                f"that takes one: {_names(lambda other: not other.own_tolerances)}"
+            )
+        others = [entry for entry in SOLVERS.values() if entry.name == name and not entry.linear]
+        if others and not allowed:
+            takers = _names(lambda other: other.solved_by(others[0]))
+            raise OptionError(f"solver '{name}' solves no linear programs, and is for methods: {takers}")
+        return find_solver(model, name, TOLERANCE if self.tolerance is None else self.tolerance)
+
+    @cached_property
+    def of_dead_load(self) -> Solver:
+        """The solver that decides whether a scene stands: a quick one where the method brings its own."""
+        quick = self.solver is None and self.chosen.own_tolerances
+        return find_solver("cvxpy", None) if quick else self.engine
+
+
+def _instead(option: str, known: Iterable[str]) -> str:
+    """What to write in place of an option that a method does not have."""
+    if homes := _homes(option):
+        return f"; methods that have it: {', '.join(homes)}"
+    if close := difflib.get_close_matches(option, [*known, *_ARGUMENTS], n=1):
+        return f"; did you mean '{close[0]}'?"
+    others = [other for has in METHODS.values() if has.options for other in has.options.model_fields]
+    if close := difflib.get_close_matches(option, others, n=1):
+        return f"; did you mean '{close[0]}'? Methods that have it: {', '.join(_homes(close[0]))}"
+    return f"; it has: {', '.join(known) or 'none'}"
+
+
+def _homes(option: str) -> list[str]:
+    """Methods that have an option."""
+    return [name for name, has in METHODS.items() if has.options and option in has.options.model_fields]
+
+
+def _takers(name: str | None) -> str:
+    """Which methods take a solver, in the first language that has it; which take solvers that CVXPY finds."""
+    for language in MODELS:
+        try:
+            entry = find_entry(language, name)
+        except OptionError:
+            continue
+        takers = [name for name, method in METHODS.items() if method.solved_by(entry)]
+        return f"; methods that take it, with model '{language}': {', '.join(takers)}"
+    return (
+        f"; methods of linear programs, which take others: {_names(lambda method: not method.own_tolerances)}"
+    )
+
+
+def _names(of: Callable[[Method], bool]) -> str:
+    return ", ".join(name for name, method in METHODS.items() if of(method))

@@ -12,8 +12,8 @@ from pydantic import BaseModel, ConfigDict
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
-from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import Solver, SolverEntry, find_solver
 
 #: Called with every step of a method, as it is recorded in the history.

@@ -10,12 +10,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.errors import CaseError
-from masonry_opt.problem import points
-from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
 from masonry_opt.problem.laws import Law
 from masonry_opt.problem.limited_forces import LimitedForce, columns, struts
-from masonry_opt.problem.loads import loads
+from masonry_opt.problem.loads import LoadedPiece, edge_forces, loads
+from masonry_opt.problem.matrices import Matrices, shares
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.find import find_joints, shapes_of
 from masonry_opt.scene.contacts.joints import Joints
@@ -124,7 +123,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     on_edges, bare, pieces = edge_forces(scene, found, joints)
     limited = (*struts(scene, found), *pressures(scene, filled))
     loaded = _loaded(scene, found, movable, length_unit, on_edges, filled)
-    matrices = points.matrices(joints, found, movable, length_unit)
+    matrices = Matrices.of(joints, found, movable, length_unit)
     law = _law(joints, matrices.layout.joint_of(joints), scene.thickness, loaded[-1])
     problem = Problem(matrices, law, *loaded)
     problem = _with_limited(scene, problem, limited, found.centroid, movable)
@@ -232,7 +231,7 @@ def with_supports_freed(
     """
     before, movable, joints = assembly.problem, _movable(scene), assembly.joints
     shapes = assembly.geometry
-    matrices = points.matrices(joints, shapes, movable, before.length_unit)
+    matrices = Matrices.of(joints, shapes, movable, before.length_unit)
     dead, live = (np.zeros((len(movable), matrices.layout.rows)) for _ in range(2))
     others = np.isin(movable, assembly.movable)
     dead[others] = before.by_block(before.dead)
@@ -248,7 +247,7 @@ def with_supports_freed(
 def _law(joints: Joints, joint: np.ndarray, thickness: float, force_unit: float) -> Law:
     """Law of the problem's joints, given the joint that each is part of."""
     # The area that stresses act on. A corner has none: its dilatancy does not depend on stress.
-    section = points.shares(joints, joint) * thickness
+    section = shares(joints, joint) * thickness
     in_a_point = section == 0
     sliding = np.flatnonzero(np.isfinite(joints.friction[joint]))
     crushing = np.flatnonzero(np.isfinite(joints.strength[joint]) & ~in_a_point)

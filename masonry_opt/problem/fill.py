@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.problem.edge_loads import Segments, resultant
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
-from masonry_opt.problem.loads import no_loads
+from masonry_opt.problem.loads import Segments, no_loads, resultant
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.profile import Profile, profile_below

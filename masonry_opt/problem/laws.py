@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy
-from masonry_opt.problem.faces import Layout
+from masonry_opt.problem.faces import CHORDS, Layout, chord_rates, crushing_energy
 
 
 class _Limited:
@@ -80,7 +79,7 @@ class Cone(Sides):
 
 
 class Chords(_Limited):
-    """Limited strength by chords of the parabola at both points (see :mod:`~.chords`)."""
+    """Limited strength by chords of the parabola at both points (see :data:`~.faces.CHORDS`)."""
 
     word = "chords"
 

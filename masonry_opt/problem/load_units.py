@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 @dataclass(frozen=True)

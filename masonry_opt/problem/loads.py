@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.contacts.sides import LEAN
 from masonry_opt.scene.extents import Extents
 from masonry_opt.scene.load_cases import Kind
+from masonry_opt.scene.loads import EdgeLoad
+from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.scene import Scene
 
 
@@ -161,3 +167,158 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
     dead = acting("dead", [group for group in given if group[0] != "weight"])
     none = np.zeros((len(blocks), moments_in(len(down))))
     return Loads(forces(weighing, none), forces(dead, couples("dead")), forces(live, couples("live")))
+
+
+@dataclass(frozen=True)
+class LoadedPiece:
+    """A free piece of a block's edge with its load, which is linear between the ends.
+
+    Attributes
+    ----------
+    load, block: indices into the scene's edge loads and blocks.
+    kind: "dead" or "live", as which it acts.
+    ends: of the piece, relative to the geometry's origin, shape (2, 2).
+    intensity: force per unit length at these ends, over the scene's thickness, shape (2, 2).
+    """
+
+    load: int
+    block: int
+    kind: Kind
+    ends: np.ndarray
+    intensity: np.ndarray
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Straight segments: ends, shape (segments, 2) each, and the block of each, shape (segments,)."""
+
+    tail: np.ndarray
+    tip: np.ndarray
+    owner: np.ndarray
+
+    def along(self, start: np.ndarray, end: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+        """Indices of the segments that run along a line, and where on it they do, shape (found, 2)."""
+        line = end - start
+        length = np.hypot(*line)
+        along, across = line / length, np.array([-line[1], line[0]]) / length
+        x0, x1 = (self.tail - start) @ along, (self.tip - start) @ along
+        y0, y1 = (self.tail - start) @ across, (self.tip - start) @ across
+        low, high = np.maximum(np.minimum(x0, x1), 0.0), np.minimum(np.maximum(x0, x1), length)
+        slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
+        found = np.flatnonzero(high - low > tolerance)
+        # Distance from the line at both ends of the shared part.
+        ends = np.column_stack([low, high])[found]
+        away = np.abs(y0[found, None] + slope[found, None] * (ends - x0[found, None])).max(axis=1, initial=0)
+        near = away <= np.minimum(tolerance, LEAN * (high - low)[found])
+        return found[near], ends[near]
+
+
+def edge_forces(
+    scene: Scene, shapes: Any, joints: Joints
+) -> tuple[dict[str, np.ndarray], tuple[float, ...], tuple[LoadedPiece, ...]]:
+    """Resolve the scene's edge loads.
+
+    A line's load acts on the edges of movable blocks that lie on it within the tolerance, less what joints
+    cover of them, with its exact resultant and moment on each.
+
+    Raises CaseError if a load meets no free edge of a movable block; the message says what lies there
+    instead. If its line is shorter than the tolerance.
+
+    Returns
+    -------
+    Force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live", shape
+    (blocks, 3), in the scene's units; the length of each load's line that meets no free edge of a movable
+    block, where it does nothing; the loaded pieces of edges.
+    """
+    forces = no_loads(shapes)
+    if not scene.edge_loads:
+        return forces, (), ()
+    edges, both = Segments(*shapes.edges), np.concatenate([joints.first, joints.second])
+    # What joints cover, for either of their blocks.
+    covers = Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
+    fixed = np.array([block.fixed for block in scene.blocks])
+    bare, pieces = [], []
+    for number, load in enumerate(scene.edge_loads, start=1):
+        start, end = np.array(load.start) - shapes.origin, np.array(load.end) - shapes.origin
+        length = float(np.hypot(*(end - start)))
+        if length <= shapes.tolerance:
+            raise CaseError(
+                f"{scene.origin}: edge_load no. {number}: its line is no longer than what is nothing in this "
+                f"scene, {shapes.tolerance:.3g}: give the two ends of the loaded edge"
+            )
+        found, spans = edges.along(start, end, shapes.tolerance)
+        movable = ~fixed[edges.owner[found]]
+        # A joint runs between the edges of its blocks, up to half the tolerance off each.
+        covering, covered = covers.along(start, end, 2 * shapes.tolerance)
+        met: list[tuple[float, float]] = []
+        for edge, span in zip(found[movable], spans[movable], strict=True):
+            block = edges.owner[edge]
+            over = covered[covers.owner[covering] == block]
+            free = spaces(span[0], span[1], over, shapes.tolerance)
+            met += free
+            for piece in free:
+                direction = edges.tip[edge] - edges.tail[edge]
+                intensity = scene.thickness * _intensity(load, np.array(piece) / length, direction)
+                ends = start + np.outer(piece, (end - start) / length)
+                for kind, acting in _acting(scene, load, intensity).items():
+                    forces[kind][block] += resultant(ends, acting, shapes.centroid[block])
+                    if acting.any():
+                        pieces.append(LoadedPiece(number - 1, int(block), kind, ends, acting))
+        if not met:
+            raise _nothing_there(scene, number, length, bool(movable.any()), bool(len(found)))
+        bare.append(math.fsum(high - low for low, high in spaces(0.0, length, met, shapes.tolerance)))
+    return forces, tuple(bare), tuple(pieces)
+
+
+def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
+    """Force per unit length at shares of the load's line, on an edge of that direction, shape (points, 2)."""
+    if load.force is not None:
+        return np.tile(load.force, (len(at), 1))
+    first, last = load.at_ends
+    inward = np.array([-edge[1], edge[0]]) / np.hypot(*edge)
+    return np.outer(first + (last - first) * at, inward)
+
+
+def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, np.ndarray]:
+    """What of an intensity, shape (points, 2), acts as dead and as live."""
+    factors: dict[Kind, float] = {
+        kind: scene.factor(kind, load.kind, load.group) for kind in ("dead", "live")
+    }
+    acting = {kind: factor * intensity for kind, factor in factors.items() if factor}
+    if (shaking := scene.shaking) is not None and (quake := scene.shaken_by):
+        along = float(scene.down @ load.force) if load.force and quake.dead_as_mass else 0.0
+        mass = max(0.0, factors.get("dead", 0.0) * (along if load.mass is None else load.mass))
+        acting["live"] = acting.get("live", 0.0) + scene.thickness * mass * np.tile(
+            shaking, (len(intensity), 1)
+        )
+    return acting
+
+
+def resultant(ends: np.ndarray, intensity: np.ndarray, centroid: np.ndarray) -> np.ndarray:
+    """Force and moment about a centroid of a force per length that is linear between two ends, shape (3,)."""
+    along, length = ends[1] - ends[0], np.hypot(*(ends[1] - ends[0]))
+    force, arm = length * intensity.mean(axis=0), ends.mean(axis=0) - centroid
+    # What grows along the piece turns about its middle.
+    growing = length / 12 * (intensity[1] - intensity[0])
+    moment = arm[0] * force[1] - arm[1] * force[0] + along[0] * growing[1] - along[1] * growing[0]
+    return np.array([*force, moment])
+
+
+def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixed: bool) -> CaseError:
+    load = scene.edge_loads[number - 1]
+    if movable:
+        why = (
+            "the edges there are covered by other blocks: load a free edge, or a block by its name and "
+            "a point, in a [[load]]"
+        )
+    elif fixed:
+        why = "only fixed blocks have an edge there, and carry no load: load a movable block"
+    else:
+        why = (
+            "no block has an edge there: give two points of an edge, or raise 'tolerance'; a [[load]] acts "
+            "inside of a block"
+        )
+    return CaseError(
+        f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its whole "
+        f"length of {length:.6g} meets no free edge of a movable block: {why}"
+    )

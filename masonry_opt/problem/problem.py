@@ -12,10 +12,28 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import structural_rank
 
-from masonry_opt.problem.chords import CHORDS
-from masonry_opt.problem.faces import Faces, Layout
+from masonry_opt.problem.faces import CHORDS, Faces, Layout
 from masonry_opt.problem.laws import Chords, Cone, Forms, Law, Parabola, Sides
 from masonry_opt.problem.matrices import Matrices
+
+
+@dataclass(frozen=True)
+class State:
+    """Load factor, forces and motion, in the problem's dimensionless units.
+
+    Attributes
+    ----------
+    load_factor: λ.
+    q: joint forces, n of all joints, then s, then m, shape (3c,).
+    d: block velocities vx, vy, ω in turn, scaled so that f_L·d = Σ|f_L|, shape (3b,).
+    p: rates ≥ 0 of the faces, shape (faces,).
+    """
+
+    load_factor: float
+    q: np.ndarray
+    d: np.ndarray
+    p: np.ndarray
+
 
 _T = TypeVar("_T")
 _ToArray = Callable[[np.ndarray], np.ndarray]

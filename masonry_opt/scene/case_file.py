@@ -201,3 +201,23 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
 
 def _keys(scene: SceneKeys, mode: Literal["python", "json"]) -> dict[str, Any]:
     return scene.model_dump(mode=mode, by_alias=True, exclude_defaults=True)
+
+
+#: A case file of the paper, by which the folder is recognised.
+_KNOWN_BY = Path("ferris_tinloi", "wall_1.toml")
+
+_PACKAGE = Path(__file__).parents[1]
+
+
+def case_folder(named: Path | None = None) -> Path:
+    """The folder named; else ``cases/`` in the current folder, if it holds the paper's case files; else the
+    package's own, which in a clone lies beside the package.
+
+    Raises CaseError if there is none.
+    """
+    if named is not None:
+        return named
+    for folder in (Path("cases"), _PACKAGE / "cases", _PACKAGE.parent / "cases"):
+        if (folder / _KNOWN_BY).is_file():
+            return folder
+    raise CaseError("the package's case files are missing: install it anew, or name a folder with --cases")

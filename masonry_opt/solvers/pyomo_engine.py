@@ -9,8 +9,7 @@ from pyomo.contrib.solver.common.results import TerminationCondition
 from pyomo.contrib.solver.solvers.highs import Highs
 
 from masonry_opt.effort import Effort
-from masonry_opt.solvers.lp import LpSize, Solved, Verdict
-from masonry_opt.solvers.registry import Solver
+from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict
 
 _VERDICTS = {
     TerminationCondition.convergenceCriteriaSatisfied: Verdict.OPTIMAL,

@@ -1,4 +1,5 @@
-"""Every solver a user can name: its options and what it can solve. Adding a solver is one entry."""
+"""Every solver a user can name, its options and what it can solve (adding one is one entry), and how a solve
+ends."""
 
 from __future__ import annotations
 
@@ -6,10 +7,12 @@ import importlib.util
 import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
 from typing import Any
 
 from masonry_opt.errors import OptionError
+from masonry_opt.problem.problem import State
 
 #: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
 TOLERANCE = 1e-9
@@ -232,3 +235,52 @@ def taking_cones(solver: Solver, cones: bool) -> Solver:
     """The same, and CVXPY's default where there are cones and that takes none."""
     chosen = in_cvxpy(solver)
     return chosen if chosen.entry.conic or not cones else find_solver("cvxpy", None)
+
+
+class Verdict(Enum):
+    """Outcome of a solve."""
+
+    OPTIMAL = "optimal"
+    INFEASIBLE = "infeasible"
+    UNBOUNDED = "unbounded"
+    #: A presolve that stops at "infeasible or unbounded".
+    INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
+    FAILED = "solver failed"
+    #: A point short of the solver's tolerance, which a certificate must judge.
+    NEARLY = "nearly optimal"
+
+
+@dataclass(frozen=True)
+class Solved:
+    """One solve: its outcome, the same in the solver's own words, and the solver's own time (s)."""
+
+    verdict: Verdict
+    status: str
+    seconds: float
+
+    @property
+    def optimal(self) -> bool:
+        """Whether there is an optimum to read."""
+        return self.verdict is Verdict.OPTIMAL
+
+    @property
+    def failed(self) -> bool:
+        """Whether the solver decided nothing."""
+        return self.verdict in (Verdict.FAILED, Verdict.NEARLY)
+
+
+@dataclass(frozen=True)
+class LpAnswer:
+    """A solve of eq. (9) or eq. (10), with the state at the optimum, or near it, if there is one."""
+
+    solved: Solved
+    state: State | None
+
+
+@dataclass(frozen=True)
+class LpSize:
+    """Size of a linear program as the solver received it."""
+
+    rows: int
+    columns: int
+    nonzeros: int

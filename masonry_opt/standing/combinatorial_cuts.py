@@ -18,8 +18,8 @@ from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_exact import CvxpyMotion
 from masonry_opt.models.pyomo_alternatives import PyomoNoForces, PyomoNoMotion
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import Verdict
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import Verdict
 
 #: A face with a rate above this moves in a mechanism in which the live load does the work Σ|f_L|. This is no
 #: gate: the cut concluded from it must leave no more than PROOF.

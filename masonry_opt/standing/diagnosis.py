@@ -10,17 +10,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from masonry_opt.answer.acceptance import DEPARTS, ROUNDING
-from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.thresholds import DRIVES, NAMED, SLIDES
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_cone import Senses
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding, by_cones
 from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
+from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy, taking_cones
 
 #: What a solver does here, as a result tells it.
@@ -58,7 +57,7 @@ class _Standing:
     forces: np.ndarray | None = None
 
     def again_for(self, problem: Problem, effort: Effort) -> _Standing:
-        """The same in another scene (see :class:`~masonry_opt.problem.kept.Kept`)."""
+        """The same in another scene (see :class:`~masonry_opt.solvers.driver.Kept`)."""
         self.parameters.set(ShearLimits.true(problem))
         self.engine.restart(effort)
         return self

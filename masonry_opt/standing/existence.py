@@ -10,18 +10,16 @@ import numpy as np
 from masonry_opt.answer.acceptance import PROOF
 from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate, ray_residuals
 from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import NAMED
 from masonry_opt.effort import Effort
 from masonry_opt.models.pyomo_alternatives import PyomoNoMotion
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import Verdict
-from masonry_opt.solvers.registry import Solver
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.standing.combinatorial_cuts import Cuts, combinatorial_cuts
 from masonry_opt.standing.diagnosis import locking_joints
 

@@ -12,14 +12,13 @@ from scipy.sparse.csgraph import breadth_first_order
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import joint_motion, moving_blocks, moving_names
-from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.standing.diagnosis import DeadLoadUndecided, as_it_falls, falling_mechanism
 

@@ -6,12 +6,10 @@ from collections.abc import Callable, Sequence
 from math import inf
 from typing import Any
 
-from masonry_opt.answer.reasons import Code, Reason
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Reason, Status
 from masonry_opt.answer.thresholds import LOWER, PLATEAU
 from masonry_opt.errors import counted, rounded_up
-from masonry_opt.problem.chords import CHORDS, MISSED
-from masonry_opt.problem.faces import Layout
+from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 from masonry_opt.words.names import blocks, do, pairs, verb
 from masonry_opt.words.warning_sentences import WARNINGS
 

@@ -10,9 +10,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.status import Status
-from masonry_opt.answer.stressed_joints import stressed_joints
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
@@ -71,7 +69,6 @@ def facts(result: Outcome) -> dict[str, str]:
         "load factors": load_factors(result),
         "friction": _friction(result),
         "crushing": _crushing(result),
-        "not credible": _stressed(result),
         "reference": _reference(result),
     }
     return {label: words for label, words in known.items() if words}
@@ -307,22 +304,6 @@ def _crushing(result: Outcome) -> str:
         return f"by the parabola itself; all but 'static' and 'kinematic' with Clarabel take {BY_CHORDS}"
     beside = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ by the same"
     return f"by {BY_CHORDS}{beside}"
-
-
-def _stressed(result: Outcome) -> str:
-    """What an associative answer owes to joints too highly stressed to dilate, by the scene's own law."""
-    has_law = np.isfinite(result.assembly.problem.dilatancy_force[:, 1]).any()
-    if not has_law or result.load_factor is None or result.kind is not Kind.ASSOCIATIVE:
-        return ""
-    stressed = stressed_joints(result)
-    if stressed.empty:
-        return ""
-    worst = max(stressed.to_dict("records"), key=lambda joint: joint["stress"])
-    return (
-        f"dilatancy of {counted(len(stressed), 'sliding joint')}, with "
-        f"{stressed['energy'].sum():.3g} of λ: stressed "
-        f"above 'dilatancy_stress', most in {worst['first']!r}–{worst['second']!r} ({worst['stress']:.3g})"
-    )
 
 
 def _reference(result: Outcome) -> str:

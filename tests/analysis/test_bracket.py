@@ -20,8 +20,8 @@ from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.mcp import method
 from masonry_opt.methods.refined import Refinement
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import Verdict
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import Verdict
 
 WEDGES = CASES / "livesley" / "wedges.toml"
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"

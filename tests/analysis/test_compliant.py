@@ -18,7 +18,7 @@ from masonry_opt.methods.push import compliant
 from masonry_opt.methods.push.push import Elastic, Ended
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import State
 from masonry_opt.scene.blocks import rectangle
 
 #: By an independent program over the same matrices, contacts alike whatever their length, at the plateau.

@@ -9,8 +9,7 @@ from scenes import CASES, WALLS, solved, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.methods.loop import run as loop_run
 
 WALL_2, WALL_3, WALL_6 = WALLS[1], WALLS[2], WALLS[5]

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.reasons import Reason
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Reason, Status
 from masonry_opt.errors import CaseError, MasonryError
 from masonry_opt.result import Result
 from masonry_opt.scene.scene import Scene

@@ -6,8 +6,7 @@ from typing import Any
 
 from atlas.entry import Expectation
 
-from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.errors import CaseError
 
 #: The loop stops at a relative change of λ of 1e-5 and leaves the small cohesion's trace.

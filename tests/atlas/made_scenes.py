@@ -15,7 +15,7 @@ from atlas.entry import Entry, Expectation
 from atlas.large_scenes import LARGE, large_scene
 from atlas.random_scenes import KINDS, random_scene
 
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, question_of

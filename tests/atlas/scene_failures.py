@@ -35,8 +35,7 @@ from atlas.small_scenes import (
     two_blocks,
 )
 
-from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.errors import CaseError
 
 SOLID: list[list[float]] = [[0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]

@@ -21,8 +21,7 @@ from atlas.small_scenes import (
     ferris_tinloi,
 )
 
-from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status, reason
 
 #: Two paths to the base, round an opening, whose load factors lie near each other.
 TWO_PATHS = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, 1, 0.5]], (4, 1), 0.8)

@@ -13,7 +13,7 @@ from atlas.random_scenes import random_scene
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.studies.compare.judge import CERTIFIED, NAMED
 from masonry_opt.studies.compare.plan import content_of
 

@@ -6,7 +6,7 @@ import pytest
 from lines import line
 
 from masonry_opt.answer.infeasibility import Existence
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.judge import (

@@ -11,9 +11,8 @@ from scenes import run_command
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.road import Road

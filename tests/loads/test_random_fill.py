@@ -6,7 +6,7 @@ import pytest
 from atlas.held_scenes import filled
 
 import masonry_opt as mo
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -11,7 +11,7 @@ from mappings import mirrored, turned
 from scenes import run_command
 
 import masonry_opt as mo
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 
 DOWN, RIGHT = (0.0, -1.0), (1.0, 0.0)
 #: Of reactions, over the weight of all blocks: what solvers leave.

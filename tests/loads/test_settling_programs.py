@@ -12,7 +12,7 @@ import pytest
 from loads.settling_programs import reactions, thrusts
 
 import masonry_opt as mo
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 
 
 def voussoirs(count: int, thickness: float) -> list[np.ndarray]:

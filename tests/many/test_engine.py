@@ -8,7 +8,7 @@ import hogs
 import pytest
 from scenes import block_on_floor
 
-from masonry_opt.methods.how_to_solve import HowToSolve
+from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies.many.runs import COLUMNS, RunSolver, Study, StudyRun, row
 from masonry_opt.studies.runner import REFUSED, Workers
 

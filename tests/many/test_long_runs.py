@@ -31,7 +31,7 @@ main()
 MEMORY = """
 import gc, os, sys
 from scenes import block_on_floor
-from masonry_opt.methods.how_to_solve import HowToSolve
+from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies.many.runs import RunSolver, Study, StudyRun
 
 runs, keeps, kept = int(sys.argv[1]), int(sys.argv[2]), []

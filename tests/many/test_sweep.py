@@ -8,7 +8,7 @@ from pydantic import BaseModel
 from scenes import CASES, block_on_floor, run_command
 
 import masonry_opt as mo
-from masonry_opt.methods.how_to_solve import HowToSolve
+from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies import journal
 from masonry_opt.studies.many.runs import ManyRuns, Study
 from masonry_opt.studies.many.sweep import grid, said

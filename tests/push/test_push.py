@@ -25,8 +25,7 @@ from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, State
 from masonry_opt.solvers.registry import MATRICES
 
 #: Load factors from rest of the walls of Table 1 (24/91 of the fourth), and of others, to the digits given.

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import masonry_opt as mo
 from masonry_opt.cli.app import app
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 #: Those that the guide runs as it is built; one of them is run here too.
 IN_THE_GUIDE = {"fig7", "fig8", "fig10", "fig12"}

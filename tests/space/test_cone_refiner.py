@@ -10,8 +10,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact import alternation
-from masonry_opt.methods.exact.cone_refiner import ConeRefiner
-from masonry_opt.methods.exact.refiner import OutOfTime
+from masonry_opt.methods.exact.refiner import ConeRefiner, OutOfTime
 
 WALL = corner_wall(2, 2, 2)
 

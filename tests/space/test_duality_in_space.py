@@ -10,7 +10,7 @@ from scenes import declared
 from scenes_in_space import corner_wall, facade, pushed_box
 
 import masonry_opt as mo
-from masonry_opt.problem import faces, points
+from masonry_opt.problem import faces, matrices
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.laws import Cone
 from masonry_opt.problem.problem import Problem
@@ -64,7 +64,7 @@ def with_polygons(problem: Problem, sides: int, *, outside: bool) -> Problem:
     return replace(problem, matrices=replace(problem.matrices, layout=layout))
 
 
-@pytest.mark.parametrize("sides", [8, points.SIDES])
+@pytest.mark.parametrize("sides", [8, matrices.SIDES])
 @pytest.mark.parametrize("name", every())
 def test_cones_lie_between_polygons(name, sides):
     """Of P sides, inside and outside: λ too, and with friction cos(π/P) as large outside is inside."""

@@ -14,8 +14,8 @@ from space.cone_program import by_cones
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import certified
+from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.push.push import Elastic

@@ -6,8 +6,7 @@ from __future__ import annotations
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status
 
 METHODS = ["static", "kinematic", "nonassociative", "compliant", "mcp"]
 FRICTION = mo.JointDefaults(friction=0.6)

@@ -12,7 +12,7 @@ from mappings import SAME, same
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.problem.assembly import assemble
 
 #: Programs solved to 1e-9, twice; sliver cells cost digits.

@@ -18,8 +18,7 @@ from scenes import solved
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status
 
 #: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
 RANDOM = 1e-6

@@ -34,13 +34,11 @@ def test_solids_are_not_drawn_as_dxf(tmp_path):
         mo.write_dxf(SCENE, tmp_path / "a.dxf")
 
 
-def test_global_and_stressed_joints(result, tmp_path):
+def test_global_search_is_of_the_plane(tmp_path):
     with pytest.raises(mo.OptionError, match="'global'"):
         mo.solve(SCENE, "global")
     with pytest.raises(mo.OptionError, match="'global'"):
         mo.export(SCENE, tmp_path / "a.lp", "global")
-    with pytest.raises(mo.OptionError, match="solids"):
-        mo.stressed_joints(result, 1.0)
 
 
 @pytest.mark.parametrize("ending", ["lp", "mps"])

@@ -7,7 +7,7 @@ import pytest
 from scenes import CASES, solved
 
 import masonry_opt as mo
-from masonry_opt.answer.certificate import certify
+from masonry_opt.answer.answer import certify
 from masonry_opt.problem.assembly import assemble
 
 FOLDER = CASES / "closed_forms"

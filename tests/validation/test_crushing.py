@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.chords import CHORDS, MISSED, chord_rates, crushing_energy, parabola
+from masonry_opt.problem.faces import CHORDS, MISSED, chord_rates, crushing_energy, parabola
 
 BY_PARABOLA = [("static", {}), ("kinematic", {})]
 BY_CHORDS = [

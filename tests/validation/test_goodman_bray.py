@@ -21,7 +21,7 @@ import pytest
 from scenes import CASES, solved, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.certificate import certify
+from masonry_opt.answer.answer import certify
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner

@@ -7,7 +7,7 @@ import pytest
 from scenes import solved
 
 import masonry_opt as mo
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.geometry import geometry
 
 FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)

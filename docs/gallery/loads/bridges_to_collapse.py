@@ -9,7 +9,7 @@ load does limit analysis find, as ever more is counted on?
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 NAMES = ["hendry_davies_royles/bridgemill"]
 NAMES += [f"page/{name}" for name in ("prestwood", "torksey", "shinafoot", "strathmashie")]

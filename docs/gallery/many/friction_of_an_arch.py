@@ -10,7 +10,7 @@ share of gravity, depend on that, and on the joints' not opening as they slide?
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 CASE = case_folder() / "examples" / "arch_on_piers.toml"
 FRICTIONS = [round(0.2 + 0.05 * step, 2) for step in range(13)]

@@ -9,7 +9,7 @@ friction of 0.65. If that is but the mean of a friction known to 15 %, how far d
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 FRICTION = {"joints.friction": ("lognormal", 0.65, "15%")}
 WALLS = {n: case_folder() / "ferris_tinloi" / f"wall_{n}.toml" for n in range(1, 7)}

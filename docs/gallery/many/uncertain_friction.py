@@ -9,7 +9,7 @@ grows: friction also clamps.)
 """
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 wall = case_folder() / "ferris_tinloi" / "wall_5.toml"
 

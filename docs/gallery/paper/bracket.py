@@ -14,7 +14,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 from masonry_opt.studies.runner import in_processes
 
 SECONDS = 300.0

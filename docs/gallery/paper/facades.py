@@ -12,7 +12,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 SCENES = {
     size: mo.load(case_folder() / "gilbert" / f"facade_{size}.toml") for size in ("1x3", "2x6", "3x9", "4x12")

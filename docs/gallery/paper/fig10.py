@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import masonry_opt as mo
 from masonry_opt.drawing.pictures import draw_mechanism
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 results = {
     wall: mo.solve(case_folder() / "ferris_tinloi" / f"wall_{wall}.toml", "nonassociative")

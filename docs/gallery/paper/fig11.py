@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import masonry_opt as mo
 from masonry_opt.drawing.colours import SERIES
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 scene = mo.load(case_folder() / "ferris_tinloi" / "wall_6.toml")
 PUBLISHED = scene.reference["nonassociative"].value

@@ -10,7 +10,7 @@ Coulomb's. The paper finds them within 0.1 % of the total.
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 scene = mo.load(case_folder() / "ferris_tinloi" / "wall_6.toml")
 result = mo.solve(scene, "nonassociative", preset="paper")

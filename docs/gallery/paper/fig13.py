@@ -9,7 +9,7 @@ Orduña & Lourenço 15 h 46 min on a machine of 551 MHz, the paper's loop 2 min 
 import pandas as pd
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 scene = mo.load(case_folder() / "orduna_lourenco" / "wall.toml")
 KNOWN = scene.reference

@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 
 import masonry_opt as mo
 from masonry_opt.drawing.pictures import draw_mechanism
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 MU = 0.1
 #: By name: case file, and the angle ψ of the face in degrees.

@@ -13,7 +13,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 scene = mo.load(case_folder() / "gilbert" / "two_blocks.toml")
 MU, MOSEK = scene.joints.friction, 1.9535

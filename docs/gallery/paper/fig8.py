@@ -10,7 +10,7 @@ it, λ = 1.8; without, it sinks, λ = 1.28. By hand, with t(x) = tan x°: 1 + (t
 import pandas as pd
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 scene = mo.load(case_folder() / "livesley" / "wedges.toml")
 by_hand = {name: scene.reference[name].value for name in ("associative", "coulomb")}

@@ -14,7 +14,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 KNOWN = mo.load(case_folder() / "casapulla_lauro" / "arch.toml").reference
 ARCH = mo.Arch(radius=10, angles=(180, 0), thickness=1, voussoirs=27, unit_weight=1)

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 RIB = mo.load(case_folder() / "pippard_ashby" / "rib.toml")
 CLAIMED = RIB.reference["coincide_above"].value

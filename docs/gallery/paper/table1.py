@@ -13,7 +13,7 @@ from functools import partial
 import pandas as pd
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 from masonry_opt.studies.runner import in_processes
 
 #: By column: method, options, and the value of the case file that it is held against.

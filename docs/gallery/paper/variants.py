@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import masonry_opt as mo
 from masonry_opt.drawing.colours import SERIES
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 SCENES = {f"wall {n}": mo.load(case_folder() / "ferris_tinloi" / f"wall_{n}.toml") for n in range(1, 7)}
 SCENES["façade 1 × 3"] = mo.load(case_folder() / "gilbert" / "facade_1x3.toml")

@@ -7,7 +7,7 @@ of Table 1 of Gilbert, Casapulla & Ahmed (2006) is pushed along its plane, and t
 """
 
 import masonry_opt as mo
-from masonry_opt.studies.cases import case_folder
+from masonry_opt.scene.case_file import case_folder
 
 THICKNESS, HEIGHT, FRICTION = 0.7, 10.5, 0.65
 

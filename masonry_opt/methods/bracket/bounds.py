@@ -13,8 +13,8 @@ from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import Verdict
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import Verdict
 
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "bounds"

@@ -10,9 +10,8 @@ from pydantic import Field, Strict
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.bounds import StateBounds
 from masonry_opt.methods.bracket.relaxation import BoundStep

@@ -13,10 +13,8 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.bounds import StateBounds, velocities_by_rates
 from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.highs_lp import LinearProgram
-from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import LpSize, Verdict
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.highs import HighsSession, LinearProgram
+from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "products"

@@ -14,7 +14,7 @@ from masonry_opt.methods.bracket.bounds import bounds_of, tightened
 from masonry_opt.methods.bracket.relaxation import LEAST_TIME, RADII, BoundStep, Distances, relaxed
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.lp import LpSize
+from masonry_opt.solvers.registry import LpSize
 
 #: The programs take this share more than the best λ known, so that they have an interior.
 _ABOVE = 1e-4

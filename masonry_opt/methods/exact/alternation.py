@@ -11,16 +11,56 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TypeVar
 
+import cvxpy as cp
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.energy import forces_for, motion_for
-from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.models.cvxpy_cone import cone_forces, cone_motion
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
+from masonry_opt.models.cvxpy_terms import Statics
+from masonry_opt.problem.load_units import Scaled, in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import find_solver
+
+#: Weight of that energy over λ where a mechanism is known roughly: λ must fall by more than so many times the
+#: energy that it adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
+WEIGHT = 30.0
+
+
+#: Solves a program; whether there is an optimum to read, as :func:`~.cvxpy_engine.has_optimum` of a solver.
+Solves = Callable[[cp.Problem], bool]
+
+
+def forces_for(
+    scaled: Scaled, p: np.ndarray, solves: Solves, weight: float = WEIGHT
+) -> tuple[float, np.ndarray] | None:
+    """λ and forces (3c,) of a low λ that leave little energy for rates p (faces,) of a problem in units of
+    its load; None if the solver finds none."""
+    problem = scaled.problem
+    statics: Statics
+    if problem.by_friction.conic:
+        statics, program = cone_forces(problem, p, weight)
+    else:
+        forces = CvxpyForces(problem, energy_costs(problem, p, weight))
+        statics, program = forces.statics, forces.program
+    return statics.forces() if solves(program) else None
+
+
+def motion_for(scaled: Scaled, q: np.ndarray, solves: Solves) -> np.ndarray | None:
+    """Velocities (3b,) of the true flow rule that leave least energy for forces (3c,) of a problem in units
+    of its load; None if the solver finds none."""
+    problem = scaled.problem
+    slope = problem.dilatancy_at(problem.normal_forces(q))
+    if problem.by_friction.conic:
+        d, program = cone_motion(problem, q, slope)
+    else:
+        motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0) / problem.steep, slope)
+        d, program = motion.mechanism.d, motion.program
+    return np.asarray(d.value) if solves(program) else None
+
 
 #: Told the last state before each program, None before there is one, and at the end.
 Follow = Callable[[Answer | None], None]

@@ -20,17 +20,16 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
+from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.energy import WEIGHT
+from masonry_opt.methods.exact.alternation import WEIGHT, alternated
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.highs_lp import LinearProgram
-from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import LpSize, Verdict
-from masonry_opt.standing.weightless import weightless
+from masonry_opt.solvers.highs import HighsSession, LinearProgram
+from masonry_opt.solvers.registry import LpSize, Verdict
 
 #: Joints of a small scene. Larger ones take simplex several times as long with random costs.
 SMALL = 60
@@ -326,3 +325,25 @@ def refiner_of(task: Task) -> Refiner:
     problem, effort = task.problem, task.effort
     with effort.measure("build"):
         return task.kept.of("refiner", problem, effort, lambda: Refiner(problem, effort))
+
+
+class ConeRefiner(StateFinder):
+    """By alternation: what holds λ up is not known, states have no neighbours."""
+
+    def state_near(self, q: np.ndarray) -> ExactState | None:
+        problem = self.problem
+        # Forces of contacts that give, or of other loads, need not balance: the load that fits best.
+        unbalanced = problem.unbalanced(0.0, q)
+        load_factor = -float(problem.live @ unbalanced) / float(problem.live @ problem.live)
+        self.why = Code.NO_PROGRAM
+        answer = alternated(problem, load_factor, q, self.effort, self._follow)
+        if answer:
+            self.left = answer.failing(Kind.EXACT)
+        if answer is None or self.left:
+            return None
+        nothing = np.zeros(problem.faces)
+        return ExactState(answer.load_factor, answer.q, answer.d, nothing, nothing, nothing, answer)
+
+    def _follow(self, last: Answer | None) -> None:
+        self.left = last.failing(Kind.EXACT) if last else {}
+        self.check_time()

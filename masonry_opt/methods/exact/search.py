@@ -15,7 +15,7 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
 from masonry_opt.methods.exact.refiner import ExactState, StateFinder
 from masonry_opt.methods.push.push import Elastic
-from masonry_opt.methods.push.self_stress import self_stress
+from masonry_opt.methods.push.spread import self_stress
 from masonry_opt.problem.problem import Problem
 
 #: Standard deviation of the logarithm by which random starts change loads and frictions: of loads this, of

@@ -10,11 +10,10 @@ import numpy as np
 from masonry_opt.answer.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.energy import forces_for, motion_for
+from masonry_opt.methods.exact.alternation import forces_for, motion_for
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
 from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
-from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import Solver, in_cvxpy, taking_cones
 

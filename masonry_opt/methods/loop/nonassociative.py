@@ -9,16 +9,14 @@ from typing import Any
 
 from masonry_opt.answer.acceptance import BORNE_OUT
 from masonry_opt.answer.answer import certified
-from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.exact_end import belong_together
 from masonry_opt.methods.loop.options import Attempt, LoopOptions
 from masonry_opt.methods.loop.run import Iteration, run
 from masonry_opt.methods.loop.steps import LimitUpdate
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, State
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
 from masonry_opt.standing.diagnosis import no_optimum

@@ -11,15 +11,13 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found, certified
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.methods.loop.exact_end import accurate_end, rough_end
 from masonry_opt.methods.loop.options import Attempt
 from masonry_opt.methods.loop.steps import LimitUpdate, Revise, SubProblem, corrected, sub_problems
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, ShearLimits, State
 from masonry_opt.solvers.driver import Driver
 
 #: Energy by which sliding joints are off the true law, over λ, from which on an early end is tried (on

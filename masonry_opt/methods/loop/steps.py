@@ -8,13 +8,12 @@ from itertools import count
 
 import numpy as np
 
-from masonry_opt.answer.certificate import largest_acting, of_lesser_block
+from masonry_opt.answer.answer import largest_acting, of_lesser_block
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.loop.options import LoopParameters
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, ShearLimits, State
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.lp import LpAnswer, Solved, Verdict
+from masonry_opt.solvers.registry import LpAnswer, Solved, Verdict
 
 #: How often a trial cohesion that carries no dead load is multiplied by four.
 _TRIALS = 8

@@ -10,9 +10,8 @@ from pydantic import Strict
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.infeasibility import Existence
-from masonry_opt.answer.reasons import Code, reason, size_of
+from masonry_opt.answer.reasons import Code, Status, reason, size_of
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.associative import associative, with_associative
 from masonry_opt.methods.exact.alternation import alternated

@@ -16,9 +16,8 @@ from pydantic import Field, Strict, model_validator
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind, over_load_factor
 from masonry_opt.answer.answer import Found
-from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import GivingState, Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elastic_of
 from masonry_opt.methods.push.spread import spread

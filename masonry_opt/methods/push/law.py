@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from masonry_opt.problem.chords import CHORDS
+from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem
 
 #: Newton's steps for the slip of joints that dilate, and for forces between chords, at most; and their end.

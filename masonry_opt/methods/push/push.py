@@ -17,6 +17,7 @@ from math import inf
 import numpy as np
 
 from masonry_opt.answer.answer import Answer, certified
+from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.solution import GivingState
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.effort import Effort
@@ -25,7 +26,6 @@ from masonry_opt.methods.push.matrix import BlockMatrix
 from masonry_opt.methods.push.path import Curve, Point
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
-from masonry_opt.standing.weightless import weightless
 
 #: Roundings of the law on paths, in mean forces, in turn where one stops short; in searches, and on scenes of
 #: more joints than the third: of 88 scenes the rougher path leads to the rays of the other in .57 of the

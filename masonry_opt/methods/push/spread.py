@@ -6,10 +6,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import linprog
 
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.methods.push.push import Elastic
-from masonry_opt.methods.push.self_stress import self_stress
+from masonry_opt.problem.problem import Problem
 
 #: Standard deviation of the logarithm of a contact's stiffness.
 _STIFFNESS = 0.5
@@ -39,3 +40,21 @@ def _range(drawn: Iterable[Elastic | None]) -> tuple[tuple[float, float] | None,
     pushes = (one.pushed() for one in drawn if one is not None)
     peaks = [float(pushed.peak) for pushed in pushes if pushed.answer is not None and pushed.peak is not None]
     return ((min(peaks), max(peaks)) if peaks else None), len(peaks)
+
+
+def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
+    """Forces (3c + t,) in equilibrium with the dead load, a vertex of those within yield, in space of its
+    sides: of least random cost of its normal forces; None if there are none."""
+    cost = rng.exponential(1.0, problem.B.shape[1])
+    points = problem.layout.points * problem.joints
+    cost[points:] = 0.0
+    found = linprog(
+        cost,
+        A_ub=-problem.true_yield,
+        b_ub=problem.face_cohesion,
+        A_eq=problem.B,
+        b_eq=-problem.dead,
+        bounds=(None, None),
+    )
+    q: np.ndarray | None = found.x
+    return q

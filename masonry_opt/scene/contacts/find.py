@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
+import shapely
 
+from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.contacts import edges, faces, solids
 from masonry_opt.scene.contacts.joints import Joints, joint_properties, outline_sides
-from masonry_opt.scene.contacts.pairs import near_pairs, refuse_floating, refuse_overlaps
 from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
-from masonry_opt.scene.extents import Extents
-from masonry_opt.scene.geometry import geometry
-from masonry_opt.scene.rows import lengths, ranges
+from masonry_opt.scene.extents import Common, Extents
+from masonry_opt.scene.geometry import geometry, raise_for
+from masonry_opt.scene.rows import lengths, linked, ranges
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.shapes import shapes
+from masonry_opt.scene.space.surfaces import place
 
 #: By dimension: shapes of blocks, what of them faces what, and what touches beside it.
 _KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]] = {
@@ -123,3 +125,131 @@ def _points(
     point = np.concatenate([point, ends])[ranges((np.cumsum(count) - count)[order], count[order])]
     count = count[order]
     return np.repeat(joint[order], count), point, np.repeat(np.arange(len(count)), count)
+
+
+#: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
+#: some six neighbours; of blocks that lie on one another each is a neighbour of all.
+_MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
+
+
+def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
+    """Index pairs (i < j) of blocks whose boxes touch or nearly do, sorted, shape (pairs, 2).
+
+    Raises CaseError if there are more than memory holds.
+    """
+    (low, high), far = shapes.boxes, shapes.reach
+    # Seen along the axis, if there are three, where blocks hide one another least.
+    share = (high - low) / (high.max(axis=0) - low.min(axis=0))
+    depth = [np.prod(np.delete(share, axis, axis=1), axis=1).sum() for axis in range(share.shape[1])]
+    across = np.sort(np.argsort(depth, kind="stable")[-2:])
+    tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
+    grown = shapely.box(*(low[:, across] - far[:, None]).T, *(high[:, across] + far[:, None]).T)
+    count = len(low)
+    found: list[np.ndarray] = []
+    pairs = 0
+    for first in range(0, count, 100):
+        i, j = tree.query(grown[first : first + 100])
+        i += first
+        kept = i < j
+        i, j = i[kept], j[kept]
+        apart = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
+        near = apart <= np.minimum(far[i], far[j])
+        found.append(np.column_stack([i[near], j[near]]))
+        pairs += len(found[-1])
+        if pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
+            raise CaseError(
+                f"{scene.origin}: blocks lie on one another: the first {min(first + 100, count)} have "
+                f"{pairs} neighbours; give each block a place of its own"
+            )
+    every = np.concatenate(found)
+    return every[np.lexsort((every[:, 1], every[:, 0]))]
+
+
+def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
+    """Raise CaseError if blocks of the pairs overlap by more than the contact tolerance."""
+    (low, high), (i, j) = shapes.boxes, pairs.T
+    inside = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
+    pairs = pairs[(inside > shapes.contact_tolerance).all(axis=1)]
+    found: dict[int, list[Common]] = {}
+    for number, piece in shapes.overlaps(pairs):
+        found.setdefault(number, []).append(piece)
+        if len(found) == shapes.enough:
+            break
+    if not found:
+        return
+    size = {pair: sum(piece.size for piece in pieces) for pair, pieces in found.items()}
+    worst = max(size, key=lambda pair: size[pair])
+    deepest = max(found[worst], key=lambda piece: piece.depth)
+    names = [repr(scene.blocks[index].name) for index in pairs[worst]]
+    most = rounded_up(max(piece.depth for pieces in found.values() for piece in pieces), 2)
+    # Rounding leaves slivers; what is deeper is no matter of tolerance.
+    remedy = shapes.remedy.format(most)
+    if size[worst] > shapes.inside * shapes.size[pairs[worst]].min():
+        remedy = ", or leave one out: one lies within the other"
+    elif deepest.depth <= shapes.reach[pairs[worst]].min():
+        remedy = f", or raise 'tolerance' to {most} if their coordinates were rounded"
+    others = len(found) - 1
+    least = "at least " if len(found) == shapes.enough else ""
+    more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
+    raise CaseError(
+        f"{scene.origin}: blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g} "
+        f"round {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep: "
+        f"move them apart{remedy}{more}"
+    )
+
+
+def refuse_floating(
+    scene: Scene,
+    shapes: Extents,
+    first: np.ndarray,
+    second: np.ndarray,
+    gaps: Mapping[tuple[int, int], float],
+) -> None:
+    """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
+    each joint, and the largest width of each small gap by the two blocks beside it. Ties and props hold
+    blocks as joints do."""
+    fixed = np.array([block.fixed for block in scene.blocks])
+    count = len(fixed)
+    joints, ground = len(first), int(fixed.argmax())  # which does not move, as a fixed block
+    index = {block.name: number for number, block in enumerate(scene.blocks)}
+    for strut in [*scene.ties, *scene.props]:
+        ends = [index.get(name, ground) for name in strut.between]
+        first, second = np.append(first, ends[0]), np.append(second, ends[1])
+    touched = np.zeros(count, dtype=bool)
+    touched[first] = touched[second] = True
+    alone = np.flatnonzero(~touched & ~fixed)
+    if len(alone):
+        one = int(alone[0])
+        faced = [(gap, sum(pair) - one) for pair, gap in gaps.items() if one in pair]
+        gap, other = min(faced, default=(0.0, one))
+        name = f"{scene.blocks[other].name!r}, which it faces, is up to"
+        beside = _how_far(name, gap, _rounding(gap)) if faced else _nearest(scene, shapes, one)
+        raise_for(alone, scene, f"touches no other block{beside}")
+    group = linked(count, first, second)
+    loose = np.flatnonzero(~np.isin(group, group[fixed]))
+    raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
+    if not joints:
+        raise CaseError(f"{scene.origin}: ties and props hold every block: one must stand on another")
+
+
+def _nearest(scene: Scene, shapes: Extents, block: int) -> str:
+    """How far from a block that touches nothing the nearest is, and what to do."""
+    nearest, gap = shapes.nearest(block)
+    name, both, remedy = repr(scene.blocks[nearest].name), [block, nearest], ""
+    if gap <= shapes.tolerance:
+        return f": it meets {name} {shapes.meeting} of either"
+    if gap <= shapes.reach[both].min():
+        remedy = _rounding(gap)
+    elif gap <= shapes.mortar * shapes.width[both].min():
+        remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if mortar was left out"
+    return _how_far(f"{name}, the nearest, is", gap, remedy)
+
+
+def _rounding(gap: float) -> str:
+    """What to do about a gap that is so small that it may be rounding."""
+    return f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded"
+
+
+def _how_far(neighbour: str, gap: float, remedy: str) -> str:
+    """What to say of a block that touches nothing: which one is how far, and what to do about that."""
+    return f": {neighbour} {gap:.3g} away: close the gap{remedy}, or take the block away"

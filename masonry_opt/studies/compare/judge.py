@@ -9,7 +9,7 @@ from typing import Any
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind
 from masonry_opt.answer.infeasibility import Existence
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare.accuracy import CertifiedBounds

@@ -11,7 +11,7 @@ import pandas as pd
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
 from masonry_opt.answer.thresholds import APART
 from masonry_opt.drawing.elements import scene_elements
-from masonry_opt.drawing.notebook import MOST_BLOCKS
+from masonry_opt.drawing.page import MOST_BLOCKS
 from masonry_opt.drawing.svg import Canvas, blocks_svg
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.assembly import assemble

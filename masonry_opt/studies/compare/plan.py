@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.methods.how_to_solve import HowToSolve
-from masonry_opt.methods.registry import METHODS
+from masonry_opt.methods.registry import METHODS, HowToSolve
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES, MODELS, find_solver, names

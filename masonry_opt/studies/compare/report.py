@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.scene.case_file import case_folder
 from masonry_opt.solvers.registry import LANGUAGES
-from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare.best_known import FILE
 from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan
 from masonry_opt.studies.compare.plan import find_scenes, plan
@@ -55,7 +55,7 @@ def compare(
     Parameters
     ----------
     scenes: case files, or names of those in the folder ``cases``.
-    cases: folder of the case files; see :func:`~masonry_opt.studies.cases.case_folder`.
+    cases: folder of the case files; see :func:`~masonry_opt.scene.case_file.case_folder`.
     tolerances: asked of the solvers that take one.
     repeats: runs of each; times are medians.
     time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.

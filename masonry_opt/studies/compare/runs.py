@@ -15,9 +15,8 @@ from masonry_opt.effort import PARTS
 from masonry_opt.errors import MasonryError
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.case_file import load
+from masonry_opt.scene.case_file import case_folder, load
 from masonry_opt.solvers.registry import LANGUAGES
-from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.compare.plan import Pair
 from masonry_opt.studies.runner import TaskEnd

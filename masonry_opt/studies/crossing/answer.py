@@ -17,7 +17,7 @@ from masonry_opt.answer.frames import unsigned
 from masonry_opt.drawing.colours import HATCH, LIVE, MARKED, SERIES
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, save_as, style
-from masonry_opt.drawing.notebook import notebook_html
+from masonry_opt.drawing.page import notebook_html
 from masonry_opt.drawing.pictures import draw_mechanism
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.result import Result

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import DEFAULT

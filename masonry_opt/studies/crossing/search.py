@@ -11,15 +11,14 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import certified
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import Verdict
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import Verdict
 from masonry_opt.studies.crossing.passage import Passage
 
 #: The answer under a live load, shape (3b,).

@@ -13,7 +13,7 @@ import pandas as pd
 
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.acceptance import SMALLEST
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.drawing.colours import AT_REST, VERMILION
 from masonry_opt.drawing.elements import title_of

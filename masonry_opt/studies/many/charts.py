@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
-from masonry_opt.studies.charts import NamedChart, alt, axis
-from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
+from masonry_opt.studies.charts import LABEL, NamedChart, alt, axis, ends, off_axis, ticks
 from masonry_opt.studies.many.runs import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING, at_least
 
 #: Colour and mark of each mechanism. Joints have the same in pictures.

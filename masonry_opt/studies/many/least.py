@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.certificate import Certificate
-from masonry_opt.answer.plain import plain
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.answer import Certificate
+from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import JUMP, LOWER
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
+from masonry_opt.files import plain
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene

@@ -17,11 +17,11 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError, counted
-from masonry_opt.methods.how_to_solve import HowToSolve
+from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.kept import Kept
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
+from masonry_opt.solvers.driver import Kept
 from masonry_opt.studies.journal import NAME, Journal, digest
 from masonry_opt.studies.machine import versions
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints

@@ -14,13 +14,13 @@ import pandas as pd
 from scipy import stats
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.load_factor_axis import ends
+from masonry_opt.studies.charts import ends
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.runs import ManyRuns, RunProgress, Study
 from masonry_opt.studies.writing import StudyAnswer, csv_text, records, write_files

@@ -9,12 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from masonry_opt.answer.acceptance import MARGIN_ENERGY, SMALLEST, Kind
-from masonry_opt.answer.answer import Found
-from masonry_opt.answer.certificate import Certificate
+from masonry_opt.answer.answer import Certificate, Found
 from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import LOWER
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError

@@ -14,7 +14,7 @@ import pandas as pd
 
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.elements import result_elements, title_of
 from masonry_opt.drawing.figure import Picture, save_as

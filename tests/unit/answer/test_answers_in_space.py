@@ -14,9 +14,8 @@ import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import certified
 from masonry_opt.answer.motion import joint_motion, moving_names
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.problem.assembly import assemble
 
 #: Programs of one box leave less; cones are round, so that directions of slip are known to its root.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import declared, small_wall
 
-from masonry_opt.answer.certificate import certify
+from masonry_opt.answer.answer import certify
 from masonry_opt.problem.assembly import assemble
 
 

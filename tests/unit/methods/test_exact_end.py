@@ -10,7 +10,7 @@ import pytest
 from scenes import WALLS, block_on_floor, declared, small_wall
 
 import masonry_opt as mo
-from masonry_opt.answer.certificate import certify
+from masonry_opt.answer.answer import certify
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.loop import exact_end
@@ -19,7 +19,7 @@ from masonry_opt.methods.loop.exact_end import MOST_ENERGY, accurate_end, rough_
 from masonry_opt.methods.loop.options import Attempt, LoopOptions
 from masonry_opt.models.cvxpy_exact import CvxpyForces, energy_costs
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import find_solver
 

@@ -13,9 +13,8 @@ from masonry_opt.methods.loop.options import PAPER, ROUGH_FROM, Attempt, LoopOpt
 from masonry_opt.methods.loop.run import diverges, obeys_own_flow, period, run
 from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.state import State
-from masonry_opt.solvers.lp import Solved, Verdict
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.problem.problem import State
+from masonry_opt.solvers.registry import Solved, Verdict, find_solver
 
 CLARABEL = find_solver("cvxpy", None)
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Status
 from masonry_opt.methods.loop.nonassociative import REMEDIES, Shortfall
 from masonry_opt.methods.loop.options import Attempt, LoopOptions
 from masonry_opt.solvers.registry import find_solver

@@ -7,8 +7,7 @@ import pytest
 from scenes import KINDS_OF_JOINTS
 
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
+from masonry_opt.problem.problem import Problem, State
 
 PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}
 

@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 
 import masonry_opt as mo
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.energy import WEIGHT
+from masonry_opt.methods.exact.alternation import WEIGHT
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs

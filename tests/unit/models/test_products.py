@@ -15,8 +15,8 @@ from masonry_opt.methods.bracket.relaxation import Distances
 from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.edges import EdgeFactors
-from masonry_opt.problem.state import State
-from masonry_opt.solvers.highs_lp import LinearProgram
+from masonry_opt.problem.problem import State
+from masonry_opt.solvers.highs import LinearProgram
 
 SCENES = UNCRUSHED | {
     "wedges": mo.load(CASES / "livesley" / "wedges.toml"),

@@ -10,8 +10,7 @@ from mappings import mirrored, turned
 from scenes import block_on_floor, forces_of
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.problem.assembly import assemble
 
 BASE = mo.Block(name="base", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)

@@ -7,7 +7,7 @@ import pytest
 from scenes import KINDS_OF_JOINTS, block_on_floor, irregular
 
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.chords import CHORDS
+from masonry_opt.problem.faces import CHORDS
 
 PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()} | {
     "irregular": assemble(irregular()).problem

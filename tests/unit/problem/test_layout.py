@@ -10,7 +10,7 @@ import pytest
 import scipy.sparse as sp
 from scenes import KINDS_OF_JOINTS, declared, small_wall
 
-from masonry_opt.answer.certificate import certify
+from masonry_opt.answer.answer import certify
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from masonry_opt.solvers.balance import solve_balanced
+from masonry_opt.solvers.cvxpy_engine import solve_balanced
 
 FRICTION = 1e6
 

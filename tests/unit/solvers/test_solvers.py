@@ -7,7 +7,7 @@ import pytest
 from scenes import WALLS, block_on_floor, declared, overhanging, pressed_down, small_wall, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.answer.certificate import certify
+from masonry_opt.answer.answer import certify
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import PARTS, Effort
 from masonry_opt.models.cvxpy_exact import CvxpyForces
@@ -15,9 +15,8 @@ from masonry_opt.models.cvxpy_standing import CvxpyStanding
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.cvxpy_engine import has_optimum
-from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import Verdict
-from masonry_opt.solvers.registry import SOLVERS, find_entry, find_solver, in_cvxpy, rougher
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import SOLVERS, Verdict, find_entry, find_solver, in_cvxpy, rougher
 
 #: All solvers of linear programs: every extra is installed where the tests run.
 LINEAR = [pair for pair, entry in SOLVERS.items() if entry.linear]

@@ -19,8 +19,7 @@ from masonry_opt.answer.infeasibility import (
     ray_residuals,
     static_residual,
 )
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.load_units import in_units_of_load

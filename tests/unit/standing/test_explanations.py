@@ -9,9 +9,8 @@ from scenes import pressed_down, values_of
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found, certified
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.drawing.elements import KINDS
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble

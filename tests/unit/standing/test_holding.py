@@ -9,8 +9,7 @@ from atlas.small_scenes import rectangle
 from scenes import block_on_floor, overhanging, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.standing import holding
 from masonry_opt.standing.diagnosis import falling_mechanism
 

@@ -11,8 +11,7 @@ from scenes_in_space import box_on_floor
 import masonry_opt as mo
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.infeasibility import Existence
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.scene.contacts.find import find_joints
 
 FLOOR = mo.box("floor", (-5, 2), (-5, 5), (-1, 0), fixed=True)
