@@ -47,7 +47,8 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     First the forces of low λ that leave little energy z·p for its rates; then the mechanism of the true flow
     rule that leaves least for those forces (the sub-problem's own if the solver finds none).
     """
-    scaled, solver = in_units_of_load(problem.by_cone), taking_cones(solver, problem.layout.round)
+    scaled = in_units_of_load(problem.by_cone)
+    solver = taking_cones(solver, scaled.problem.by_friction.conic)
     solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE)
     forces = forces_for(scaled, state.p, solves)
     if forces is None:

@@ -172,7 +172,7 @@ class Rounded:
 
     def _of_joints(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         normal, shear = slice(self.points), slice(self.points, 3)
-        stiff = self.stiffness[2 if self.points == 2 else 1, : self.joints]
+        stiff = self.stiffness[2, : self.joints]
         opens = self.stiffness[0, : self.joints] * self.dilatancy
         size = np.sqrt((trial[shear] ** 2).sum(axis=0) + self.rounding**2)
         slip = np.zeros_like(size)

@@ -50,10 +50,10 @@ _POINTS, _FURTHER, _LOOKS, _BACK = 1500, 3, 8, -1e6
 #: Displacement under the dead load from which on nothing comes to carry it.
 _FALLEN = 1e10
 
-#: Displacement from which on the end is looked for, and how many times as far a ray must go straight on, in
-#: the plane and in space, where slip turns for longer; and what it may leave there of equilibrium, over the
-#: way, and at most, in mean forces: a joint that opens, closes, slides or sticks before leaves more.
-_END, _FAR, _NO_EVENT, _LEFT = {2: 1e4, 3: 1e6}, {2: 1e3, 3: 1.0}, 1e-9, 0.1
+#: By dimension: displacement from which on the end is looked for, and how many times as far a ray must go
+#: straight on; in space slip turns for longer. And what it may leave there of equilibrium, over the way, and
+#: at most, in mean forces: a joint that opens, closes, slides or sticks before leaves more.
+_END_AND_FAR, _NO_EVENT, _LEFT = {2: (1e4, 1e3), 3: (1e6, 1.0)}, 1e-9, 0.1
 
 #: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight on
 #: then, and what it may leave there, over the forces there.
@@ -140,8 +140,8 @@ class Elastic:
         self, problem: Problem, matrix: BlockMatrix | None = None, gives: np.ndarray | None = None
     ) -> None:
         """The matrix is one of the same B; by default, what contacts give suits the dead load."""
-        self.problem, dimension = problem, problem.layout.dimension
-        self._end_from, self._straight_on = _END[dimension], _FAR[dimension]
+        self.problem = problem
+        self._end_from, self._straight_on = _END_AND_FAR[problem.layout.dimension]
         self._compliance = compliance(problem) if gives is None else gives
         self._law = Rounded.of(problem, self._compliance, 0.0)
         self._matrix = matrix or BlockMatrix(problem, self._law)

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from masonry_opt.problem.assembly import Assembly, with_supports_freed
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
+from masonry_opt.problem.loads import moments_in
 from masonry_opt.scene.scene import Scene
 
 
@@ -55,17 +56,16 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
 def _restraints(
     assembly: Assembly, supports: np.ndarray, direction: np.ndarray, turns: bool, held: bool
 ) -> list[LimitedForce]:
-    dimension = len(direction)
     across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
     # Moments at a usual lever, so that all are forces of one size whatever the units.
-    couples = assembly.problem.length_unit * np.eye(1 if dimension == 2 else 3)
+    couples = assembly.problem.length_unit * np.eye(moments_in(len(direction)))
     found: list[LimitedForce] = []
     before = None
     for support in supports.tolist():
         name, point = assembly.scene.blocks[support].name, assembly.geometry.centroid[support]
         fixed = [Action(support, point, unit) for unit in across]
         if not turns:
-            fixed += [Action(support, point, np.zeros(dimension), couple) for couple in couples]
+            fixed += [Action(support, point, np.zeros(len(direction)), couple) for couple in couples]
         found += [LimitedForce(Role.SUPPORT, name, (each,)) for each in fixed]
         if before is not None and not held:
             together = before, Action(support, point, direction)
