@@ -186,9 +186,9 @@ def export(
     for beside in (".row", ".col") if end == ".nl" else ():
         refuse_replacing(path.with_suffix(beside), force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # Where dilatancy falls with stress mcp asks the loop: the program that it declares has a constant one.
+    # Where dilatancy falls with stress a method may ask the loop: programs of flow have a constant one.
     known = METHODS[method]
-    refuse_unsuited(replace(known, constant_dilatancy=True) if method == "mcp" else known, assembly)
+    refuse_unsuited(replace(known, constant_dilatancy=not known.associative), assembly)
     program, said = _EXPORTS[method](assembly)
     program.name = method
     names = names_in(program, assembly.problem, (readable if end == ".nl" else legal)(assembly))
