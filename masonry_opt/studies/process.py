@@ -58,16 +58,14 @@ class Context(type(_STANDARD)):  # type: ignore[misc]
 @contextlib.contextmanager
 def _one_thread() -> Iterator[None]:
     """Set the environment of processes that start within; the user's own is restored."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    before = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
     os.environ.update(_ONE_THREAD)
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in _ONE_THREAD:
+            del os.environ[name]
+        os.environ.update(before)
 
 
 @contextlib.contextmanager

@@ -38,17 +38,13 @@ def reproduce(example: str = "", out: Path = Path("results")) -> bool:
     """Rebuild results of the paper from the case files; whether each is as near to the published value as its
     example says.
 
+    Raises OptionError if there is no such example, or an extra is missing; OutputError if the folder cannot
+    be written.
+
     Parameters
     ----------
     example: one of those that are listed if none is named; or all of the paper's.
     out: folder for tables (CSV) and pictures (PNG, SVG).
-
-    Raises
-    ------
-    OptionError
-        If there is no such example, or an extra is missing.
-    OutputError
-        If the folder cannot be written.
     """
     known = scripts()
     listed = "\n".join(f"{name:10} {_title(path)}" for name, path in known.items())

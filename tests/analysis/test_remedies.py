@@ -109,12 +109,7 @@ def test_a_cycle_with_an_exact_state_says_both():
     result = mo.solve(TWO_PATHS(CASES), "nonassociative", **SWINGING)
     assert result.status is Status.CONVERGED
     low, high = sorted(result.history["load_factor"].iloc[-2:])
-    assert values_of(result, Code.REPEATS) == {
-        "period": 2,
-        "lowest": low,
-        "highest": high,
-        "exact": True,
-    }
+    assert values_of(result, Code.REPEATS) == {"period": 2, "lowest": low, "highest": high, "exact": True}
     assert max(result.certificate.equilibrium, result.certificate.yield_) < 1e-8
     assert result.certificate.complementarity < 1e-6
     # The exact state is near the swing, and not above it.
@@ -129,12 +124,7 @@ def test_a_cycle_without_an_exact_state_says_what_of_it_is_certified():
     low, high = sorted(result.history["load_factor"].iloc[-2:])
     assert high - low > 1e-5
     assert [reason.code for reason in result.reasons] == [Code.REPEATS, Code.LEAST_BORNE_OUT, Code.AT_MOST]
-    assert values_of(result, Code.REPEATS) == {
-        "period": 2,
-        "lowest": low,
-        "highest": high,
-        "exact": False,
-    }
+    assert values_of(result, Code.REPEATS) == {"period": 2, "lowest": low, "highest": high, "exact": False}
     assert values_of(result, Code.LEAST_BORNE_OUT) == {"load_factor": None}
     assert len(result.history) < 80
 

@@ -72,11 +72,7 @@ def loops(
     )
 
 
-def default(
-    load_factor: float | tuple[float, float],
-    source: str,
-    only: bool = False,
-) -> Expectation:
+def default(load_factor: float | tuple[float, float], source: str, only: bool = False) -> Expectation:
     """The default.
 
     Parameters
@@ -93,9 +89,7 @@ def default(
 
 
 def references(
-    load_factor: float | tuple[float, float],
-    source: str,
-    proven: bool | None = None,
+    load_factor: float | tuple[float, float], source: str, proven: bool | None = None
 ) -> tuple[Expectation, ...]:
     """The refinement, the MPEC warm and cold, and the bracket (``proven`` or not; None: not asked)."""
     found: dict[str, Any] = {"load_factor": load_factor, "source": source}

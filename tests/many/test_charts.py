@@ -18,9 +18,8 @@ def frame(mechanisms, load_factors):
     """A sweep over a friction, with these mechanisms and load factors."""
     friction = [0.1 * number for number in range(1, len(mechanisms) + 1)]
     status = ["optimal" if value == value else "unstable under dead load" for value in load_factors]
-    return pd.DataFrame(
-        {NAME: friction, "load_factor": load_factors, "mechanism": mechanisms, "status": status}
-    )
+    columns = {NAME: friction, "load_factor": load_factors, "mechanism": mechanisms, "status": status}
+    return pd.DataFrame(columns).assign(expected=np.nan)
 
 
 def against(swept):
@@ -153,12 +152,17 @@ def test_a_value_above_the_scale_of_a_map_stands_in_its_cell():
     assert (kind, written[["x", "y", "λ"]].to_numpy().tolist()) == ("text", [[1, 3, 25]])
 
 
+def test_the_load_to_expect_is_dashed():
+    swept = frame(["sliding"] * 3, [0.2, 0.3, np.nan]).assign(expected=[0.25, 0.4, 0.6])
+    (line, *_) = (of for of in layers(against(swept)) if "strokeDash" in of[2]["mark"])
+    assert line[1]["expected"].tolist() == [0.25, 0.4, 0.6]
+    assert marks(against(swept))[1][1] > 0.6
+    assert "dashes" in against(swept).notes
+    assert "dashes" not in against(swept.assign(expected=swept["load_factor"])).notes
+
+
 def test_the_least_is_ringed_and_all_of_a_plateau():
-    for values, least in (
-        ([0.3, 0.2, 0.25], [0.2]),
-        ([0.2, 0.3, 0.2 + 1e-12], [0.1, 0.3]),
-        ([0.2] * 3, []),
-    ):
+    for values, least in (([0.3, 0.2, 0.25], [0.2]), ([0.2, 0.3, 0.2 + 1e-12], [0.1, 0.3]), ([0.2] * 3, [])):
         points, *_ = marks(against(frame(["sliding"] * 3, values)))
         assert points["at"][points["least"]].tolist() == pytest.approx(least)
 
@@ -167,7 +171,7 @@ def test_the_least_is_ringed_and_all_of_a_plateau():
 def test_a_map_is_drawn_of_finite_values_alone(friction):
     names = [NAME, "arch.thickness"]
     swept = pd.DataFrame([(0.3, 1.0), (0.3, 2.0), (friction, 1.0), (friction, 2.0)], columns=names)
-    swept = swept.assign(load_factor=1.0, status="optimal", mechanism="sliding")
+    swept = swept.assign(load_factor=1.0, expected=1.0, status="optimal", mechanism="sliding")
     drawn = drawings(swept, names)
     assert [drawing.name for drawing in drawn] == ["load_factor", "heat_map"][: 1 + np.isfinite(friction)]
     assert all(drawing.on_page()["layer"] for drawing in drawn)

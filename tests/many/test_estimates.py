@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from masonry_opt.studies.many.runs import framed
 from masonry_opt.studies.many.sample import Sample
 
 
@@ -17,7 +18,7 @@ def sampled(values, drawn=None):
     drawn = pd.DataFrame(index=range(len(values))) if drawn is None else drawn
     load_factor = np.where(np.isfinite(values), values, np.nan)
     table = drawn.assign(load_factor=load_factor, any_load=np.isposinf(values))
-    return Sample("made up", table, tuple(drawn), {})
+    return Sample("made up", framed(table.to_dict("records"), list(drawn)), tuple(drawn), {})
 
 
 def quantiles(values, probabilities, confidence):

@@ -15,7 +15,7 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.studies.many.distributions import lognormal
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.runs import COLUMNS
+from masonry_opt.studies.many.runs import COLUMNS, framed
 
 FRICTION, SLENDER = lognormal(0.4, 0.1), 0.5
 ASKED = {"method": "static", "seed": 1}
@@ -40,9 +40,8 @@ def block():
 def with_load_factors(values, statuses="optimal", any_load=False):
     """A sample as if it had been run."""
     values = np.asarray(values, dtype=float)
-    table = pd.DataFrame(
-        {"x": np.arange(len(values)), "load_factor": values, "status": statuses, "any_load": any_load}
-    )
+    columns = {"x": np.arange(len(values)), "load_factor": values, "status": statuses, "any_load": any_load}
+    table = framed(pd.DataFrame(columns).to_dict("records"), ["x"])
     return mo.Sample(case="made", table=table, drawn=("x",), distributions={"x": "made"})
 
 
@@ -75,6 +74,39 @@ def test_what_matters_is_the_friction(block):
     found = block.sensitivity().set_index("parameter")
     assert found["rank_correlation"]["joints.friction"] > 0.98  # ties where the block overturns
     assert found["lower"]["joints.cohesion"] < 0 < found["upper"]["joints.cohesion"]
+
+
+def test_of_a_block_that_slides_both_loads_are_the_friction():
+    """Pushed at half its height it slides at λ = μ below its slenderness, with whatever stiffness, from
+    whatever self-stress: there is none."""
+    given = {"joints.friction": ("uniform", 0.2, 0.4)}
+    found = mo.sample(block_on_floor(1.0, 2.0), given, n=4, method="compliant", spread=2, workers=1)
+    loads = found.table[["load_factor", "expected", "spread_lower", "spread_upper"]]
+    assert loads.sub(found.table["joints.friction"], axis=0).abs().to_numpy().max() < 1e-7
+    (row,) = json.loads(found.to_json())["sensitivity"]
+    assert (row["rank_correlation"], row["expected_rank_correlation"]) == pytest.approx((1, 1))
+    assert "by 0.0% (median)" in str(found)
+    assert str(found).count("; to expect the same") == 4
+
+
+def test_loads_to_expect_stand_beside_the_lowest_found():
+    """A lowest state that falls where the load to expect grows; of one run there is none."""
+    found = with_load_factors(np.linspace(0.3, 0.2, 21))
+    assert found.quantiles()[["expected_value", "expected_lower"]].isna().all(axis=None)
+    found.table["expected"] = [*np.linspace(0.31, 0.5, 20), np.nan]
+    assert "1 (4.8%) without a load to expect" in found.counted
+    row = found.sensitivity().loc[0]
+    known = stats.spearmanr(np.arange(21), [*range(20), -1]).statistic
+    assert (row["rank_correlation"], row["expected_rank_correlation"]) == pytest.approx((-1, known))
+    assert f"-1.000 (-1.000 to -1.000); to expect +{known:.3f} (" in str(found)
+    curve = found.fragility([0.0, 0.305, 0.6])
+    assert curve["expected_probability"].tolist() == pytest.approx([1 / 21, 1 / 21, 1])
+    for kind in ("distribution", "fragility", "sensitivity"):
+        drawn = found.drawing(kind).chart.to_dict()
+        rows = [row for rows in drawn["datasets"].values() for row in rows]
+        assert {row["of"] for row in rows} == {"lowest found", "to expect"}
+    bars = found.plot("distribution").layer[0].data
+    assert bars.groupby("of")["runs"].sum().to_dict() == {"lowest found": 21, "to expect": 20}
 
 
 def test_two_workers_make_the_same_table(block):

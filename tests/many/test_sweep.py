@@ -79,11 +79,9 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
     before = kept.read_text()
     same(sweep(out=tmp_path), swept)
     assert kept.read_text() == before  # nothing was made again
-    written = pd.read_csv(
-        tmp_path / "runs.csv",
-        keep_default_na=False,
-        na_values={name: [""] for name in ("load_factor", "expected", "states")},
-    )
+    numbers = ("load_factor", "expected", "spread_lower", "spread_upper", "states")
+    empty = {name: [""] for name in numbers}
+    written = pd.read_csv(tmp_path / "runs.csv", keep_default_na=False, na_values=empty)
     same(written.astype(swept.dtypes.to_dict()), swept)
 
 

@@ -20,16 +20,8 @@ from masonry_opt.studies.writing import in_words
 GREY = "#777777"
 
 #: Shapes of marks of methods in the order of the registry; the last is for states below the best.
-SHAPES = (
-    "circle",
-    "square",
-    "triangle-up",
-    "diamond",
-    "M0-1L.3-.4 1-.3.5.2.6 1 0 .6-.6 1-.5.2-1-.3-.3-.4Z",
-    "cross",
-    "triangle-right",
-    "triangle-down",
-)
+SHAPES = ["circle", "square", "triangle-up", "diamond", "M0-1L.3-.4 1-.3.5.2.6 1 0 .6-.6 1-.5.2-1-.3-.3-.4Z"]
+SHAPES += ["cross", "triangle-right", "triangle-down"]
 
 #: Letters of runs that are not certified, and what they stand for.
 _LETTERS = {
@@ -57,12 +49,7 @@ _ERRORS = {
     ),
 }
 
-_VERDICT_COLOURS = {
-    judge.CERTIFIED: SERIES[2],
-    judge.NAMED: SERIES[5],
-    judge.FAILED: "#BBBBBB",
-    judge.WRONG: SERIES[1],
-}
+_VERDICT_COLOURS = dict(zip(judge.VERDICTS, (SERIES[2], SERIES[5], "#BBBBBB", SERIES[1]), strict=True))
 
 #: Share of a bar that has room for its count.
 _LABELLED = 0.03
@@ -237,9 +224,8 @@ def _letter(row: Mapping[Any, Any]) -> str:
     """The letter of a row; "" if it is certified."""
     if row["verdict"] != judge.FAILED:
         return {judge.CERTIFIED: "", judge.WRONG: "W"}.get(row["verdict"], "N")
-    return {judge.VerdictReason.TIME_LIMIT: "T", judge.VerdictReason.MEMORY_LIMIT: "M"}.get(
-        row["reason"], "F"
-    )
+    limits = {judge.VerdictReason.TIME_LIMIT: "T", judge.VerdictReason.MEMORY_LIMIT: "M"}
+    return limits.get(row["reason"], "F")
 
 
 def _decades(values: pd.Series) -> tuple[float, float]:

@@ -28,8 +28,7 @@ HEADINGS = {"time": "median time (s)", "peak_memory": "peak (MB)"}
 
 #: How numbers are written, by column.
 FORMATS = {
-    "success": "{:.0%}",
-    "on target": "{:.0%}",
+    **dict.fromkeys(("success", "on target"), "{:.0%}"),
     "spread": "{:.1%}",
     "load_factor": "{:.9g}",
     "time": "{:.3g}",

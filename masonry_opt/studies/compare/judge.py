@@ -105,10 +105,7 @@ def question_of(method: str) -> str:
 
 
 def judge(
-    row: dict[str, Any],
-    bounds: CertifiedBounds | None,
-    best: BestKnown | None,
-    expected: Mapping[str, str],
+    row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown | None, expected: Mapping[str, str]
 ) -> dict[str, Any]:
     """Verdict, reason and errors of one run, by name (see :func:`known_claims` for ``expected``).
 

@@ -52,6 +52,10 @@ def compare(
     Runs that ``out`` holds already are not made again: an interrupted comparison (Ctrl-C) is reported with
     what it has, and continues when it is called again.
 
+    Raises CaseError if a case file or a registry is missing or wrong; OptionError if an argument is wrong,
+    nothing is left to compare, or ``out`` holds other runs; OutputError if ``out`` cannot be written;
+    NoRunEndedError if every run crashed or died (the report is written nevertheless).
+
     Parameters
     ----------
     scenes: case files, or names of those in the folder ``cases``.
@@ -61,17 +65,6 @@ def compare(
     time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
     out: folder of results and report.
     progress: called with a line before each run.
-
-    Raises
-    ------
-    CaseError
-        If a case file or a registry is missing or wrong.
-    OptionError
-        If an argument is wrong, nothing is left to compare, or ``out`` holds other runs.
-    OutputError
-        If ``out`` cannot be written.
-    NoRunEndedError
-        If every run crashed or died; the report is written nevertheless.
     """
     if repeats < 1:
         raise OptionError(f"repeats must be at least 1, not {repeats}")

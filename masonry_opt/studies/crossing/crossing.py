@@ -55,30 +55,20 @@ def crossing(
     :func:`~.crossing.search.least_coulomb`). Interrupted (Ctrl-C), it returns the worst of the
     positions solved by then.
 
+    Raises CaseError if the case file or scene is wrong, or has no axles, or no road, if the road runs through
+    a block, or over none that can move, if the load case leaves axles out; OptionError if a method, an option
+    or the name of a group is wrong, or the scene's blocks are solids; KeyboardInterrupt if it was interrupted
+    before any position was solved.
+
     Parameters
     ----------
-    scene:
-        A scene, or the path of a case file.
-    axles:
-        A group, several, or the name of one of the scene's. Default: all of the scene's.
-    method, options:
-        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too; the load to expect is that of
-        the worst position alone.
-    load_case:
-        Name of the load case in which they cross, where the scene has any: its ``live`` names "axles", whose
-        factor multiplies them, and what else is live beside them.
-    progress:
-        Called with each position solved and its load factor (NaN without one).
-
-    Raises
-    ------
-    CaseError
-        If the case file or scene is wrong, or has no axles, or no road; if the road runs through a block, or
-        over none that can move; if the load case leaves axles out.
-    OptionError
-        If a method, an option or the name of a group is wrong, or the scene's blocks are solids.
-    KeyboardInterrupt
-        If it was interrupted before any position was solved.
+    scene: A scene, or the path of a case file.
+    axles: A group, several, or the name of one of the scene's. Default: all of the scene's.
+    method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too; the load to expect
+        is that of the worst position alone.
+    load_case: Name of the load case in which they cross, where the scene has any: its ``live`` names "axles",
+        whose factor multiplies them, and what else is live beside them.
+    progress: Called with each position solved and its load factor (NaN without one).
     """
     session = prepare(method, **options)
     many = session.without_expected()

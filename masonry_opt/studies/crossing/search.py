@@ -57,10 +57,8 @@ class PassageTrials:
         those across a jump of the loads."""
         aside = self.positions - position
         aside = aside[np.abs(aside) > _FINEST**2 * np.ptp(self.positions)]
-        return max(
-            (float(np.abs(side).min()) for side in (aside[aside < 0], aside[aside > 0]) if len(side)),
-            default=0.0,
-        )
+        sides = aside[aside < 0], aside[aside > 0]
+        return max((float(np.abs(side).min()) for side in sides if len(side)), default=0.0)
 
 
 @dataclass(frozen=True)

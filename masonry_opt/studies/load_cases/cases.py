@@ -159,18 +159,13 @@ def solve_cases(
 ) -> Cases:
     """Solve all load cases of a scene. Geometry, joints and matrices are found once.
 
+    Raises OptionError if the scene has no load case, or as of :func:`~masonry_opt.analysis.solve`; CaseError
+    if the scene is wrong, or nothing carries a live load in one of the cases, which is named.
+
     Parameters
     ----------
-    scene, method, progress, phases, options:
-        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too. What ``phases`` is called with
-        begins with the name of the case.
-
-    Raises
-    ------
-    OptionError
-        If the scene has no load case, or as of :func:`~masonry_opt.analysis.solve`.
-    CaseError
-        If the scene is wrong, or nothing carries a live load in one of the cases, which is named.
+    scene, method, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver,
+        ... too. What ``phases`` is called with begins with the name of the case.
     """
     of = as_scene(scene)
     if not of.load_cases:

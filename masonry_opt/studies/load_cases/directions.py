@@ -118,27 +118,19 @@ def directions(
 ) -> Directions:
     """Solve a scene for earthquakes from all sides, in place of its live loads.
 
+    Raises OptionError if an argument is wrong, or as of :func:`~masonry_opt.analysis.solve`; CaseError if the
+    scene is wrong.
+
     Parameters
     ----------
-    scene:
-        A scene, or the path of a case file.
-    every:
-        Degrees between directions in plan, which go once round from x towards y. In the plane there are two,
-        "left" and "right".
-    vertical:
-        Vertical part over the horizontal one, or several, such as ``(0.3, -0.3)``; see :class:`Earthquake`
-        (default: that of the scene's own earthquake, else 0). Masses are as of that earthquake.
-    load_case:
-        Name of the load case whose dead loads act.
-    method, progress, phases, options:
-        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
-
-    Raises
-    ------
-    OptionError
-        If an argument is wrong, or as of :func:`~masonry_opt.analysis.solve`.
-    CaseError
-        If the scene is wrong.
+    scene: A scene, or the path of a case file.
+    every: Degrees between directions in plan, which go once round from x towards y. In the plane there are
+        two, "left" and "right".
+    vertical: Vertical part over the horizontal one, or several, such as ``(0.3, -0.3)``; see
+        :class:`Earthquake` (default: that of the scene's own earthquake, else 0). Masses are as of that
+        earthquake.
+    load_case: Name of the load case whose dead loads act.
+    method, progress, phases, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
     """
     of = as_scene(scene, load_case)
     of.refuse_without_case()

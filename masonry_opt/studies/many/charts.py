@@ -1,8 +1,9 @@
-"""Charts of a sweep: λ against one number, with the names of the mechanisms; a heat map of two numbers. The
-least is ringed. A value far above the others stands at the head of the axis, as a number.
+"""Charts of a sweep: λ against one number, with the names of the mechanisms, and dashes for the load to
+expect; a heat map of two numbers. The least is ringed. A value far above the others stands at the head of the
+axis, as a number.
 
-Charts of a sample: how its load factors are distributed, the fragility curve, and what matters; ``sure`` says
-with what confidence.
+Charts of a sample: how its load factors are distributed, the fragility curve, and what matters, of the lowest
+found and of the load to expect; ``sure`` says with what confidence.
 """
 
 from __future__ import annotations
@@ -15,7 +16,16 @@ import pandas as pd
 
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
 from masonry_opt.studies.charts import LABEL, NamedChart, alt, axis, ends, off_axis, ticks
-from masonry_opt.studies.many.runs import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING, at_least
+from masonry_opt.studies.many.runs import (
+    CRUSHING,
+    EXPECTED,
+    HINGING,
+    MIXED,
+    NONE,
+    SEPARATING,
+    SLIDING,
+    at_least,
+)
 
 #: Colour and mark of each mechanism. Joints have the same in pictures.
 _LOOKS = {
@@ -55,11 +65,12 @@ _SHOWN = 15
 #: Edges of bars of a load factor that does not change.
 _BARS = 12
 
-#: Colours of runs, and of what is told of them.
-_RUNS, _MARKS = SERIES[0], SERIES[1]
+#: The loads that a sample tells of: how names of their columns begin, colours, dashes, marks.
+_LOADS = {"lowest found": ("", SERIES[0], [1, 0], "circle")}
+_LOADS |= {"to expect": (EXPECTED, SERIES[1], [6, 3], "diamond")}
 
-#: Entry of the legend, and a note.
-_OFF, _RING = "off the axis: λ as written", "ringed: least"
+#: Entry of the legend, and notes.
+_OFF, _RING, _DASHED = "off the axis: λ as written", "ringed: least", "dashes: load to expect"
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
@@ -74,7 +85,9 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
 
 def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     """λ against one number: a line, or of two numbers a line for each value of the second; else points."""
-    off, failed = off_axis(frame["load_factor"]), frame["load_factor"].isna()
+    far = off_axis(np.r_[frame["load_factor"], frame["expected"]])
+    off, failed = far[: len(frame)], frame["load_factor"].isna()
+    expected = frame["expected"].mask(far[len(frame) :])
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES
     series = frame["mechanism"].fillna(NONE)
     looks = {
@@ -91,11 +104,12 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     # values off the axis.
     rows = frame.loc[failed, "status"].nunique()
     foot = _ROW * (rows + 0.5) if rows else 0.0
-    least, greatest = ends(frame["load_factor"][~off])
+    known = np.r_[frame["load_factor"][~off], expected]
+    least, greatest = ends(known)
     height = (greatest - least) / (1 - foot - 2 * _PADDING - _HEAD * off.any())
     low, high = least - (foot + _PADDING) * height, greatest + (_PADDING + _HEAD * off.any()) * height
     aside = _PADDING * height
-    shown = [] if failed.all() else ticks(least - aside, greatest + aside)
+    shown = [] if np.isnan(known).all() else ticks(least - aside, greatest + aside)
     strips = [(low, low + foot * height)] * bool(rows) + [(high - _HEAD * height, high)] * bool(off.any())
 
     in_row = low + height * _ROW * (pd.factorize(frame["status"].where(failed))[0] + 0.75)
@@ -107,6 +121,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         line=series,
         series=series.mask(failed, status).mask(off, _OFF),
         λ=frame["load_factor"],
+        expected=expected,
         least=least_ones & (least_ones.sum() < frame["load_factor"].count()),
     )
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
@@ -119,12 +134,19 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         .mark_rect(color=_PALE)
         .encode(y=alt.Y("from:Q", **upwards), y2="to:Q")
     ]
-    known = alt.Chart(marks[~failed]).encode(x=x, y=y)
+    found = alt.Chart(marks[~failed]).encode(x=x, y=y)
+    beside = alt.Chart(marks[expected.notna() & (not expected.equals(frame["load_factor"]))])
+    beside = beside.encode(x=x, y=alt.Y("expected:Q", **upwards))
     if lines:
-        layers.append(known.mark_line(strokeWidth=1.2).encode(stroke=alt.Stroke("line:N", scale=colours)))
+        stroke = alt.Stroke("line:N", scale=colours)
+        layers.append(found.mark_line(strokeWidth=1.2).encode(stroke=stroke))
+        layers.append(beside.mark_line(strokeWidth=1.2, strokeDash=[6, 3]).encode(stroke=stroke))
     elif len(names) == 1:
-        layers.append(known.mark_line(color="#999999", strokeWidth=1))
+        layers.append(found.mark_line(color="#999999", strokeWidth=1))
+        layers.append(beside.mark_line(color=_DARK, strokeWidth=1, strokeDash=[6, 3]))
         layers += _changes(marks[~failed].sort_values("at"))
+    else:
+        layers.append(beside.mark_point(color=_DARK, shape="stroke"))
     points = alt.Chart(marks).mark_point(size=45, opacity=1)
     layers += [
         points.encode(
@@ -141,8 +163,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     written = marks[off] if off.sum() <= _MOST_NAMED else marks[off].nlargest(1, "λ")
     layers.append(_written(written, x, y, dy=-10))
     file = "load_factor" if len(names) <= 2 else f"load_factor_{[*names].index(name) + 1}"
-    notes = _RING if marks["least"].any() else ""
-    return NamedChart(file, f"{LABEL} against {_label(name)}", alt.layer(*layers), notes)
+    notes = [note for note, of in ((_RING, marks[marks["least"]]), (_DASHED, beside.data)) if len(of)]
+    return NamedChart(file, f"{LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 
 
 def _written(cells: pd.DataFrame, x: Any, y: Any, **place: Any) -> Any:
@@ -226,86 +248,114 @@ def _label(name: str) -> str:
     return _SYMBOLS.get(name, name)
 
 
-def distribution(title: str, load_factors: np.ndarray, marks: pd.DataFrame, sure: str) -> NamedChart:
-    """Histogram of load factors, with quantiles (``marks``) and their intervals."""
-    finite = load_factors[np.isfinite(load_factors)]
+def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
+    """Rows of what was found, then of what is to expect if known and not the same, told apart by ``of``."""
+    key, *names = (name for name in map(str, frame) if not name.startswith(EXPECTED))
+    found, beside = (frame[[key, *(begin + name for name in names)]] for begin, *_ in _LOADS.values())
+    beside = beside.set_axis([key, *names], axis=1)
+    parts = [found] if found.equals(beside) else [found, beside]
+    rows = pd.concat([part.assign(of=of) for of, part in zip(_LOADS, parts, strict=False)], ignore_index=True)
+    return rows.dropna(subset=names[:1])
+
+
+def _looks(rows: pd.DataFrame, *channels: Any, **symbol: Any) -> list[Any]:
+    """Channels that tell the loads apart, with a legend where there are several."""
+    legend = alt.Legend(**symbol) if rows["of"].nunique() > 1 else None
+    _, colours, dashes, shapes = zip(*_LOADS.values(), strict=True)
+    ranges = {alt.StrokeDash: dashes, alt.Shape: shapes}
+    return [
+        of("of:N", scale=alt.Scale(domain=[*_LOADS], range=ranges.get(of, colours)), legend=legend)
+        for of in channels
+    ]
+
+
+def distribution(title: str, loads: Sequence[np.ndarray], marks: pd.DataFrame, sure: str) -> NamedChart:
+    """Histograms of load factors and of loads to expect, with quantiles (``marks``) and their intervals."""
+    found = [values[np.isfinite(values)] for values in loads]
+    finite = np.concatenate(found)
     least, greatest = ends(finite)
     # A load factor that hardly changes has the axis' least length, and bars over it.
     changes = len(finite) and (least, greatest) == (finite.min(), finite.max())
     edges = np.histogram_bin_edges(finite, "auto") if changes else np.linspace(least, greatest, _BARS)
-    runs, _ = np.histogram(finite, edges)
-    top = max(int(runs.max()), 1)
-    bars = alt.Chart(pd.DataFrame({"from": edges[:-1], "to": edges[1:], "runs": runs}))
-    marks = marks[np.isfinite(marks["value"])].reset_index(drop=True)
+    runs = {of: np.histogram(values, edges)[0] for of, values in zip(_LOADS, found, strict=True)}
+    bars = pd.DataFrame(runs | {"from": edges[:-1], "to": edges[1:]})
+    bars = bars.melt(["from", "to"], var_name="of", value_name="runs")
+    top = max(int(bars["runs"].max()), 1)
+    marks = _by_load(marks)
+    bars = bars[bars["of"].isin(marks["of"])]
+    marks = marks[np.isfinite(marks["value"])].copy()
     marks["lower"], marks["upper"] = (
         marks[end].where(np.isfinite(marks[end]), marks["value"]) for end in ("lower", "upper")
     )
-    # Each on a line of its own above the bars: quantiles may lie close together.
+    # Each on a line of its own above the bars, those farthest out on top: quantiles may lie close together.
+    aside = (marks["value"] - (least + greatest) / 2).abs().sort_values()
+    marks = marks.loc[aside.index].reset_index(drop=True)
     marks["height"] = top * (1.06 + 0.09 * marks.index)
     marks["text"] = [f"{row.probability:.0%}: {row.value:.4f}" for row in marks.itertuples()]
     left = marks["value"] <= (least + greatest) / 2
     marks["beside"] = marks["upper"].where(left, marks["lower"])
     margin = 0.05 * (greatest - least)
     x = axis(LABEL, least - margin, greatest + margin)
-    y = axis("runs", 0, 1.36 * top, values=ticks(0, top, whole=True), format="d")
-    quantiles = alt.Chart(marks).encode(y=alt.Y("height:Q", **y), tooltip=["text:N", "lower:Q", "upper:Q"])
+    y = axis("runs", 0, (1.09 + 0.09 * len(marks)) * top, values=ticks(0, top, whole=True), format="d")
+    colour = _looks(marks, alt.Color)
+    told = ["of:N", "text:N", "lower:Q", "upper:Q"]
+    quantiles = alt.Chart(marks).encode(*colour, y=alt.Y("height:Q", **y), tooltip=told)
     texts = [
         alt.Chart(marks[side])
         .mark_text(align=align, dx=6 if align == "left" else -6)
-        .encode(x=alt.X("beside:Q", **x), y=alt.Y("height:Q", **y), text="text:N")
+        .encode(*colour, x=alt.X("beside:Q", **x), y=alt.Y("height:Q", **y), text="text:N")
         for side, align in ((left, "left"), (~left, "right"))
     ]
-    bars = bars.mark_bar(color=_RUNS, opacity=0.55, stroke="white")
-    bars = bars.encode(x=alt.X("from:Q", **x), x2="to:Q", y=alt.Y("runs:Q", **y), y2=alt.datum(0))
-    interval = quantiles.mark_rule(color=_MARKS, strokeWidth=5, opacity=0.45)
-    line = quantiles.mark_rule(color=_MARKS, strokeWidth=1.5)
+    bars = alt.Chart(bars).mark_bar(opacity=0.5, stroke="white")
+    bars = bars.encode(*colour, x=alt.X("from:Q", **x), x2="to:Q", y=alt.Y("runs:Q", **y), y2=alt.datum(0))
+    interval = quantiles.mark_rule(strokeWidth=5, opacity=0.45)
+    line = quantiles.mark_rule(strokeWidth=1.5)
     chart = alt.layer(
-        bars.encode(tooltip=["from:Q", "to:Q", "runs:Q"]),
+        bars.encode(tooltip=["of:N", "from:Q", "to:Q", "runs:Q"]),
         interval.encode(x=alt.X("lower:Q", **x), x2="upper:Q"),
         line.encode(x=alt.X("value:Q", **x), y2=alt.datum(0)),
         *texts,
     )
-    notes = f"quantiles, with {sure}"
-    return NamedChart("distribution", f"Load factors, {title}", chart, notes)
+    return NamedChart("distribution", f"Load factors, {title}", chart, f"quantiles, with {sure}")
 
 
 def fragility(title: str, curve: pd.DataFrame, sure: str) -> NamedChart:
     """Probability of collapse against load, with its interval."""
-    share = axis("probability of collapse", 0, 1.02)
+    share, curve = axis("probability of collapse", 0, 1.02), _by_load(curve)
     along = alt.Chart(curve).encode(
         x=alt.X("load:Q", **axis(LABEL, *curve["load"].agg(["min", "max"]))),
-        tooltip=[
-            alt.Tooltip(f"{name}:Q", format=".4f") for name in ("load", "probability", "lower", "upper")
-        ],
+        tooltip=["of:N", *(alt.Tooltip(f"{name}:Q", format=".4f") for name in curve if name != "of")],
     )
-    band = along.mark_area(color=_RUNS, opacity=0.25, interpolate="step-after")
-    line = along.mark_line(color=_RUNS, strokeWidth=2, interpolate="step-after")
-    chart = alt.layer(
-        band.encode(y=alt.Y("lower:Q", **share), y2="upper:Q"), line.encode(y=alt.Y("probability:Q", **share))
-    )
-    notes = f"line: share of runs; band: {sure}"
-    return NamedChart("fragility", f"Fragility, {title}", chart, notes)
+    looks = _looks(curve, alt.Color, alt.StrokeDash, symbolType="stroke", symbolSize=600, symbolOpacity=1)
+    band = along.mark_area(opacity=0.25, interpolate="step-after")
+    band = band.encode(looks[0], y=alt.Y("lower:Q", **share), y2="upper:Q")
+    line = along.mark_line(strokeWidth=2, interpolate="step-after")
+    chart = band + line.encode(*looks, y=alt.Y("probability:Q", **share))
+    return NamedChart("fragility", f"Fragility, {title}", chart, f"line: share of runs; band: {sure}")
 
 
 def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart:
     """Rank correlations, strongest on top."""
-    found = correlations.dropna()
-    shown = found.head(_SHOWN).copy()
-    # Correlations whose interval holds zero are pale.
+    found = correlations.dropna(thresh=4)
+    shown = _by_load(found.head(_SHOWN)).copy()
+    # Marks of correlations whose interval holds zero are hollow.
     certain = (shown["lower"] > 0) | (shown["upper"] < 0)
-    shown["colour"] = np.where(certain, _RUNS, "#BBBBBB")
+    colours = shown["of"].map({of: colour for of, (_, colour, *_) in _LOADS.items()})
+    shown["fill"] = colours.where(certain, "white")
     x = axis("rank correlation with λ", -1.05, 1.05)
     rows = alt.Chart(shown).encode(
         y=alt.Y("parameter:N", sort=None, title=None, axis=alt.Axis(labelLimit=190)),
-        tooltip=["parameter:N", *(f"{name}:Q" for name in ("rank_correlation", "lower", "upper"))],
+        yOffset=alt.YOffset("of:N", sort=[*_LOADS]),
+        tooltip=["parameter:N", "of:N", *(f"{name}:Q" for name in ("rank_correlation", "lower", "upper"))],
     )
-    bars = rows.mark_bar(opacity=0.7).encode(
-        x=alt.X("rank_correlation:Q", **x), color=alt.Color("colour:N", scale=None)
+    looks = _looks(shown, alt.Stroke, alt.Shape, symbolFillColor="white")
+    marks = rows.mark_point(size=60, opacity=1).encode(
+        *looks, x=alt.X("rank_correlation:Q", **x), fill=alt.Fill("fill:N", scale=None)
     )
-    chart = bars + rows.mark_rule().encode(x=alt.X("lower:Q", **x), x2="upper:Q")
-    left_out = f", the first {len(shown)} of {len(found)}" if len(found) > len(shown) else ""
+    limits = rows.mark_rule(strokeWidth=1.5).encode(looks[0], x=alt.X("lower:Q", **x), x2="upper:Q")
+    left_out = f", the first {_SHOWN} of {len(found)}" if len(found) > _SHOWN else ""
     if found.empty:
         left_out = ": nothing drawn matters"
-    chart = chart.properties(height=28 * max(len(shown), 2))
-    notes = f"{sure} that all intervals hold; grey: may be none"
+    chart = (limits + marks).properties(height=28 * max(len(found.head(_SHOWN)), 2))
+    notes = f"{sure} that all intervals of a load hold; hollow: may be none"
     return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)

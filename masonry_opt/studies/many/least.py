@@ -201,33 +201,22 @@ def least(
     Under dead load alone, which is what counts unless ``load`` is given, a scene stands if any state of
     equilibrium within friction exists; below the threshold none exists under any flow rule.
 
+    Raises OptionError if the scene holds, or fails, at both ends, or an argument is wrong; CaseError if a
+    scene is wrong (the message begins with the value); NoLoadFactorError if the methods cannot decide whether
+    a scene holds.
+
     Parameters
     ----------
-    make:
-        Function of the value (a friction, a thickness, ...) that returns a scene or the path of a case file.
-    lower, upper:
-        Ends of the search. The scene must fail at ``lower`` and hold at ``upper``.
-    load:
-        Load factor to be carried, as ``method`` finds it. Without it live loads are ignored.
-    method, **options:
-        As of :func:`~masonry_opt.analysis.solve`, ``model`` and ``solver`` too; only with ``load``.
-        ``expected`` is False unless given: the search asks for λ of the method alone.
-    tolerance:
-        Distance of the two ends of the answer, relative to their value.
-    samples:
-        Number of evenly spread values tried first. If they show several thresholds, the uppermost is taken
-        and the others are in ``contradictions``. Nothing is known between these values.
-    progress:
-        Called with every :class:`Trial`.
-
-    Raises
-    ------
-    OptionError
-        If the scene holds, or fails, at both ends, or an argument is wrong.
-    CaseError
-        If a scene is wrong; the message begins with the value.
-    NoLoadFactorError
-        If the methods cannot decide whether a scene holds.
+    make: Function of the value (a friction, a thickness, ...) that returns a scene or the path of a case
+        file.
+    lower, upper: Ends of the search. The scene must fail at ``lower`` and hold at ``upper``.
+    load: Load factor to be carried, as ``method`` finds it. Without it live loads are ignored.
+    method, **options: As of :func:`~masonry_opt.analysis.solve`, ``model`` and ``solver`` too; only with
+        ``load``. ``expected`` is False unless given: the search asks for λ of the method alone.
+    tolerance: Distance of the two ends of the answer, relative to their value.
+    samples: Number of evenly spread values tried first. If they show several thresholds, the uppermost is
+        taken and the others are in ``contradictions``. Nothing is known between these values.
+    progress: Called with every :class:`Trial`.
     """
     search = _ThresholdSearch(True, make, load, progress, method, options)
     return search.threshold(lower, upper, tolerance, samples)

@@ -13,6 +13,7 @@ import pandas as pd
 from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.answer.motion import joint_motion
+from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
@@ -36,13 +37,16 @@ COLUMNS = {
     **dict.fromkeys(("status", "reason"), "object"),
     **dict.fromkeys(("any_load", "exact"), "boolean"),
     "states": "Int64",
-    **dict.fromkeys(("expected", "associative"), "float64"),
+    **dict.fromkeys(("expected", "spread_lower", "spread_upper", "associative"), "float64"),
     **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), "float64"),
     "mechanism": "object",
     **dict.fromkeys(("slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
     "message": "object",
     "seconds": "float64",
 }
+
+#: What names of columns begin with that tell of the load to expect, in tables of a sample.
+EXPECTED = "expected_"
 
 #: Names of mechanisms. "separating": no joint does anything but come apart. "none": no joint does anything.
 SLIDING, HINGING, CRUSHING, MIXED = "sliding", "hinging", "crushing", "mixed"
@@ -213,6 +217,8 @@ def row(run: StudyRun, end: TaskEnd) -> dict[str, Any]:
 
 def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
     problem = assembly.problem
+    spread = [said.values for said in solution.reasons if said.code is Code.SPREAD]
+    ends = [end for of in spread for kind in ("stiffness", "stress") for end in of[kind] or ()]
     row: dict[str, Any] = {
         "load_factor": solution.load_factor,
         "status": str(solution.status),
@@ -221,6 +227,8 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "exact": solution.is_exact(problem),
         "states": solution.states_met,
         "expected": solution.expected_value,
+        "spread_lower": min(ends, default=None),
+        "spread_upper": max(ends, default=None),
         "associative": solution.associative_value,
         "blocks": problem.blocks,
         "joints": len(assembly.joints.first),

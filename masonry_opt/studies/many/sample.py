@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.charts import ends
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.runs import ManyRuns, RunProgress, Study
+from masonry_opt.studies.many.runs import EXPECTED, ManyRuns, RunProgress, Study
 from masonry_opt.studies.writing import StudyAnswer, csv_text, records, write_files
 from masonry_opt.words.sentences import numeral
 
@@ -46,11 +46,12 @@ _PRINTED = 5
 
 @dataclass(frozen=True)
 class Sample(StudyAnswer):
-    """The load factors of a scene whose numbers were drawn.
+    """The load factors of a scene whose numbers were drawn, and beside them the loads to expect.
 
     A scene that is proven to carry any load counts as collapsed at none. Any other run without a load factor
     (the scene falls by itself, or the run is ``undecided``: not converged, refused, unlimited without a
-    proof, ...) counts as collapsed at any load, so that no probability of collapse is too low.
+    proof, ...) counts as collapsed at any load, so that no probability of collapse is too low. So does one
+    without a load to expect, of these loads, unless no run has any: then what is told of them is NaN.
 
     Intervals are those of independent runs (``sequence="random"``), for any distribution. Sobol's points of
     few numbers are closer to the truth than the intervals show.
@@ -76,9 +77,28 @@ class Sample(StudyAnswer):
     @property
     def load_factors(self) -> np.ndarray:
         """Load factor of each run, shape (n,); -inf: collapsed at any load, inf: at none."""
-        found = self.table["load_factor"].to_numpy(dtype=float)
+        return self._of_runs("load_factor")
+
+    @property
+    def expected(self) -> np.ndarray:
+        """Load to expect of each run, as ``load_factors``; NaN where it is known of none."""
+        known = self.table["expected"].notna().any()
+        return self._of_runs("expected") if known else np.full(self.runs, np.nan)
+
+    def _of_runs(self, column: str) -> np.ndarray:
+        found = self.table[column].to_numpy(dtype=float)
         any_load = self.table["any_load"].fillna(False).to_numpy(dtype=bool)
         return np.where(np.isfinite(found), found, np.where(any_load, math.inf, -math.inf))
+
+    def _of_both(
+        self, key: str, along: Sequence[Any], name: str, of: Callable[[np.ndarray], Sequence[Any]]
+    ) -> pd.DataFrame:
+        """A number and its limits of the load factors, and beside them those of the loads to expect."""
+        columns: dict[str, Any] = {key: along}
+        for begin, values in (("", self.load_factors), (EXPECTED, self.expected)):
+            told = 3 * (np.nan,) if np.isnan(values).any() else of(values)
+            columns |= zip((begin + name, begin + "lower", begin + "upper"), told, strict=True)
+        return pd.DataFrame(columns)
 
     @property
     def falling(self) -> int:
@@ -98,10 +118,12 @@ class Sample(StudyAnswer):
     @property
     def counted(self) -> str:
         """How many runs there are, and how many of them have no load factor, in words."""
+        unexpected = np.isfinite(self.load_factors) & np.isneginf(self.expected)
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
             "undecided, counted as fallen": self.undecided,
+            "without a load to expect, counted as fallen there": unexpected.sum(),
         }
         told = [f"{count} ({count / self.runs:.1%}) {what}" for what, count in without.items() if count]
         return "; ".join([counted(self.runs, "run"), *told])
@@ -109,7 +131,8 @@ class Sample(StudyAnswer):
     def quantiles(
         self, probabilities: Sequence[float] = (0.05, 0.5, 0.95), confidence: float = CONFIDENCE
     ) -> pd.DataFrame:
-        """Quantiles of the load factor: ``probability``, ``value``, ``lower``, ``upper``.
+        """Quantiles of the load factor: ``probability``, ``value``, ``lower``, ``upper``; of the load to
+        expect: ``expected_value``, ``expected_lower``, ``expected_upper``.
 
         The limits are two of the ordered load factors, whose ranks are quantiles of the binomial distribution
         (n, p): on either side half of what the confidence leaves. A limit is NaN where there are too few runs
@@ -118,59 +141,69 @@ class Sample(StudyAnswer):
         Raises OptionError if a probability is not between 0 and 1.
         """
         _refuse_shares(probabilities=probabilities, confidence=[confidence])
-        values, rows = self.load_factors, []
-        for p in probabilities:
-            limits = stats.quantile_test(values, p=p).confidence_interval(confidence)
-            rows.append((p, np.quantile(values, p, method="inverted_cdf"), *limits))
-        return pd.DataFrame(rows, columns=["probability", "value", "lower", "upper"])
+
+        def of(values: np.ndarray) -> Sequence[Any]:
+            limits = [stats.quantile_test(values, p=p).confidence_interval(confidence) for p in probabilities]
+            return np.quantile(values, probabilities, method="inverted_cdf"), *zip(*limits, strict=True)
+
+        return self._of_both("probability", probabilities, "value", of)
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Probability of collapse at load factors: ``load``, ``probability``, ``lower``, ``upper``.
+        """Probability of collapse at load factors: ``load``, ``probability``, ``lower``, ``upper``;
+        by the load to expect ``expected_probability``, ``expected_lower``, ``expected_upper``.
 
         It is the share of runs whose load factor does not exceed them; the limits are Clopper & Pearson's. By
-        default at the load factors found, and 5 % of their range to either side.
+        default at the load factors found and to expect, and 5 % of their range to either side.
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
         _refuse_shares(confidence=[confidence])
         if loads is None:
-            found = np.unique(self.load_factors[np.isfinite(self.load_factors)])
+            found = np.unique(np.r_[self.load_factors, self.expected])
+            found = found[np.isfinite(found)]
             least, greatest = ends(found)
             aside = 0.05 * (greatest - least) if len(found) else 0.0
             loads = [max(least - aside, 0.0), *found.tolist(), greatest + aside]
-        n, collapsed = self.runs, np.searchsorted(np.sort(self.load_factors), loads, side="right")
-        beside = (1 - confidence) / 2
-        with np.errstate(invalid="ignore"):
-            lower = np.where(collapsed == 0, 0.0, stats.beta.ppf(beside, collapsed, n - collapsed + 1))
-            upper = np.where(collapsed == n, 1.0, stats.beta.ppf(1 - beside, collapsed + 1, n - collapsed))
-        return pd.DataFrame({"load": loads, "probability": collapsed / n, "lower": lower, "upper": upper})
+        n, aside = self.runs, (1 - confidence) / 2
+
+        def of(values: np.ndarray) -> Sequence[Any]:
+            collapsed = np.searchsorted(np.sort(values), loads, side="right")
+            with np.errstate(invalid="ignore"):
+                lower = np.where(collapsed == 0, 0.0, stats.beta.ppf(aside, collapsed, n - collapsed + 1))
+                upper = np.where(collapsed == n, 1.0, stats.beta.ppf(1 - aside, collapsed + 1, n - collapsed))
+            return collapsed / n, lower, upper
+
+        return self._of_both("load", loads, "probability", of)
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Spearman's rank correlation of the load factor with each number drawn, strongest first:
-        ``parameter``, ``rank_correlation``, ``lower``, ``upper``; NaN where the load factor, or the number,
-        is the same in all runs. Load factors that differ by rounding have one rank.
+        ``parameter``, ``rank_correlation``, ``lower``, ``upper``; of the load to expect
+        ``expected_rank_correlation``, ``expected_lower``, ``expected_upper``. NaN where the load, or the
+        number, is the same in all runs. Loads that differ by rounding have one rank.
 
         The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All intervals
-        hold at once with the confidence (Bonferroni).
+        of one of the loads hold at once with the confidence (Bonferroni).
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
         _refuse_shares(confidence=[confidence])
-        values, drawn = self.load_factors, self.table[list(self.drawn)]
-        known = np.abs(values[np.isfinite(values)])
-        step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
-        ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index)
-        r = drawn.rank().corrwith(ranks).clip(-1, 1)
-        each = 1 - (1 - confidence) / max(drawn.shape[1], 1)
-        degrees = len(values) - 3
-        half = stats.norm.ppf((1 + each) / 2) * np.sqrt((1 + r**2 / 2) / degrees) if degrees > 0 else np.inf
-        # Of a perfect correlation Fisher's transform is infinite.
-        middle = np.arctanh(r.clip(-1 + 1e-15, 1 - 1e-15))
-        columns = {"rank_correlation": r, "lower": np.tanh(middle - half), "upper": np.tanh(middle + half)}
-        found = pd.DataFrame(columns).rename_axis("parameter").reset_index()
+        drawn, degrees = self.table[list(self.drawn)], self.runs - 3
+        each = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
+
+        def of(values: np.ndarray) -> Sequence[Any]:
+            known = np.abs(values[np.isfinite(values)])
+            step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
+            ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index)
+            r = drawn.rank().corrwith(ranks).to_numpy().clip(-1, 1)
+            half = each * np.sqrt((1 + r**2 / 2) / degrees) if degrees > 0 else np.inf
+            # Of a perfect correlation Fisher's transform is infinite.
+            middle = np.arctanh(r.clip(-1 + 1e-15, 1 - 1e-15))
+            return r, np.tanh(middle - half), np.tanh(middle + half)
+
+        found = self._of_both("parameter", self.drawn, "rank_correlation", of)
         # Rounded, and sorted stably: equal ones stay in the order in which they were named.
-        order = found["rank_correlation"].abs().round(12).sort_values(ascending=False, kind="stable").index
-        return found.loc[order].reset_index(drop=True)
+        strength = found.filter(like="rank_correlation").abs().max(axis=1).round(12)
+        return found.loc[strength.sort_values(ascending=False, kind="stable").index].reset_index(drop=True)
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Quantiles, fragility and sensitivity, by these names."""
@@ -195,23 +228,31 @@ class Sample(StudyAnswer):
         # A scene made in Python has a title instead, which may have dots.
         name = case.stem if case.suffix in (".toml", ".json") else self.case
         title = f"{name}: {self.counted}"
-        sure, of_tables = f"{CONFIDENCE:.0%} confidence", ("fragility", "sensitivity")
-        if kind in of_tables:
-            return getattr(charts, kind)(title, self.tables()[kind], sure)
-        return charts.distribution(title, self.load_factors, self.quantiles(), sure)
+        sure = f"{CONFIDENCE:.0%} confidence"
+        if kind != "distribution":
+            return getattr(charts, kind)(title, getattr(self, kind)(), sure)
+        return charts.distribution(title, (self.load_factors, self.expected), self.quantiles(), sure)
 
     def facts(self) -> dict[str, str]:
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
-        return {"case": self.case, "drawn": drawn, "solved": self.counted}
+        told = {"case": self.case, "drawn": drawn, "solved": self.counted}
+        lower, upper = self.table["spread_lower"], self.table["spread_upper"]
+        if lower.notna().any():
+            share = ((upper - lower) / self.table["expected"]).median()
+            told["spread"] = (
+                f"the load to expect of a run by {share:.1%} (median) with other stiffness of contacts and "
+                f"self-stress, in all {numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
+            )
+        return told
 
     def __str__(self) -> str:
         text = []
         for row in self.quantiles().to_dict("records"):
-            limits = f"({_worded(row['lower'])} to {_worded(row['upper'])} with {CONFIDENCE:.0%} confidence)"
-            text.append(f"{row['probability']:<6.0%} of λ below {_worded(row['value'])} {limits}")
-        for row in self.sensitivity().dropna().head(_PRINTED).to_dict("records"):
-            r, low, high = (numeral(row[name], "+.3f") for name in ("rank_correlation", "lower", "upper"))
-            text.append(f"rank correlation {r} with {row['parameter']} ({low} to {high})")
+            told = _told(row, "value", lambda value: numeral(value, ".5f"))
+            text.append(f"{row['probability']:<6.0%} of λ below {told}, with {CONFIDENCE:.0%} confidence")
+        for row in self.sensitivity().dropna(thresh=4).head(_PRINTED).to_dict("records"):
+            told = _told(row, "rank_correlation", lambda value: numeral(value, "+.3f"))
+            text.append(f"rank correlation with {row['parameter']} {told}")
         return printable("\n".join([super().__str__(), *text]))
 
     def as_dict(self) -> dict[str, Any]:
@@ -222,10 +263,21 @@ class Sample(StudyAnswer):
         return told | {"confidence": CONFIDENCE} | tables
 
 
-def _worded(value: float) -> str:
-    if math.isfinite(value):
-        return numeral(value, ".5f")
-    return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
+def _told(row: Mapping[Any, Any], name: str, worded: Callable[[float], str]) -> str:
+    """A number of the load factor with its limits, and the same of the load to expect where it is known."""
+
+    def said(value: float) -> str:
+        if math.isfinite(value):
+            return worded(value)
+        return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
+
+    found, beside = (
+        "{} ({} to {})".format(*(said(row[of + column]) for column in (name, "lower", "upper")))
+        for of in ("", EXPECTED)
+    )
+    if math.isnan(row[EXPECTED + name]):
+        return found
+    return f"{found}; to expect {'the same' if beside == found else beside}"
 
 
 def _refuse_shares(**shares: Sequence[float]) -> None:
@@ -259,50 +311,30 @@ def sample(
 
     Numbers are independent of each other; those of joints may be correlated (``by``, ``correlation``).
 
+    Raises OptionError if a name, distribution or argument is wrong, the scene refuses a value drawn, or
+    ``out`` holds runs of something else, or a table with other runs; CaseError if the scene is wrong;
+    OutputError if ``out`` cannot be written (runs already made are kept).
+
     Parameters
     ----------
-    scene:
-        A scene, or the path of a case file.
-    distributions:
-        By names of numbers (as in ``mo.sweep``): ``("lognormal", mean, deviation)`` and ``("normal", mean,
-        deviation)``, with mean and standard deviation of the number itself, the latter also as a share of
-        the mean, ``"15%"``; ``("uniform", least, greatest)``; or a frozen distribution of ``scipy.stats``.
-        If the scene refuses a value drawn, such as a friction below zero, nothing is run.
-    n:
-        Runs. With Sobol's sequence a power of two is best. A larger number adds to the runs of a smaller one.
-    seed:
-        The same seed gives the same table, with any number of workers.
-    by:
-        "scene": one value for all joints. "joint": properties of joints (``joints.friction``, ...) are drawn
+    scene: A scene, or the path of a case file.
+    distributions: By names of numbers (as in ``mo.sweep``): ``("lognormal", mean, deviation)`` and
+        ``("normal", mean, deviation)``, with mean and standard deviation of the number itself, the latter
+        also as a share of the mean, ``"15%"``; ``("uniform", least, greatest)``; or a frozen distribution of
+        ``scipy.stats``. If the scene refuses a value drawn, such as a friction below zero, nothing is run.
+    n: Runs. With Sobol's sequence a power of two is best. A larger number adds to the runs of a smaller one.
+    seed: The same seed gives the same table, with any number of workers.
+    by: "scene": one value for all joints. "joint": properties of joints (``joints.friction``, ...) are drawn
         for each joint; "course": for each course (the joints at one height).
-    correlation:
-        Of the normal scores behind the values: between the joints of a course (``by="course"``; default 1,
-        one value a course; courses are independent), or between all joints (``by="joint"``; default 0).
-    sequence:
-        "sobol", scrambled (the default up to 10 numbers), or "random", independent points (the default
+    correlation: Of the normal scores behind the values: between the joints of a course (``by="course"``;
+        default 1, one value a course; courses are independent), or between all joints (``by="joint"``;
+        default 0).
+    sequence: "sobol", scrambled (the default up to 10 numbers), or "random", independent points (the default
         above: of many numbers Sobol's points correlate some unless there are thousands of runs).
-    method, options:
-        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
-    out:
-        Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
+    method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
+    out: Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
         each. Runs that it holds already are not made again.
-    force, workers, dask, progress:
-        As of ``mo.sweep``.
-
-    Returns
-    -------
-    Sample
-        All runs, quantiles of the load factor, probabilities of collapse and sensitivities.
-
-    Raises
-    ------
-    OptionError
-        If a name, distribution or argument is wrong, the scene refuses a value drawn, or ``out`` holds runs
-        of something else, or a table with other runs.
-    CaseError
-        If the scene is wrong.
-    OutputError
-        If ``out`` cannot be written; runs already made are kept.
+    force, workers, dask, progress: As of ``mo.sweep``.
     """
     scene = as_scene(scene)
     for name, value, least in (("n", n, 1), ("seed", seed, 0)):
@@ -316,10 +348,9 @@ def sample(
     table = ManyRuns(out, force, workers, dask, progress).table(study, points, make)
     found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if out is not None:
-        folder = Path(out)
-        write_files(folder, {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
+        write_files(Path(out), {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
         with contextlib.suppress(OptionError):  # the tables need no extra
             from masonry_opt.studies.charts import write_charts
 
-            write_charts("Sample", [found.drawing(kind) for kind in KINDS], folder)
+            write_charts("Sample", [found.drawing(kind) for kind in KINDS], Path(out))
     return found

@@ -37,26 +37,22 @@ def sweep(
 ) -> pd.DataFrame:
     """Solve a scene for every combination of values of its numbers.
 
+    Raises OptionError if a name, a value, a method or an option is wrong, or ``out`` holds runs of something
+    else, or a table with other runs; CaseError if the case file or scene is wrong as it stands; OutputError
+    if ``out`` cannot be written (runs already made are kept).
+
     Parameters
     ----------
-    scene:
-        A scene, the path of a case file, or a function of the numbers that returns a scene.
-    vary:
-        Values by name. Of a scene: ``joints.friction``, ``block.A.weight``, ``arch.thickness``, ... (see
+    scene: A scene, the path of a case file, or a function of the numbers that returns a scene.
+    vary: Values by name. Of a scene: ``joints.friction``, ``block.A.weight``, ``arch.thickness``, ... (see
         :mod:`~masonry_opt.studies.many.parameters`). Of a function: its arguments.
-    method, options:
-        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
-    out:
-        Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds are not made
+    method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
+    out: Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds are not made
         again: an interrupted sweep goes on where it stopped. A table that would lose runs is not replaced.
-    force:
-        Replace such a table too. (Its runs stay in ``journal.jsonl``.)
-    workers:
-        Processes; by default one a core.
-    dask:
-        Address of a Dask scheduler, whose workers make the runs instead (needs the extra ``dask``).
-    progress:
-        Called with the number of runs done, and of all.
+    force: Replace such a table too. (Its runs stay in ``journal.jsonl``.)
+    workers: Processes; by default one a core.
+    dask: Address of a Dask scheduler, whose workers make the runs instead (needs the extra ``dask``).
+    progress: Called with the number of runs done, and of all.
 
     Returns
     -------
@@ -64,22 +60,13 @@ def sweep(
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
         ``status``, ``reason`` (code), ``any_load`` (whether the scene carries any load; of a Coulomb method,
         proven), ``exact``, ``states`` (number of different exact states met), ``expected`` (NaN where it is
-        switched off), ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
+        switched off), ``spread_lower`` and ``spread_upper`` (of loads to expect, with ``spread``),
+        ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
         ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"
         or "none"), the numbers of joints that do so (``slides``, ``hinges``, ``separates``, ``crushes``),
         ``blocks``, ``joints``, ``message`` and ``seconds``. A run that fails is a row too, with status
         "refused" if its values make no scene. (Any other error of a function ends the sweep; with ``out`` the
         runs before it are kept.)
-
-    Raises
-    ------
-    OptionError
-        If a name, a value, a method or an option is wrong, or ``out`` holds runs of something else, or a
-        table with other runs.
-    CaseError
-        If the case file or scene is wrong as it stands.
-    OutputError
-        If ``out`` cannot be written; runs already made are kept.
     """
     points = grid(vary)
     make: Maker | None = None

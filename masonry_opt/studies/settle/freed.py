@@ -2,15 +2,66 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from pydantic import BaseModel
 
+from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly, with_supports_freed
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import moments_in
 from masonry_opt.scene.scene import Scene
+
+
+def supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
+    """Indices of the supports. Raises OptionError if one is none, or is named twice."""
+    names: list[Any] = list(support) if isinstance(support, list | tuple) else [support]
+    known = {block.name: number for number, block in enumerate(scene.blocks)}
+    fixed = [block.name for block in scene.blocks if block.fixed]
+    if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise OptionError(f"{scene.origin}: support: name each support once (found {support!r})")
+    for name in names:
+        if name not in known:
+            close = difflib.get_close_matches(name, fixed, n=1)
+            instead = f"did you mean '{close[0]}'?" if close else f"supports: {', '.join(fixed)}"
+            raise OptionError(f"{scene.origin}: support: no block '{name}'; {instead}")
+        if name not in fixed:
+            raise OptionError(
+                f"{scene.origin}: support '{name}' can move already: name a block with 'fixed = true': "
+                f"{', '.join(fixed)}"
+            )
+    return np.array([known[name] for name in names])
+
+
+def unit_of(scene: Scene, direction: Sequence[float]) -> np.ndarray:
+    """Unit vector of a direction. Raises OptionError if it is none of the scene's."""
+    needed = "three numbers, x, y, z" if scene.dimension == 3 else "two numbers, x, y"
+    try:
+        vector = np.array(direction, dtype=float)
+    except (TypeError, ValueError):
+        vector = np.empty(0)
+    if vector.shape != (scene.dimension,) or not np.isfinite(vector).all() or not vector.any():
+        raise OptionError(
+            f"{scene.origin}: direction: needs {needed}, not all of them zero (found {direction!r})"
+        )
+    vector = vector / np.abs(vector).max()
+    return vector / np.linalg.norm(vector)
+
+
+def refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -> None:
+    """Raise OptionError if nothing that can move presses or pulls a support."""
+    forces = assembly.problem.B.shape[1]
+    touched = np.abs(freed_of.problem.B[:, :forces]).sum(axis=1)
+    rows = freed_of.problem.by_block(touched).sum(axis=1)
+    for support in supports:
+        if not rows[freed_of.movable == support].any():
+            raise OptionError(
+                f"{assembly.scene.origin}: support '{assembly.scene.blocks[support].name}' touches no block "
+                "that can move: nothing changes where it settles"
+            )
 
 
 def freed(

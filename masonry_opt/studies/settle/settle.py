@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -33,7 +32,7 @@ from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
-from masonry_opt.studies.settle.freed import freed
+from masonry_opt.studies.settle.freed import freed, refuse_idle, supports_of, unit_of
 from masonry_opt.studies.writing import StudyAnswer, frame_table, study_page
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
@@ -194,16 +193,12 @@ class Settlement(StudyAnswer):
                 "results": {
                     row["kind"]: {"reaction": row["reaction"], "moves": row["moves"]} | of.as_dict()
                     for row, of in zip(end.rows(), end.results.values(), strict=True)
-                },
+                }
             }
         return told | {"fallen": self.fallen and self.fallen.as_dict()}
 
     def plot(
-        self,
-        end: str = "least",
-        kind: str | None = None,
-        names: bool = False,
-        view: ViewAngles | None = None,
+        self, end: str = "least", kind: str | None = None, names: bool = False, view: ViewAngles | None = None
     ) -> Picture:
         """Draw what moves at the "least" or the "greatest" reaction, with an arrow on each support in the
         direction in which it moves, as a matplotlib figure; how the scene falls, where no reaction holds it.
@@ -295,6 +290,10 @@ def settle(
 
     Live loads of the scene are left out. Weights and loads of the supports themselves are left to the ground.
 
+    Raises CaseError if the case file or scene is wrong; OptionError if there is no such support, it can move
+    already, or touches nothing that can, if the direction is none of the scene's, or as
+    :func:`~masonry_opt.solve`.
+
     Parameters
     ----------
     scene: a scene, or the path of a case file.
@@ -303,31 +302,18 @@ def settle(
     turns: whether each support may turn too, also at rest; its reaction passes its centroid.
     load_case: name of one of the scene's, whose dead loads act.
     method, phases, options: as of :func:`~masonry_opt.solve`, its model, solver, ... too.
-
-    Returns
-    -------
-    Settlement
-        Whose ``status`` says whether any reaction holds the scene.
-
-    Raises
-    ------
-    CaseError
-        If the case file or scene is wrong.
-    OptionError
-        If there is no such support, it can move already, or touches nothing that can; if the direction is
-        none of the scene's; or what :func:`~masonry_opt.solve` refuses.
     """
     session = prepare(method, **options)
     scene, effort = as_scene(scene, load_case), Effort(phases)
     scene.refuse_without_case()
-    supports = _supports(scene, support)
-    along = _unit(scene, direction)
+    supports = supports_of(scene, support)
+    along = unit_of(scene, direction)
     effort.begins("finding joints")
     assembly = assemble(scene)
     problem = assembly.problem
     unit = problem.force_unit * (float(problem.force_sizes(problem.dead).sum()) or 1.0)
     settling, pushed_back = (freed(assembly, supports, along, push, turns) for push in (unit, -unit))
-    _refuse_idle(assembly, settling, supports)
+    refuse_idle(assembly, settling, supports)
     told = partial(
         Settlement,
         case=scene.called,
@@ -360,54 +346,6 @@ def settle(
         least=bound(settling, 1.0, *begins[0]),
         greatest=bound(pushed_back, -1.0, *begins[1]),
     )
-
-
-def _supports(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
-    """Indices of the supports. Raises OptionError if one is none, or is named twice."""
-    names: list[Any] = list(support) if isinstance(support, list | tuple) else [support]
-    known = {block.name: number for number, block in enumerate(scene.blocks)}
-    fixed = [block.name for block in scene.blocks if block.fixed]
-    if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-        raise OptionError(f"{scene.origin}: support: name each support once (found {support!r})")
-    for name in names:
-        if name not in known:
-            close = difflib.get_close_matches(name, fixed, n=1)
-            instead = f"did you mean '{close[0]}'?" if close else f"supports: {', '.join(fixed)}"
-            raise OptionError(f"{scene.origin}: support: no block '{name}'; {instead}")
-        if name not in fixed:
-            raise OptionError(
-                f"{scene.origin}: support '{name}' can move already: name a block with 'fixed = true': "
-                f"{', '.join(fixed)}"
-            )
-    return np.array([known[name] for name in names])
-
-
-def _unit(scene: Scene, direction: Sequence[float]) -> np.ndarray:
-    """Unit vector of a direction. Raises OptionError if it is none of the scene's."""
-    needed = "three numbers, x, y, z" if scene.dimension == 3 else "two numbers, x, y"
-    try:
-        vector = np.array(direction, dtype=float)
-    except (TypeError, ValueError):
-        vector = np.empty(0)
-    if vector.shape != (scene.dimension,) or not np.isfinite(vector).all() or not vector.any():
-        raise OptionError(
-            f"{scene.origin}: direction: needs {needed}, not all of them zero (found {direction!r})"
-        )
-    vector = vector / np.abs(vector).max()
-    return vector / np.linalg.norm(vector)
-
-
-def _refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -> None:
-    """Raise OptionError if nothing that can move presses or pulls a support."""
-    forces = assembly.problem.B.shape[1]
-    touched = np.abs(freed_of.problem.B[:, :forces]).sum(axis=1)
-    rows = freed_of.problem.by_block(touched).sum(axis=1)
-    for support in supports:
-        if not rows[freed_of.movable == support].any():
-            raise OptionError(
-                f"{assembly.scene.origin}: support '{assembly.scene.blocks[support].name}' touches no block "
-                "that can move: nothing changes where it settles"
-            )
 
 
 def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:

@@ -19,12 +19,7 @@ ODD_NAMES = ["a b", "a-b", "a_b", "a_b~2", "größe [m]", "e1", "x" * 199 + "1",
 def row_of_stones(names=ODD_NAMES):
     """Stones side by side on a ground, each named oddly."""
     stones = [
-        mo.Block(
-            name=name,
-            vertices=[(i, 0), (i + 1, 0), (i + 1, 1), (i, 1)],
-            weight=1,
-            live=(1, 0),
-        )
+        mo.Block(name=name, vertices=[(i, 0), (i + 1, 0), (i + 1, 1), (i, 1)], weight=1, live=(1, 0))
         for i, name in enumerate(names)
     ]
     ground = mo.Block(name="ground", vertices=[(-5, -1), (20, -1), (20, 0), (-5, 0)], fixed=True)

@@ -29,13 +29,7 @@ def series(failure, attempt):
 
 #: By failure of the first run.
 ORDER = {
-    Status.NO_STATE: [
-        "alpha=0.1",
-        "alpha=0.033",
-        "alpha=0.011",
-        "alpha=0.0037",
-        "alpha=0.0012",
-    ],
+    Status.NO_STATE: ["alpha=0.1", "alpha=0.033", "alpha=0.011", "alpha=0.0037", "alpha=0.0012"],
     Status.CYCLING: ["beta=0.3", "beta=0.15", "solver=highs-ipm"],
     Status.ITERATION_LIMIT: [],
     Status.SOLVER_FAILED: ["solver=highs-ipm"],

@@ -39,20 +39,12 @@ def acting(scene, kind, shapes=None):
 BY_HAND = {
     "weight": ({"weight": None, "unit_weight": 5}, "weight", [0, 0, -30, 0, 0, 0]),
     # 30 down at an arm of (0.5, -1, 0): r × f = (30, 15, 0).
-    "weight at an edge": (
-        {"weight": 30, "weight_at": (1, 0, 1.5)},
-        "weight",
-        [0, 0, -30, 30, 15, 0],
-    ),
+    "weight at an edge": ({"weight": 30, "weight_at": (1, 0, 1.5)}, "weight", [0, 0, -30, 30, 15, 0]),
     "force": ({"live": (1, 2, 3)}, "live", [1, 2, 3, 0, 0, 0]),
     # At the farthest corner, arm (0.5, 1, 1.5).
     "force through the centroid": ({"live": (1, 2, 3), "live_at": (1, 2, 3)}, "live", [1, 2, 3, 0, 0, 0]),
     # Arm (-0.5, -1, 1.5): r × (4, 0, 0) = (0, 1.5·4, 1·4).
-    "force at a corner": (
-        {"dead": (4, 0, 0), "dead_at": (0, 0, 3)},
-        "dead",
-        [4, 0, 0, 0, 6, 4],
-    ),
+    "force at a corner": ({"dead": (4, 0, 0), "dead_at": (0, 0, 3)}, "dead", [4, 0, 0, 0, 6, 4]),
     "moment": ({"live": (0, 0, 0), "live_moment": (1, -2, 3)}, "live", [0, 0, 0, 1, -2, 3]),
     "moment and force": (
         {"dead": (0, 4, 0), "dead_at": (0.5, 1, 3), "dead_moment": (7, 1, 0)},
