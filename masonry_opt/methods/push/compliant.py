@@ -30,7 +30,7 @@ PUSHED_UP_TO = 3000
 SOFT = 3e1
 
 #: Displacements at which a state is looked for where the push comes to no ray.
-_TRIED = 1e6, 1e5, 1e4, 1e3, 1e2
+_TRIED = 1e7, 1e6, 1e5, 1e4, 1e3, 1e2
 
 #: How much softer contacts are with which a state is compared, and the states of a curve at most.
 _SOFTER, _ON_CURVE = 10.0, 100
