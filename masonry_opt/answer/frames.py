@@ -8,9 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.motion import fastest, joint_motion, relative_rotation, velocities
-from masonry_opt.answer.reasons import Status
+from masonry_opt.answer.motion import fastest, relative_rotation, velocities, yielded
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.thresholds import AT_HIGHEST, HINGES, IDLE, MOVES
 from masonry_opt.problem.assembly import Assembly
@@ -91,23 +89,14 @@ def contact_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame | None
 
 def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> pd.DataFrame:
     """A row a state of contacts that give less and less; joints that start are those of no row before."""
-    problem = assembly.problem
     rows, started = [], np.zeros((2, len(assembly.joints.first)), dtype=bool)
-    # In the plane velocities are scaled by a sum over components, which depends on the axes: a displacement
-    # must not.
-    work = problem.live_norm / (problem.force_sizes(problem.live).sum() or problem.live_norm)
     for state in states:
-        solution = Solution(Status.CONVERGED, Kind.COMPLIANT, found=state.answer)
-        motion = joint_motion(replace(assembly, problem=state.problem), solution)
-        n = state.problem.normal_forces(state.answer.q)
-        # Joints without force slip as they please.
-        pressed = assembly.most_of_joints(n > IDLE * np.abs(n).max(initial=0.0))
-        moves = np.stack([motion.slides & pressed, motion.hinges | motion.separates])
+        moves = yielded(replace(assembly, problem=state.problem), state.answer)
         slide, part = (assembly.pairs_of(joints) for joints in moves & ~started)
         started |= moves
         rows.append(
             {
-                "displacement": work / state.give,
+                "displacement": assembly.problem.live_displacement / state.give,
                 "load_factor": state.answer.load_factor,
                 "give": state.give,
                 "sliding": int(moves[0].sum()),

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Found
+from masonry_opt.answer.reasons import Status
+from masonry_opt.answer.solution import Solution, Way
 from masonry_opt.answer.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES, SEPARATES, SLIDES, ZERO
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.rows import dots, lengths, sums
+
+#: Motion of a joint that has yielded, over what the rounding of its law leaves.
+_ROUNDED = 5.0
 
 
 @dataclass(frozen=True)
@@ -34,10 +40,11 @@ class JointMotion:
     crushes: np.ndarray
 
 
-def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
+def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = None) -> JointMotion:
     """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
 
-    What contacts give elastically, where they do, is no such motion.
+    What contacts give elastically, where they do, is no such motion. Motions are beside a speed, by default
+    that of the mechanism's own fastest corner.
     Opening by the answer's flow rule counts neither as hinging nor as separating. A joint without force that
     opens in the middle while one edge stays separates if it slips, else it hinges about that edge.
 
@@ -56,7 +63,7 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     dimension, of_point = problem.layout.dimension, assembly.of_point
     motion = problem.motion(solution.d, solution.q)
     slip = np.hypot.reduce(np.abs(problem.shears(motion)), axis=0)[of_point]
-    speed = fastest(assembly, solution.d)
+    speed = speed or fastest(assembly, solution.d)
     # Opening of each contact point beside what the flow rule demands.
     apart = np.empty(len(of_point))
     apart[assembly.pressed] = problem.at_points(motion) - explained
@@ -82,6 +89,27 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
         separates=~touches,
         crushes=crushes,
     )
+
+
+def yielded(assembly: Assembly, found: Found, speed: float | None = None) -> np.ndarray:
+    """Which joints of contacts that give slide under pressure, and which open, shape (2, joints), by what
+    moves beside a speed as in ``joint_motion``."""
+    motion = joint_motion(assembly, Solution(Status.CONVERGED, Kind.COMPLIANT, found=found), speed)
+    assert found.q is not None
+    n = assembly.problem.normal_forces(found.q)
+    # Joints without force slip as they please.
+    pressed = assembly.most_of_joints(n > IDLE * np.abs(n).max(initial=0.0))
+    return np.stack([motion.slides & pressed, motion.hinges | motion.separates])
+
+
+def yielded_on(assembly: Assembly, way: Way) -> np.ndarray:
+    """The same at each keyframe of a push, shape (k, 2, joints), beside the displacement there, and as far as
+    that tells more than its law's rounding."""
+    giving, law = replace(assembly, problem=way.problem), way.problem
+    own, least = Found(slope=law.dilatancy, forms=law.forms), _ROUNDED * way.rounding / MOVES
+    speeds = (max(fastest(assembly, d), least) for d in way.d)
+    states = (replace(own, q=q, d=d) for q, d in zip(way.q, way.d, strict=True))
+    return np.stack([yielded(giving, *each) for each in zip(states, speeds, strict=True)])
 
 
 def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:

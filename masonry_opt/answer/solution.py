@@ -33,6 +33,27 @@ class GivingState:
 
 
 @dataclass(frozen=True, eq=False)
+class Way:
+    """Keyframes of a push, from rest to where λ stays, and as far again.
+
+    Attributes
+    ----------
+    problem: whose contacts give by one in their own units, in which d and u are.
+    displacement, load_factor: u, work of the live load over Σ|f_L|, and λ, shape (k,).
+    d: displacements from rest, shape (k, 3b).
+    q: forces of the contacts' law there, shape (k, 3c).
+    rounding: of that law, in mean forces: by so much contacts at yield have moved, if by no more.
+    """
+
+    problem: Problem
+    displacement: np.ndarray
+    load_factor: np.ndarray
+    d: np.ndarray
+    q: np.ndarray
+    rounding: float
+
+
+@dataclass(frozen=True, eq=False)
 class Solution:
     """How an analysis ended, in the problem's dimensionless units.
 
@@ -55,6 +76,7 @@ class Solution:
     infeasibility: what is proven where there is no λ; None if no proof was tried.
     size: of the linear program.
     curve: states of contacts that give less and less, if they were asked for.
+    way: of a push, the way that it went.
     softer: of a push, the state of contacts that are soft still, from which lower states are sought.
     solver: of the method that ended with it, which another may have asked.
     """
@@ -75,6 +97,7 @@ class Solution:
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
     curve: tuple[GivingState, ...] | None = None
+    way: Way | None = None
     softer: GivingState | None = None
     solver: Solver | None = None
 

@@ -168,15 +168,20 @@ def _still(assembly: Assembly) -> np.ndarray:
 
 
 def _motion(result: Outcome) -> np.ndarray:
-    assembly = result.assembly
-    motion = _still(assembly)
-    if has_mechanism(result):
-        assert result.solution.d is not None
-        rates = result.blocks.filter(regex="^(v|w|omega)").to_numpy()
-        centroid = assembly.geometry.centroid[assembly.movable]
-        # Velocity of the point of each block that lies in the origin, and the block's angular velocity.
-        velocity = np.column_stack([moved(-centroid, rates) + centroid, rates[:, centroid.shape[1] :]])
-        motion[assembly.movable] = FULL * size_of(assembly) / fastest(assembly, result.solution.d) * velocity
+    assembly, d = result.assembly, result.solution.d
+    if d is None:
+        return _still(assembly)
+    return motion_of(assembly, FULL * size_of(assembly) / fastest(assembly, d) * d)
+
+
+def motion_of(assembly: Assembly, d: np.ndarray) -> np.ndarray:
+    """Displacements d, shape (3b,), as motions of the scene's blocks, as ``moved`` takes them."""
+    problem, motion = assembly.problem, _still(assembly)
+    centroid = assembly.geometry.centroid[assembly.movable]
+    rates = np.column_stack([problem.forces(d), problem.moments(d) / problem.length_unit])
+    # Of the point of each block that lies in the origin.
+    rates[:, : centroid.shape[1]] = moved(-centroid, rates) + centroid
+    motion[assembly.movable] = rates
     return motion
 
 

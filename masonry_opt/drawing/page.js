@@ -1,6 +1,5 @@
-"use strict";
 // What all pages do: the figure, made before, has an element, moves(), move(share), pick(joint), show(what), and
-// near(event), the joint that an event points at or -1.
+// near(event), the joint that an event points at or -1, and push(motions, marks), a keyframe of the push.
 const main = document.querySelector("main");
 const slider = document.getElementById("moved");
 const number = document.getElementById("joint");
@@ -12,7 +11,13 @@ function show(what) {
   slider.disabled = what !== "mechanism" || !figure.moves();
   slider.parentElement.classList.toggle("off", slider.disabled);
   figure.show(what);
-  figure.move(slider.disabled ? 0 : +slider.value);
+  if (what === "push") way.place();
+  else figure.move(slider.disabled ? 0 : +slider.value);
+}
+
+function choose(what) {
+  document.querySelector(`input[name=show][value=${what}]`).checked = true;
+  show(what);
 }
 
 function pick(joint) {
@@ -36,6 +41,11 @@ function pickNear(event) {
 figure.element.addEventListener("pointermove", pickNear);
 figure.element.addEventListener("pointerdown", pickNear);
 slider.addEventListener("input", () => figure.move(+slider.value));
+way?.slider.addEventListener("input", () => {
+  way.tell();
+  if (main.dataset.show === "push") way.place();
+  else choose("push");
+});
 number.addEventListener("input", () => number.value in joints.first && pick(+number.value));
 number.addEventListener("focus", () => number.value in joints.first && pick(+number.value));
 for (const choice of document.querySelectorAll("input[name=show]"))

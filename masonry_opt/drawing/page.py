@@ -16,16 +16,19 @@ import numpy as np
 
 from masonry_opt.answer.motion import fastest
 from masonry_opt.answer.outcome import Outcome
+from masonry_opt.answer.solution import Way
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.carried import utilisation_label
 from masonry_opt.drawing.colours import UTILISATION
 from masonry_opt.drawing.curve import curve_picture
 from masonry_opt.drawing.elements import KINDS, START, Elements, counts, refuse_kind, result_elements
 from masonry_opt.drawing.figure import is_page, refuse_file
+from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.pictures import result_picture
 from masonry_opt.drawing.solid_figure import Figure, three
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
 from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
+from masonry_opt.drawing.way import PUSH, way_data, way_marks, way_motions, way_of
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER
 from masonry_opt.scene.scene import Scene
@@ -55,11 +58,13 @@ def refuse_saving(
 def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = None) -> str:
     """The page as text: load factor, how sure it is, certificate, warnings, and the scene.
 
-    A slider moves the mechanism, and pointing at a joint tells its forces and motion. Joints first show their
-    motion, or by ``kind`` "thrust" or "utilisation". A scene in space turns, and is first seen from ``view``.
+    A slider goes along the push to the load to expect, if there is one, another moves the mechanism, and
+    pointing at a joint tells its forces and motion. Joints first show their motion, or by ``kind`` "thrust"
+    or "utilisation". A scene in space turns, and is first seen from ``view``.
     """
     elements, folder = result_elements(result), files("masonry_opt.drawing")
-    name, figure, data = (_plane if result.contacts is None else _space)(result, elements, view)
+    way = way_of(result)
+    name, figure, data = (_plane if result.contacts is None else _space)(result, elements, view, way)
     values: dict[str, Any] = {"title": escape(elements.title), **figure}
 
     def piece(name: str) -> str:
@@ -69,6 +74,11 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
 
     values |= {part: piece(f"page_{name}_{part}.html") for part in ("controls", "block", "joint")}
     values |= {"picture": piece(f"page_{name}_picture.html") or figure["picture"]}
+    layers = elements.layers
+    if way is not None:
+        layers = layers | {PUSH: way_marks(result)}
+        data["way"] = way_data(result, way, data.pop("motions"))
+        values |= {"count": len(way.d), "last_frame": len(way.d) - 1}
     told = {
         "blocks": [printable(block.name) for block in result.assembly.scene.blocks],
         "joints": _joints(result, re.findall(r'data-of="(\w+)"', values["joint"])) | data.pop("joints"),
@@ -78,15 +88,17 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
         "writer": WRITER,
         "answer": answer(result),
         "caption": caption(elements),
-        "choices": _choices(elements, kind),
+        "choices": _choices(layers, kind),
         "start": START,
         "still": "" if elements.movement else " disabled",
-        "legends": _legends(elements),
+        "legends": _legends(elements, layers),
+        "way": piece("page_way.html") if way is not None else "",
         "last": result.size.joints - 1,
         "details": _curve(result) + certificate(result) + described(result) + _foot(result),
         "data": _json(told),
     }
-    scripts = {"style": "page.css", "figure_script": f"page_{name}.js", "script": "page.js"}
+    scripts = {"style": "page.css", "figure_script": f"page_{name}.js"}
+    scripts |= {"way_script": "page_way.js", "script": "page.js"}
     values |= {key: folder.joinpath(file).read_text(encoding="utf-8") for key, file in scripts.items()}
     return piece("page.html")
 
@@ -95,7 +107,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
 _FigureOf = tuple[str, dict[str, str], dict[str, Any]]
 
 
-def _plane(result: Outcome, elements: Elements, _: ViewAngles | None) -> _FigureOf:
+def _plane(result: Outcome, elements: Elements, _: ViewAngles | None, way: Way | None) -> _FigureOf:
     canvas, joints = Canvas(elements, elements.all_marks), result.assembly.joints
     groups = {"loads": elements.loads}
     groups |= {f"layer {name}": marks for name, marks in elements.layers.items()}
@@ -108,10 +120,13 @@ def _plane(result: Outcome, elements: Elements, _: ViewAngles | None) -> _Figure
         f'class="picture" style="--ratio: {canvas.width / canvas.height:.4f}"',
     )
     joints_of = {name: values.tolist() for name, values in columns.items()}
-    return "plane", {"picture": picture, "library": ""}, {"joints": joints_of}
+    data: dict[str, Any] = {"joints": joints_of}
+    if way is not None:
+        data["motions"] = canvas.motions(way_motions(result, way))
+    return "plane", {"picture": picture, "library": ""}, data
 
 
-def _space(result: Outcome, elements: Elements, view: ViewAngles | None) -> _FigureOf:
+def _space(result: Outcome, elements: Elements, view: ViewAngles | None, way: Way | None) -> _FigureOf:
     """The figure turns; beside it is a picture, for browsers that draw no solids, and for print."""
     view = view or best_view(elements)
     rates = [_rounded(result.blocks.filter(regex=f"^{kind}").to_numpy().ravel()) for kind in "vw"]
@@ -121,7 +136,10 @@ def _space(result: Outcome, elements: Elements, view: ViewAngles | None) -> _Fig
     source = b64encode(result_picture(result, view=view).image("png")).decode()
     fixed = np.setdiff1d(np.arange(len(moves)), result.assembly.movable)
     values = {"source": source, "view": "{:g} {:g}".format(*view), "library": f"<script>{three()}</script>\n"}
-    data = {"figure": Figure(elements).data(view), "rates": moves, "fixed": fixed.tolist()}
+    drawn = Figure(elements)
+    data = {"figure": drawn.data(view), "rates": moves, "fixed": fixed.tolist()}
+    if way is not None:
+        data["motions"] = way_motions(result, way) * np.repeat([drawn.scale, 1.0], 3)
     return "space", values, {"joints": {}, **data}
 
 
@@ -134,17 +152,17 @@ def caption(elements: Elements) -> str:
     return f'{size}. <span class="mechanism">{moved}.</span>'
 
 
-def _choices(elements: Elements, first: str) -> str:
+def _choices(layers: dict[str, list[Marks]], first: str) -> str:
     """What joints show, of what there is."""
-    first = first if first in elements.layers else "mechanism"
+    first = first if first in layers else "mechanism"
     choices = ""
-    for kind in KINDS:
-        state = " checked" if kind == first else "" if kind in elements.layers else " disabled"
+    for kind in (PUSH, *KINDS):
+        state = " checked" if kind == first else "" if kind in layers else " disabled"
         choices += f'<label><input type="radio" name="show" value="{kind}"{state}> {kind}</label>\n'
     return choices
 
 
-def _legends(elements: Elements) -> str:
+def _legends(elements: Elements, layers: dict[str, list[Marks]]) -> str:
     """A legend for each choice of what joints show."""
     steps = ", ".join(
         f"{colour} {100 * number / len(UTILISATION):g}% {100 * (number + 1) / len(UTILISATION):g}%"
@@ -152,8 +170,8 @@ def _legends(elements: Elements) -> str:
     )
     scale = f'0<span class="scale" style="background: linear-gradient(90deg, {steps})"></span>1'
     written = ""
-    for kind in KINDS:
-        entries = legend_svg([*elements.layers.get(kind, ()), *elements.loads])
+    for kind in (PUSH, *KINDS):
+        entries = legend_svg([*layers.get(kind, ()), *elements.loads])
         if kind == "utilisation":
             entries.insert(0, f"{utilisation_label(elements.assembly)}: {scale}")
         items = "".join(f"<li>{entry}</li>" for entry in entries)

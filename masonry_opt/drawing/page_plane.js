@@ -6,8 +6,14 @@ const figure = (() => {
   const motionOf = (element) => (element.dataset.motion || "0 0 0").split(" ").map(Number);
   const moving = [...picture.querySelectorAll("[data-motion]")].map((element) => [element, motionOf(element)]);
   const blocks = [...picture.querySelectorAll(".blocks path")]; // in the order of data.blocks
-  const motions = blocks.map((path) => motionOf(path.parentElement));
-  const picked = document.createElementNS(picture.namespaceURI, "g");
+  const ofMechanism = blocks.map((path) => motionOf(path.parentElement));
+  let motions = ofMechanism; // of what is shown, the mechanism or a keyframe of the push
+  const [picked, yielded] = ["picked", "yielded"].map((name) => {
+    const made = document.createElementNS(picture.namespaceURI, "g");
+    made.setAttribute("class", name);
+    return made;
+  });
+  const lineOf = (joint) => `M${joints.x[joint]} ${joints.y[joint]}l${joints.dx[joint]} ${joints.dy[joint]}`;
   let share = 0; // of the mechanism that is shown
   let shown = []; // the two blocks of the joint that is picked
   let chosen = -1; // that joint
@@ -17,10 +23,34 @@ const figure = (() => {
     `matrix(1 ${share * omega} ${-share * omega} 1 ${share * vx} ${share * vy})`;
 
   // A joint lies midway between its two blocks.
-  const motionsOfJoints = joints.first.map((first, joint) =>
-    motions[first].map((value, part) => (value + motions[joints.second[joint]][part]) / 2));
+  const midway = (joint) =>
+    motions[joints.first[joint]].map((value, part) => (value + motions[joints.second[joint]][part]) / 2);
+  let motionsOfJoints = joints.first.map((_, joint) => midway(joint));
+
+  function turnTo(now) {
+    if (motions === now) return;
+    motions = now;
+    motionsOfJoints = joints.first.map((_, joint) => midway(joint));
+  }
+
+  // Blocks move one by one, and what they carry stays.
+  function push(now, marks) {
+    move(0);
+    turnTo(now);
+    share = 1;
+    blocks.forEach((path, block) => path.setAttribute("transform", matrix(now[block])));
+    yielded.innerHTML = marks.map(({colour, width, dashes, joints}) => {
+      const lines = joints.map((joint) => `<path d="${lineOf(joint)}" transform="${matrix(motionsOfJoints[joint])}"/>`);
+      const gaps = dashes.map((dash) => 1.5 * width * dash).join(" ");
+      return `<g stroke="${colour}" stroke-width="${1.5 * width}" stroke-dasharray="${gaps}">${lines.join("")}</g>`;
+    }).join("");
+    if (chosen >= 0) picked.setAttribute("transform", matrix(motionsOfJoints[chosen]));
+  }
 
   function move(value) {
+    if (motions !== ofMechanism) for (const path of blocks) path.removeAttribute("transform");
+    turnTo(ofMechanism);
+    yielded.innerHTML = "";
     share = value;
     for (const [element, motion] of moving) element.setAttribute("transform", matrix(motion));
     if (chosen >= 0) picked.setAttribute("transform", matrix(motionsOfJoints[chosen]));
@@ -33,7 +63,7 @@ const figure = (() => {
     shown = [blocks[first], blocks[second]];
     blocks[first].setAttribute("class", "first");
     blocks[second].setAttribute("class", "second");
-    const line = `M${joints.x[joint]} ${joints.y[joint]}l${joints.dx[joint]} ${joints.dy[joint]}`;
+    const line = lineOf(joint);
     picked.innerHTML = `<path class="under" d="${line}"/><path class="over" d="${line}"/>`;
     picked.setAttribute("transform", matrix(motionsOfJoints[joint]));
   }
@@ -54,7 +84,7 @@ const figure = (() => {
     return nearest;
   }
 
-  picked.setAttribute("class", "picked");
-  picture.insertBefore(picked, picture.querySelector(".layer")); // marks stay on top
-  return {element: picture, moves: () => moving.length > 0, move, pick, near, show() {}};
+  const first = picture.querySelector(".layer"); // marks stay on top
+  for (const each of [picked, yielded]) picture.insertBefore(each, first);
+  return {element: picture, moves: () => moving.length > 0, move, push, pick, near, show() {}};
 })();

@@ -2,10 +2,11 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 // A scene in space, by three.js: everything is triangles and lines whose corners move on straight lines.
 const figure = (() => {
-  const {surface, motions, layers, outlines, view, size} = data.figure, joints = data.joints;
+  const {surface, motions: ofMechanism, layers, outlines, view, size} = data.figure, joints = data.joints;
+  let motions = ofMechanism; // of what is shown, the mechanism or a keyframe of the push
   const element = document.querySelector(".solids"), glass = document.getElementById("glass");
   const triad = [...element.querySelectorAll(".axes g")];
-  const standing = {element, moves: () => motions.flat().some(Boolean), move() {}, pick() {}, show() {}, near: () => -1};
+  const standing = {element, moves: () => ofMechanism.flat().some(Boolean), move() {}, push() {}, pick() {}, show() {}, near: () => -1};
   let renderer;
   try {
     renderer = new THREE.WebGLRenderer({preserveDrawingBuffer: true}); // tests and printers read it
@@ -65,9 +66,10 @@ const figure = (() => {
   const mesh = new THREE.Mesh(solid, clay);
   scene.add(mesh);
   const inks = [0x333333, 0x8a8a8a].map((color) => new THREE.LineBasicMaterial({color}));
-  const lines = (rest, step, ink) => scene.add(new THREE.LineSegments(geometry(rest, step), ink));
-  lines(surface.edges.flatMap(corner), surface.edges.flatMap(stepAt), inks[0]);
-  lines(surface.hatching, surface.hatching.map(() => 0), inks[1]);
+  const lines = (made, ink) => scene.add(new THREE.LineSegments(made, ink));
+  const edges = geometry(surface.edges.flatMap(corner), surface.edges.flatMap(stepAt));
+  lines(edges, inks[0]);
+  lines(geometry(surface.hatching, surface.hatching.map(() => 0)), inks[1]);
 
   // Corners of a four-sided bar from one end to another, and how its triangles join them.
   const around = [0, 2, 4, 6].flatMap((a) => { const b = (a + 2) % 8; return [a, b, b + 1, a, b + 1, a + 1]; });
@@ -129,8 +131,8 @@ const figure = (() => {
     scene.add(groups[name] = new THREE.Group());
     for (const each of marks) groups[name].add(marked(each));
   }
-  const picked = new THREE.Group();
-  scene.add(picked);
+  const picked = new THREE.Group(), yielded = new THREE.Group();
+  scene.add(picked, yielded);
 
   const midway = (joint) => times(plus(motions[joints.first[joint]], motions[joints.second[joint]]), 0.5);
   const sides = joints.first.map(() => []); // of each joint's outline: both ends of each line
@@ -177,8 +179,28 @@ const figure = (() => {
   }
 
   function move(value) {
+    if (motions !== ofMechanism) forget(yielded);
+    motions = ofMechanism;
     share = value;
     place();
+    render();
+  }
+
+  // Blocks move one by one, and what they carry stays.
+  function push(now, marks) {
+    move(0);
+    motions = now;
+    share = 1;
+    for (const [made, corners] of [[solid, threes.flat()], [edges, surface.edges]]) {
+      const at = made.attributes.position;
+      corners.forEach((number, place) => at.set(plus(corner(number), stepAt(number)), 3 * place));
+      at.needsUpdate = true;
+    }
+    for (const {colour, width, dashes, joints: which} of marks) {
+      const points = which.flatMap((joint) => [joints.first[joint], joints.second[joint]].flatMap((block) =>
+        sides[joint].flat().flatMap((end) => plus(end, stepOf(end, now[block])))));
+      if (points.length) yielded.add(marked({shape: "line", points, motion: null, radius: (width * data.figure.radius) / 3, colour, dashes, through: false}));
+    }
     render();
   }
 
@@ -318,6 +340,11 @@ const figure = (() => {
 
   // What is to be seen at first: blocks at rest and moved, and loads.
   const everything = surface.of.flatMap((_, at) => [corner(at), plus(corner(at), stepAt(at))]);
+  if (data.way) {
+    motions = motionsAt(data.way.motions.length - 1);
+    surface.of.forEach((_, at) => everything.push(plus(corner(at), stepAt(at))));
+    motions = ofMechanism;
+  }
   for (const {points} of layers.loads) for (let at = 0; at < points.length; at += 3) everything.push(points.slice(at, at + 3));
 
   // The least half of the height at which everything is seen from the present side.
@@ -336,5 +363,5 @@ const figure = (() => {
   fit();
   half = whole();
   new ResizeObserver(() => { fit(); half = Math.max(half, whole()); render(); }).observe(element);
-  return {...standing, move, pick, show, near};
+  return {...standing, move, push, pick, show, near};
 })();

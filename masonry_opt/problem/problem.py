@@ -160,6 +160,12 @@ class Problem:
         over components, in space over the sizes of forces and of moments, which no axes change."""
         return self.layout.norm(self.by_block(self.live))
 
+    @property
+    def live_displacement(self) -> float:
+        """Displacement of the live load, its work over its forces, which no axes change, per unit of its work
+        over Σ|f_L|."""
+        return self.live_norm / (self.force_sizes(self.live).sum() or self.live_norm)
+
     def forces(self, load: np.ndarray) -> np.ndarray:
         """Forces, or velocities, of the blocks, shape (b, 2), in a load or motion, shape (3b,); in space
         (b, 3) of (6b,)."""

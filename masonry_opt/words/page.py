@@ -7,6 +7,7 @@ from html import escape
 from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.errors import printable
+from masonry_opt.words.names import pairs, verb
 from masonry_opt.words.sentences import numeral, sentences
 from masonry_opt.words.summary import facts, left_out
 
@@ -65,3 +66,13 @@ def described(result: Outcome) -> str:
     """What was not modelled."""
     items = "".join(f"<li>{text(words)}</li>" for words in left_out(result.assembly))
     return f"<h2>Not modelled</h2>\n<ul>{items}</ul>\n" if items else ""
+
+
+def begins(slide: list[list[str]], part: list[list[str]], load_factor: float) -> str:
+    """Which joints, by their blocks, begin to slide and to open; "" if none does."""
+    said = [
+        f"{pairs({'pairs': joints})} {verb(len(joints), 'begin')} to {do}"
+        for joints, do in ((slide, "slide"), (part, "open"))
+        if joints
+    ]
+    return f"{'; '.join(said)} at λ = {numeral(load_factor, '.3g')}" if said else ""

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from pages import WIDTHS, cell, found, move_to, quiet, show, sticking_out, written
 from scenes import WALLS, block_on_floor, overhanging
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import fastest
+from masonry_opt.answer.motion import fastest, yielded_on
 from masonry_opt.drawing.elements import START, result_elements
 from masonry_opt.drawing.marks import moved
 from masonry_opt.drawing.svg import SIDE, Canvas
+from masonry_opt.drawing.way import way_motions, way_of
 
 pytestmark = pytest.mark.slow
 
@@ -92,6 +95,51 @@ def test_keys_move_the_slider_and_labels_tell_what_it_does(browser, wall):
     assert not np.allclose(transform(page, moving), before)
     for control in page.find_elements("css selector", "input"):
         assert control.accessible_name
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_keys_move_along_the_push_and_the_mechanism_comes_back(browser, wall, width):
+    """Blocks are where keyframes have them, joints that have yielded are marked, so is the curve."""
+    from selenium.webdriver.common.keys import Keys
+
+    result, path = wall
+    page = show(browser, path, width)
+    tall = page.execute_script("return document.documentElement.scrollHeight")
+    elements, way = result_elements(result), way_of(result)
+    canvas = Canvas(elements, elements.all_marks)
+    motions, moves = canvas.motions(way_motions(result, way)), yielded_on(result.assembly, way)
+    slider, moving = found(page, "#pushed"), fastest_block(result)
+    assert slider.accessible_name
+    before = transform(page, moving)
+    told = set()
+    for key, at in ((Keys.ARROW_RIGHT, 1), (Keys.END, 59), (Keys.ARROW_LEFT, 58), (Keys.PAGE_DOWN, None)):
+        slider.send_keys(key)
+        at = int(slider.get_property("value")) if at is None else at
+        assert int(slider.get_property("value")) == at
+        assert found(page, "main").get_attribute("data-show") == "push"
+        for row, block in enumerate(result.assembly.movable):
+            vx, vy, omega = motions[at, row]
+            expected = [[1, -omega, vx], [omega, 1, vy]]
+            assert np.abs((transform(page, block) - expected) / [1, 1, SIDE]).max() <= 1e-4
+        lines = [
+            len(page.find_elements("css selector", f".yielded g:nth-child({kind}) path")) for kind in (1, 2)
+        ]
+        assert lines == moves[at].sum(axis=1).tolist()
+        numbers = re.findall(r"\d+\.?\d*(?:e-?\d+)?", found(page, "#now").text)
+        assert float(numbers[0]) == pytest.approx(way.load_factor[at], rel=1e-3)
+        assert [int(number) for number in numbers[2:]] == lines
+        told.add(found(page, "#event").text)
+        curve = page.execute_script("return document.querySelector('.chart polyline').getAttribute('points')")
+        marker = found(page, ".chart .at")
+        place = [float(marker.get_attribute(of)) for of in ("cx", "cy")]
+        assert place == pytest.approx([float(of) for of in curve.split()[at].split(",")])
+        assert sticking_out(page) == []
+    assert len(told) >= 3
+    assert page.execute_script("return document.documentElement.scrollHeight") == tall
+    found(page, 'input[value="mechanism"]').click()
+    assert transform(page, moving) == pytest.approx(before)
+    assert page.find_elements("css selector", ".yielded path") == []
+    assert quiet(page)
 
 
 @pytest.mark.parametrize("width", WIDTHS)

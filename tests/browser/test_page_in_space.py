@@ -11,9 +11,11 @@ from pages import WIDTHS, cell, found, move_to, quiet, show, sticking_out, writt
 from scenes_in_space import corner_wall
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import fastest
+from masonry_opt.answer.motion import fastest, yielded_on
 from masonry_opt.drawing.elements import FULL
+from masonry_opt.drawing.marks import moved
 from masonry_opt.drawing.view import axes_of
+from masonry_opt.drawing.way import way_motions, way_of
 
 pytestmark = pytest.mark.slow
 
@@ -109,6 +111,56 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(browser, wall, width):
             moved = front + share * full * (velocity + np.cross(rotation, arm))
             for at in point_at(page, result, moved, VIEW):
                 assert pointed_at(page, at) == block.name
+
+
+@pytest.fixture(scope="module")
+def pushed(tmp_path_factory):
+    """A corner wall's result by the default method, with its push, and the file of its page."""
+    result = mo.solve(corner_wall(3, 2, 4))
+    path = tmp_path_factory.mktemp("page") / "page.html"
+    result.save(path, view=VIEW)
+    return result, path
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_keys_move_along_the_push(browser, pushed, width):
+    """In the middle of its front each block is pointed at where keyframes have it."""
+    from selenium.webdriver.common.keys import Keys
+
+    result, path = pushed
+    page = show(browser, path, width)
+    height = "return document.documentElement.scrollHeight"
+    way, names = way_of(result), result.assembly.names(result.assembly.movable)
+    motions, moves = way_motions(result, way), yielded_on(result.assembly, way)
+    slider, told = found(page, "#pushed"), set()
+    for key, at in ((Keys.ARROW_RIGHT, 1), (Keys.END, len(motions) - 1)):
+        tall = page.execute_script(height)
+        slider.send_keys(key)
+        assert page.execute_script(height) == tall
+        assert int(slider.get_property("value")) == at
+        numbers = re.findall(r"\d+\.?\d*(?:e-?\d+)?", found(page, "#now").text)
+        assert float(numbers[0]) == pytest.approx(way.load_factor[at], rel=1e-3)
+        assert [int(number) for number in numbers[2:]] == moves[at].sum(axis=1).tolist()
+        told.add(found(page, "#event").text)
+        for block in result.assembly.scene.blocks:
+            if not block.name.startswith("x"):
+                continue
+            (left, right), _, (low, high) = block.box
+            origin, motion = result.assembly.geometry.origin, motions[at, names.index(block.name)]
+            there = moved(np.array([[(left + right) / 2, 0.0, (low + high) / 2]]) - origin, motion) + origin
+            (place,) = point_at(page, result, there, VIEW)
+            assert pointed_at(page, place) == block.name
+        assert sticking_out(page) == []
+    assert len(told) == 2
+    assert "0,114,178" in colours(page)  # what slides
+    mechanism = found(page, 'input[value="mechanism"]')
+    mechanism.click()
+    before = image(page)
+    slider.send_keys(Keys.ARROW_LEFT)
+    assert image(page) != before
+    mechanism.click()
+    assert image(page) == before
+    assert quiet(page)
 
 
 @pytest.mark.parametrize("width", WIDTHS)

@@ -90,7 +90,8 @@ def compliant(task: Task) -> Solution:
         if options.spread:
             solution = solution.telling(spread(elastic, options.spread))
         softer = elastic.at(pushed, SOFT)
-    return replace(solution, history=pushed.steps, softer=softer, solver=task.solver)
+        way = elastic.way(pushed)
+    return replace(solution, history=pushed.steps, way=way, softer=softer, solver=task.solver)
 
 
 def jams(task: Task) -> Reason | None:

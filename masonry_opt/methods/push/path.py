@@ -36,6 +36,9 @@ _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
 #: Share of a step that goes along the tangent, and cosine of the tangents before and after, at least.
 _STRAIGHT, _TURNED = 0.1, 0.3
 
+#: Way round by tangents that meet, over the straight one, at most.
+_ROUND = 2.0
+
 #: Newton's steps to a state at most, and the shortest share of one; and steps uphill at most.
 _STEPS, _SHORTEST, _UPHILL = 60, 1e-6, 20
 
@@ -101,6 +104,18 @@ class Curve:
         rises = after.load_factor - before.load_factor - down * length
         bound: float = before.load_factor + up * rises / (up - down)
         return max(before.load_factor, after.load_factor, bound)
+
+    def corner(self, before: Point, after: Point) -> np.ndarray:
+        """d and λ, shape (3b + 1,), between two points, where the path may turn: where their tangents come
+        nearest, with λ no further than theirs; in the middle if they do not on the way."""
+        here, there = (np.append(point.d, point.load_factor) for point in (before, after))
+        one, other, way = (self._moves(of[:-1]).ravel() for of in (before.along, after.along, there - here))
+        ahead, back = np.linalg.lstsq(np.column_stack([one, other]), way)[0]
+        if min(ahead, back) < 0 or ahead + back > _ROUND * self._size(way):
+            return (here + there) / 2
+        turn = (ahead * before.along + there - back * after.along - here) / 2
+        share = turn[-1] / (there - here)[-1] if there[-1] != here[-1] else 1.0
+        return here + turn / max(share, 1.0)
 
     def is_rigid(self, point: Point) -> bool:
         """Whether a path goes on from a point without a motion of contacts."""

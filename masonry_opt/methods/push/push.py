@@ -18,9 +18,10 @@ import numpy as np
 
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
-from masonry_opt.answer.solution import GivingState
+from masonry_opt.answer.solution import GivingState, Way
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.effort import Effort
+from masonry_opt.methods.push.keyframes import KEYFRAMES, keyframes
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
 from masonry_opt.methods.push.path import Curve, Point
@@ -372,6 +373,26 @@ class Elastic:
         )
         states = (self._giving_state(pushed.rounding, point, u) for point in (between, after))
         return next((state for state in states if state is not None), None)
+
+    def way(self, pushed: Pushed) -> Way | None:
+        """Keyframes of a push, on the tangents of its points; None of one that did not begin."""
+        points, unit = pushed.points, self.problem.live_norm
+        if len(points) < 2:
+            return None
+        curve = self._curve.rounded_by(pushed.rounding)
+        path = [np.append(points[0].d, points[0].load_factor)]
+        for before, after in pairwise(points):
+            path += [curve.corner(before, after)] if len(points) < KEYFRAMES else []
+            path += [np.append(after.d, after.load_factor)]
+        u, load = np.array([(curve.live @ each[:-1], each[-1] / unit) for each in path]).T
+        at = keyframes(u - u[0], load)
+        first = np.minimum(at.astype(int), len(path) - 2)
+        states = np.stack(path[: first[-1] + 2])
+        states = states[first] + (at - first)[:, None] * np.diff(states, axis=0)[first]
+        q = np.stack([self._law.of_problem(curve.forces(each[:-1])) for each in states])
+        d = states[:, :-1] - states[0, :-1]
+        load = (states[:, -1] - states[0, -1]) / unit
+        return Way(self.giving(1.0), d @ curve.live, load, d, q, pushed.rounding)
 
     def next_to(self, pushed: Pushed, step: PushStep) -> GivingState | None:
         """The state at a step of a push."""
