@@ -33,37 +33,30 @@ def solve(
 
     Parameters
     ----------
-    scene:
-        A scene, or the path of a case file.
-    method:
-        "mcp" (the default: an exact state of Coulomb friction next to the load to expect, on small scenes the
-        lowest of a few; where dilatancy falls with stress the loop's), "compliant" (the load to expect of a
-        scene that stands and is then pushed: contacts give a little),
-        "nonassociative" (Coulomb: the loop of linear programs), "static" or "kinematic" (associative: one
-        linear program), "mpec" (the least load factor near the loop's, by IPOPT), "refined" (an exact state
-        of Coulomb friction, by linear programs from a push's state down, and by search if asked), or "global"
-        (proven bounds of the least one, on small scenes).
-    model:
-        Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo"; both are
+    scene: A scene, or the path of a case file.
+    method: "mcp" (the default: an exact state of Coulomb friction next to the load to expect, on small scenes
+        the lowest of a few; where dilatancy falls with stress the loop's), "compliant" (the load to expect of
+        a scene that stands and is then pushed: contacts give a little), "nonassociative" (Coulomb: the loop
+        of linear programs), "static" or "kinematic" (associative: one linear program), "mpec" (the least load
+        factor near the loop's, by IPOPT), "refined" (an exact state of Coulomb friction, by linear programs
+        from a push's state down, and by search if asked), or "global" (proven bounds of the least one, on
+        small scenes).
+    model: Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo"; both are
         there for "static", "kinematic" and "nonassociative". "mcp" and "compliant", which declare nothing,
         take "matrices".
-    solver:
-        For these three "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm"
+    solver: For these three "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm"
         (Pyomo's default for the loop), or any solver that CVXPY finds. The others bring their own.
-    tolerance:
-        Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9). With cones of
-        friction in space the associative answer may be a state short of it: the reasons then say so.
-    expected:
-        Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 8000
-        joints, in space contact points).
-    load_case:
-        Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves all.
+    tolerance: Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9). With
+        cones of friction in space the associative answer may be a state short of it: the reasons then say so.
+    expected: Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 8000 joints,
+        in space contact points).
+    load_case: Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves
+        all.
     progress:
         Called with every step of the method: :class:`~.push.push.PushStep`,
         :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
         :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
-    phases:
-        Called with a few words as each phase begins, such as "finding joints" or "sub-problem 3".
+    phases: Called with a few words as each phase begins, such as "finding joints" or "sub-problem 3".
     **options:
         The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
         :class:`~.mpec.MpecOptions`, :class:`~.refined.RefinedOptions`,

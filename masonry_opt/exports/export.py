@@ -130,22 +130,17 @@ def export(
 
     Parameters
     ----------
-    scene:
-        A scene, or the path of a case file; of solids also a result, with its motion and forces.
-    path:
-        Of the file, by whose end its format is known: ``.lp`` or ``.mps`` (linear programs, and with
+    scene: A scene, or the path of a case file; of solids also a result, with its motion and forces.
+    path: Of the file, by whose end its format is known: ``.lp`` or ``.mps`` (linear programs, and with
         binaries) or ``.nl`` (and with products or complementary pairs). Beside a ``.nl`` the names of its
         rows and columns are written to ``.row`` and ``.col``. Of solids: ``.obj``, ``.glb`` or ``.gltf``
         (with trimesh, of the extra "meshes"), or ``.json`` (COMPAS).
-    method:
-        Of programs: "static", eq. (9), the default, "kinematic", eq. (10), "global" (complementarity with a
-        binary for each face; its bounds are computed first, by linear programs), "mpec" (with products z p ≤
-        10⁻⁶), or "mcp" (with complementary pairs).
-    force:
-        Whether to replace files that were not written here, which are known by a mark in them.
-    moved:
-        Of a result's meshes: how far its mechanism has moved, 0 at rest, 1 as far as pages move it (default:
-        as pictures show it).
+    method: Of programs: "static", eq. (9), the default, "kinematic", eq. (10), "global" (complementarity with
+        a binary for each face; its bounds are computed first, by linear programs), "mpec" (with products z p
+        ≤ 10⁻⁶), or "mcp" (with complementary pairs).
+    force: Whether to replace files that were not written here, which are known by a mark in them.
+    moved: Of a result's meshes: how far its mechanism has moved, 0 at rest, 1 as far as pages move it
+        (default: as pictures show it).
 
     Returns
     -------

@@ -49,14 +49,11 @@ def capacity(
 
     Parameters
     ----------
-    result:
-        Of :func:`~masonry_opt.analysis.solve`, by any method.
-    block, point:
-        Control point: a block's centroid, or a point ``(x, y)`` of it at rest; its displacement along the
-        resultant of the live load is told. Default: the mean displacement of the live loads, each along
-        itself.
-    steps:
-        States between the onset and λ = 0, were the way straight: more where λ falls slower than at first.
+    result: Of :func:`~masonry_opt.analysis.solve`, by any method.
+    block, point: Control point: a block's centroid, or a point ``(x, y)`` of it at rest; its displacement
+        along the resultant of the live load is told. Default: the mean displacement of the live loads, each
+        along itself.
+    steps: States between the onset and λ = 0, were the way straight: more where λ falls slower than at first.
 
     Raises
     ------
@@ -249,17 +246,13 @@ class Capacity:
 
         Parameters
         ----------
-        spectrum:
-            Elastic spectrum at the foot of the mechanism: periods (s), rising from 0, and accelerations
+        spectrum: Elastic spectrum at the foot of the mechanism: periods (s), rising from 0, and accelerations
             (g), linear in between.
-        behaviour_factor:
-            q, of the linear check.
-        confidence_factor:
-            FC; 1.35, of the lowest level of knowledge, wherever the strength of masonry is left aside.
-        gravity:
-            In the case's unit of length per s².
-        ultimate, secant:
-            d*_u / d*_0 and d*_s / d*_u.
+        behaviour_factor: q, of the linear check.
+        confidence_factor: FC; 1.35, of the lowest level of knowledge, wherever the strength of masonry is
+            left aside.
+        gravity: In the case's unit of length per s².
+        ultimate, secant: d*_u / d*_0 and d*_s / d*_u.
 
         Raises
         ------

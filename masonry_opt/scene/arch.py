@@ -53,33 +53,23 @@ class ArchRing(AnyGenerator):
 
     Parameters
     ----------
-    radius:
-        Of the centreline; the centre is the origin.
-    angles:
-        Where the arch begins and ends, in degrees, counter-clockwise from the x axis. ``[180, 0]`` is a
+    radius: Of the centreline; the centre is the origin.
+    angles: Where the arch begins and ends, in degrees, counter-clockwise from the x axis. ``[180, 0]`` is a
         semicircle whose voussoirs are counted from the left.
-    span, rise:
-        Of the intrados, above the line between its springing points. Voussoirs are counted from the left;
-        those of a pointed arch are even in number.
-    thickness:
-        Radial, less than twice the radius.
-    voussoirs:
-        How many.
-    unit_weight:
-        Weight per unit area (where the scene has a ``thickness``: per unit volume).
-    weights:
-        "sector": the weight between two arcs, at its centroid. "centreline": the weight of an annular
-        sector, spread along the centreline, as in many closed forms. "straight": that of the polygon
-        with straight edges. The polygon is what is drawn in any case.
-    skewbacks:
-        Width of a block at either end, from the arch's sloping foot down to a level bed at the height of the
-        foot's inner end and out to an upright back, of the arch's unit weight: for a segmental arch on
+    span, rise: Of the intrados, above the line between its springing points. Voussoirs are counted from the
+        left; those of a pointed arch are even in number.
+    thickness: Radial, less than twice the radius.
+    voussoirs: How many.
+    unit_weight: Weight per unit area (where the scene has a ``thickness``: per unit volume).
+    weights: "sector": the weight between two arcs, at its centroid. "centreline": the weight of an annular
+        sector, spread along the centreline, as in many closed forms. "straight": that of the polygon with
+        straight edges. The polygon is what is drawn in any case.
+    skewbacks: Width of a block at either end, from the arch's sloping foot down to a level bed at the height
+        of the foot's inner end and out to an upright back, of the arch's unit weight: for a segmental arch on
         columns.
-    abutments:
-        Whether a fixed abutment is built at either end, under the skewbacks where there are any. Without
-        them the arch stands on other blocks.
-    name:
-        See :class:`~masonry_opt.scene.generator.AnyGenerator`.
+    abutments: Whether a fixed abutment is built at either end, under the skewbacks where there are any.
+        Without them the arch stands on other blocks.
+    name: See :class:`~masonry_opt.scene.generator.AnyGenerator`.
     """
 
     radius: Positive | None = None
@@ -306,10 +296,8 @@ class PointLoad(Record):
 
     Parameters
     ----------
-    voussoir:
-        Its number, counted from the first of the arch's angles, or from the left, 1 the first.
-    force:
-        ``[fx, fy]``, scaled by the load factor.
+    voussoir: Its number, counted from the first of the arch's angles, or from the left, 1 the first.
+    force: ``[fx, fy]``, scaled by the load factor.
     """
 
     voussoir: Annotated[int, Strict(), Field(ge=1)]
@@ -323,13 +311,12 @@ class Arch(ArchRing, Generator):
 
     Parameters
     ----------
-    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight:
-        Of its ring: see :class:`~masonry_opt.scene.arch.ArchRing`.
-    point_loads:
-        Live forces on single voussoirs (:class:`PointLoad`).
-    name, at, live_per_weight, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the centre of ``radius``, or the
-        middle of the line between the springing points of ``span``, at the inner ends of the feet.
+    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight: Of its ring:
+        see :class:`~masonry_opt.scene.arch.ArchRing`.
+    point_loads: Live forces on single voussoirs (:class:`PointLoad`).
+    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
+        centre of ``radius``, or the middle of the line between the springing points of ``span``, at the inner
+        ends of the feet.
     """
 
     point_loads: list[PointLoad] = []

@@ -57,20 +57,13 @@ class Axles(Record):
 
     Parameters
     ----------
-    name:
-        Unique among the groups of a scene.
-    loads:
-        Of each axle, straight down, the first axle first.
-    distances:
-        From each axle to the next behind it: one fewer than loads.
-    set:
-        In place of both, a common set by its name, in m and kN: ``SETS`` has them with their sources.
-    factor:
-        By which all loads are multiplied: a share of the width, a dynamic or a partial factor.
-    road:
-        Points of the road's line from left to right. Default: that of the scene's fills.
-    travels:
-        "right", "left" or "both" (the default), of which one is enough for a group that is the same from
+    name: Unique among the groups of a scene.
+    loads: Of each axle, straight down, the first axle first.
+    distances: From each axle to the next behind it: one fewer than loads.
+    set: In place of both, a common set by its name, in m and kN: ``SETS`` has them with their sources.
+    factor: By which all loads are multiplied: a share of the width, a dynamic or a partial factor.
+    road: Points of the road's line from left to right. Default: that of the scene's fills.
+    travels: "right", "left" or "both" (the default), of which one is enough for a group that is the same from
         behind.
     """
 

@@ -269,29 +269,20 @@ class Block(Body):
 
     Parameters
     ----------
-    name:
-        Unique within the scene.
-    vertices:
-        Corners of a polygon in order, ``[[x, y], ...]``, in either direction. It may have notches.
-    parts:
-        In place of ``vertices``, several polygons that are one rigid block, each as there.
-    holes:
-        Polygons that are cut out of the block.
-    weight:
-        Dead weight, acting along the scene's gravity.
-    unit_weight:
-        Weight per unit area, in place of ``weight``; per unit volume where the scene has a ``thickness``.
-    weight_at:
-        The point where the weight acts (default: the centroid).
-    live, live_at:
-        Live force ``[fx, fy]`` (scaled by the load factor) and the point where it acts
-        (default: the centroid).
-    live_per_weight:
-        Beside it, a live force as a multiple of the block's weight, ``[fx, fy]``, where the weight acts.
-    dead, dead_at:
-        Further dead force beside the weight, and the point where it acts (default: the centroid).
-    fixed:
-        A support: it does not move and needs no weight.
+    name: Unique within the scene.
+    vertices: Corners of a polygon in order, ``[[x, y], ...]``, in either direction. It may have notches.
+    parts: In place of ``vertices``, several polygons that are one rigid block, each as there.
+    holes: Polygons that are cut out of the block.
+    weight: Dead weight, acting along the scene's gravity.
+    unit_weight: Weight per unit area, in place of ``weight``; per unit volume where the scene has a
+        ``thickness``.
+    weight_at: The point where the weight acts (default: the centroid).
+    live, live_at: Live force ``[fx, fy]`` (scaled by the load factor) and the point where it acts (default:
+        the centroid).
+    live_per_weight: Beside it, a live force as a multiple of the block's weight, ``[fx, fy]``, where the
+        weight acts.
+    dead, dead_at: Further dead force beside the weight, and the point where it acts (default: the centroid).
+    fixed: A support: it does not move and needs no weight.
     """
 
     name: Name

@@ -39,12 +39,9 @@ class MeshTable(Record):
 
     Parameters
     ----------
-    file:
-        Its path, from the folder of the case file.
-    unit_weight, live_per_weight:
-        Of each block, as :class:`Solid` has them.
-    fixed, fixed_layers, fixed_below, up, scale:
-        Supports, axes and unit: see :func:`read_mesh`.
+    file: Its path, from the folder of the case file.
+    unit_weight, live_per_weight: Of each block, as :class:`Solid` has them.
+    fixed, fixed_layers, fixed_below, up, scale: Supports, axes and unit: see :func:`read_mesh`.
     """
 
     file: Text
@@ -141,8 +138,7 @@ def load(path: str | Path) -> Scene:
 
     Parameters
     ----------
-    path:
-        A ``.toml`` file, or a ``.json`` file with the same keys.
+    path: A ``.toml`` file, or a ``.json`` file with the same keys.
 
     Returns
     -------

@@ -36,10 +36,9 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
 
     Parameters
     ----------
-    scene:
-        In the plane, or the path of its case file.
-    thickness:
-        Of the solids (default: that of the scene, with which unit weights and cohesion stay what they are).
+    scene: In the plane, or the path of its case file.
+    thickness: Of the solids (default: that of the scene, with which unit weights and cohesion stay what they
+        are).
 
     Returns
     -------

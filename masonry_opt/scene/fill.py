@@ -30,22 +30,16 @@ class Fill(Record):
 
     Parameters
     ----------
-    road:
-        The line of the road, ``[[x, y], ...]`` from left to right. The fill ends where it ends.
-    unit_weight:
-        Weight per unit area; per unit volume where the scene has a ``thickness``.
-    friction_angle:
-        φ of the fill in degrees, for its pressure: Rankine's K_a = tan²(45° - φ/2) and K_p = 1 / K_a.
-    mobilised:
-        The share m of the passive pressure that the fill may reach: pressure, horizontal, lies between K_a σ
-        and m K_p σ, where σ is the unit weight times the depth below the road.
-    weight:
-        Whether the fill's weight acts on the blocks.
-    spread:
-        Angle to the vertical, in degrees, within which a load on the road spreads on its way down; or False:
-        loads go straight down.
-    pressure:
-        Whether it presses on faces. If not, ``friction_angle`` and ``mobilised`` are not needed.
+    road: The line of the road, ``[[x, y], ...]`` from left to right. The fill ends where it ends.
+    unit_weight: Weight per unit area; per unit volume where the scene has a ``thickness``.
+    friction_angle: φ of the fill in degrees, for its pressure: Rankine's K_a = tan²(45° - φ/2) and K_p = 1 /
+        K_a.
+    mobilised: The share m of the passive pressure that the fill may reach: pressure, horizontal, lies between
+        K_a σ and m K_p σ, where σ is the unit weight times the depth below the road.
+    weight: Whether the fill's weight acts on the blocks.
+    spread: Angle to the vertical, in degrees, within which a load on the road spreads on its way down; or
+        False: loads go straight down.
+    pressure: Whether it presses on faces. If not, ``friction_angle`` and ``mobilised`` are not needed.
     """
 
     road: RoadLine

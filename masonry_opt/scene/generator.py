@@ -21,8 +21,7 @@ class AnyGenerator(Record):
 
     Parameters
     ----------
-    name:
-        Its blocks are named after it, "left 3-2" in place of "3-2": for several generators in one scene.
+    name: Its blocks are named after it, "left 3-2" in place of "3-2": for several generators in one scene.
     """
 
     name: Name | None = None
@@ -53,14 +52,11 @@ class Generator(AnyGenerator):
 
     Parameters
     ----------
-    name:
-        See :class:`AnyGenerator`.
-    at:
-        Where its origin lies, ``[x, y]``; which point that is, each generator says.
-    live_per_weight:
-        Live force on every block as a multiple of its weight, ``[fx, fy]``, where the weight acts.
-    live:
-        The old name of ``live_per_weight``. (``live`` of a block or of a load is a force.)
+    name: See :class:`AnyGenerator`.
+    at: Where its origin lies, ``[x, y]``; which point that is, each generator says.
+    live_per_weight: Live force on every block as a multiple of its weight, ``[fx, fy]``, where the weight
+        acts.
+    live: The old name of ``live_per_weight``. (``live`` of a block or of a load is a force.)
     """
 
     at: Point = (0.0, 0.0)
@@ -77,9 +73,8 @@ class Generator(AnyGenerator):
 
         Parameters
         ----------
-        thickness:
-            That of the scene they are for (see :class:`~masonry_opt.scene.scene.Scene`): what is given as
-            ``unit_weight`` is multiplied by it here.
+        thickness: That of the scene they are for (see :class:`~masonry_opt.scene.scene.Scene`): what is given
+            as ``unit_weight`` is multiplied by it here.
         """
         raise NotImplementedError
 
@@ -117,14 +112,11 @@ class SolidGenerator(AnyGenerator):
 
     Parameters
     ----------
-    name:
-        See :class:`~masonry_opt.scene.generator.AnyGenerator`.
-    at:
-        Where its origin lies, ``[x, y, z]``; which point that is, each generator says.
-    live_per_weight:
-        Live force on every block as a multiple of its weight, ``[fx, fy, fz]``, where the weight acts.
-    unit_weight:
-        Weight per unit volume.
+    name: See :class:`~masonry_opt.scene.generator.AnyGenerator`.
+    at: Where its origin lies, ``[x, y, z]``; which point that is, each generator says.
+    live_per_weight: Live force on every block as a multiple of its weight, ``[fx, fy, fz]``, where the weight
+        acts.
+    unit_weight: Weight per unit volume.
     """
 
     at: Vector = (0.0, 0.0, 0.0)

@@ -66,22 +66,17 @@ class JointDefaults(_InDegrees):
 
     Parameters
     ----------
-    friction:
-        μ = tan φ; ``inf`` for joints that cannot slide.
-    cohesion:
-        Force per unit length of joint; per unit area where the scene has a ``thickness``.
-    dilatancy:
-        tan φ₀, the opening per unit slip, at most ``friction``; 0 is Coulomb's law, ``friction`` the
+    friction: μ = tan φ; ``inf`` for joints that cannot slide.
+    cohesion: Force per unit length of joint; per unit area where the scene has a ``thickness``.
+    dilatancy: tan φ₀, the opening per unit slip, at most ``friction``; 0 is Coulomb's law, ``friction`` the
         associative one.
-    friction_angle, dilatancy_angle:
-        φ and φ₀ in degrees, 0 or more and less than 90, in place of their tangents, which are kept.
-    dilatancy_stress:
-        Two rising mean normal stresses ``[full, none]`` (force per unit length, or area, as cohesion): up to
-        the first the dilatancy is whole, from the second there is none, in between it falls linearly
-        (section 6.5). Default: the dilatancy does not depend on stress.
-    strength:
-        Compressive strength f_c, as force per unit length, or area, as cohesion: |m| ≤ n (L/2 − n / (2 f_c)).
-        Default: joints carry any pressure. (So does a corner on an edge, which has no length.)
+    friction_angle, dilatancy_angle: φ and φ₀ in degrees, 0 or more and less than 90, in place of their
+        tangents, which are kept.
+    dilatancy_stress: Two rising mean normal stresses ``[full, none]`` (force per unit length, or area, as
+        cohesion): up to the first the dilatancy is whole, from the second there is none, in between it falls
+        linearly (section 6.5). Default: the dilatancy does not depend on stress.
+    strength: Compressive strength f_c, as force per unit length, or area, as cohesion: |m| ≤ n (L/2 − n / (2
+        f_c)). Default: joints carry any pressure. (So does a corner on an edge, which has no length.)
     """
 
     friction: Friction
@@ -104,10 +99,9 @@ class Joint(_InDegrees):
 
     Parameters
     ----------
-    between:
-        Names of the two blocks; they must touch.
-    friction, cohesion, dilatancy, dilatancy_stress, strength, friction_angle, dilatancy_angle:
-        As in :class:`JointDefaults`; those not given keep the scene's defaults.
+    between: Names of the two blocks; they must touch.
+    friction, cohesion, dilatancy, dilatancy_stress, strength, friction_angle, dilatancy_angle: As in
+        :class:`JointDefaults`; those not given keep the scene's defaults.
     """
 
     between: tuple[Name, Name]

@@ -40,17 +40,13 @@ class Earthquake(Record):
 
     Parameters
     ----------
-    direction:
-        "left" or "right"; in space an angle in plan in degrees, from x towards y, or ``[x, y, z]``, of which
-        the part square to gravity counts.
-    vertical:
-        The vertical part over the horizontal one: positive with gravity, negative against it.
-    coefficient:
-        Horizontal seismic coefficient that λ multiplies: by default 1, and λ is the coefficient of collapse;
-        a design value makes λ the factor on it, to set beside those of other load cases.
-    dead_as_mass:
-        False: of dead forces, a block's own ``dead`` among them, nothing pushes but what is given as
-        ``mass``.
+    direction: "left" or "right"; in space an angle in plan in degrees, from x towards y, or ``[x, y, z]``, of
+        which the part square to gravity counts.
+    vertical: The vertical part over the horizontal one: positive with gravity, negative against it.
+    coefficient: Horizontal seismic coefficient that λ multiplies: by default 1, and λ is the coefficient of
+        collapse; a design value makes λ the factor on it, to set beside those of other load cases.
+    dead_as_mass: False: of dead forces, a block's own ``dead`` among them, nothing pushes but what is given
+        as ``mass``.
     """
 
     direction: Push
@@ -94,15 +90,12 @@ class LoadCase(Record):
 
     Parameters
     ----------
-    name:
-        Unique within the scene.
-    dead:
-        Factors by group of the loads that act as dead. "weight", "fill" and "dead" are 1 where they are not
+    name: Unique within the scene.
+    dead: Factors by group of the loads that act as dead. "weight", "fill" and "dead" are 1 where they are not
         named, all others 0.
-    live:
-        Factors by group of the loads that λ scales.
-    earthquake:
-        In place of ``live``: :class:`Earthquake`. Masses count times the factor of their group in ``dead``.
+    live: Factors by group of the loads that λ scales.
+    earthquake: In place of ``live``: :class:`Earthquake`. Masses count times the factor of their group in
+        ``dead``.
     """
 
     name: Name

@@ -24,23 +24,15 @@ class Load(Record):
 
     Parameters
     ----------
-    block:
-        Name of a block that is not fixed.
-    live:
-        Live force ``[fx, fy]``, in space ``[fx, fy, fz]``, scaled by the load factor.
-    dead:
-        Dead force, as there, beside the weight.
-    at:
-        The point where both act, ``[x, y]`` or ``[x, y, z]`` (default: the block's centroid).
-    weight:
-        In place of the block's own weight; once for each block.
-    live_moment, dead_moment:
-        Moments ``[mx, my, mz]`` on a :class:`Solid`, beside those of the forces.
-    mass:
-        A weight, as a force, that pushes in an earthquake at that point and is no dead load itself (default:
-        what of the forces that act as dead is along gravity; 0: none of them).
-    group:
-        A name by which a :class:`LoadCase` calls it.
+    block: Name of a block that is not fixed.
+    live: Live force ``[fx, fy]``, in space ``[fx, fy, fz]``, scaled by the load factor.
+    dead: Dead force, as there, beside the weight.
+    at: The point where both act, ``[x, y]`` or ``[x, y, z]`` (default: the block's centroid).
+    weight: In place of the block's own weight; once for each block.
+    live_moment, dead_moment: Moments ``[mx, my, mz]`` on a :class:`Solid`, beside those of the forces.
+    mass: A weight, as a force, that pushes in an earthquake at that point and is no dead load itself
+        (default: what of the forces that act as dead is along gravity; 0: none of them).
+    group: A name by which a :class:`LoadCase` calls it.
     """
 
     block: Name
@@ -85,17 +77,12 @@ class EdgeLoad(Record):
 
     Parameters
     ----------
-    start, end:
-        The line's ends, ``[x, y]``; in a case file ``from`` and ``to``.
-    pressure:
-        Normal to the edges, into the blocks: one intensity, or those at start and end, linear between.
-    force:
-        ``[fx, fy]``, in any direction, uniform; in place of ``pressure``.
-    kind:
-        "dead" (the default), or "live", which the load factor scales.
-    mass, group:
-        As of :class:`Load`, the mass per unit length (default: what of a ``force`` is along gravity; of a
-        ``pressure`` none).
+    start, end: The line's ends, ``[x, y]``; in a case file ``from`` and ``to``.
+    pressure: Normal to the edges, into the blocks: one intensity, or those at start and end, linear between.
+    force: ``[fx, fy]``, in any direction, uniform; in place of ``pressure``.
+    kind: "dead" (the default), or "live", which the load factor scales.
+    mass, group: As of :class:`Load`, the mass per unit length (default: what of a ``force`` is along gravity;
+        of a ``pressure`` none).
     """
 
     start: Annotated[Point, Field(alias="from")]

@@ -33,25 +33,20 @@ class Scene(SceneKeys):
     blocks:
         At least one fixed and one movable :class:`Block`, with unique names; for a scene in space
         :class:`Solid` in place of each.
-    joints:
-        Properties of every joint (:class:`JointDefaults`, or a mapping with the same keys).
+    joints: Properties of every joint (:class:`JointDefaults`, or a mapping with the same keys).
     exceptions:
         :class:`Joint` records for the joints that differ.
-    gravity:
-        Direction in which weights act (only the direction counts), default straight down: -y, in space -z.
-    tolerance:
-        Length below which gaps and overlaps between blocks are nothing; raise it for coordinates that
+    gravity: Direction in which weights act (only the direction counts), default straight down: -y, in space
+        -z.
+    tolerance: Length below which gaps and overlaps between blocks are nothing; raise it for coordinates that
         were rounded (default: 1e-6 of the diagonal round the movable blocks).
-    contact_tolerance:
-        In space: faces of two blocks that face each other touch if they stand no farther apart than this, or
-        reach no deeper into each other, for blocks that are drawn apart or into one another. Small details
-        stay, other than with a large ``tolerance`` (default: the tolerance).
-    thickness:
-        Out of the plane (solids have their own). What is per unit length in the plane is then per unit area,
-        and what is per unit area per unit volume: ``unit_weight``, cohesion, ``dilatancy_stress`` and edge
-        loads are multiplied by it. ``weight``, ``live`` and ``dead`` are forces as they are.
-    tilt:
-        "left" or "right": the ground is tilted until the scene falls to that side. The live load is every
+    contact_tolerance: In space: faces of two blocks that face each other touch if they stand no farther apart
+        than this, or reach no deeper into each other, for blocks that are drawn apart or into one another.
+        Small details stay, other than with a large ``tolerance`` (default: the tolerance).
+    thickness: Out of the plane (solids have their own). What is per unit length in the plane is then per unit
+        area, and what is per unit area per unit volume: ``unit_weight``, cohesion, ``dilatancy_stress`` and
+        edge loads are multiplied by it. ``weight``, ``live`` and ``dead`` are forces as they are.
+    tilt: "left" or "right": the ground is tilted until the scene falls to that side. The live load is every
         block's weight, turned a quarter from gravity to that side, and the load factor the tangent of the
         tilt. Goes with weights and friction alone. In space a direction ``[x, y, z]``, of which the part
         square to gravity counts.
@@ -68,12 +63,9 @@ class Scene(SceneKeys):
         :class:`Tie` and :class:`Prop` records.
     load_cases:
         :class:`LoadCase` records, of which :func:`solve` takes one by its name and :func:`solve_cases` all.
-    earthquake:
-        The live load of a scene without load cases: :class:`Earthquake`.
-    title, source:
-        What the scene is and where it comes from.
-    reference:
-        Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
+    earthquake: The live load of a scene without load cases: :class:`Earthquake`.
+    title, source: What the scene is and where it comes from.
+    reference: Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
     """
 
     _origin: str = PrivateAttr(default="scene")

@@ -80,34 +80,23 @@ class Solid(Body):
 
     Parameters
     ----------
-    name:
-        Unique within the scene.
-    vertices, faces:
-        Corners ``[[x, y, z], ...]``, and faces as lists of indices of corners, the first of which is 0, in
-        order round each face: all faces counter-clockwise seen from outside, or all clockwise (else they
-        are turned one way, with a warning).
-    box:
-        In place of them, ``[[x0, x1], [y0, y1], [z0, z1]]``.
-    parts:
-        In place of them, several convex :class:`Part` records that are one rigid block.
-    weight:
-        Dead weight, acting along the scene's gravity.
-    unit_weight:
-        Weight per unit volume, in place of ``weight``.
-    weight_at:
-        The point where the weight acts (default: the centroid).
-    live, live_at:
-        Live force ``[fx, fy, fz]`` (scaled by the load factor) and the point where it acts
+    name: Unique within the scene.
+    vertices, faces: Corners ``[[x, y, z], ...]``, and faces as lists of indices of corners, the first of
+        which is 0, in order round each face: all faces counter-clockwise seen from outside, or all clockwise
+        (else they are turned one way, with a warning).
+    box: In place of them, ``[[x0, x1], [y0, y1], [z0, z1]]``.
+    parts: In place of them, several convex :class:`Part` records that are one rigid block.
+    weight: Dead weight, acting along the scene's gravity.
+    unit_weight: Weight per unit volume, in place of ``weight``.
+    weight_at: The point where the weight acts (default: the centroid).
+    live, live_at: Live force ``[fx, fy, fz]`` (scaled by the load factor) and the point where it acts
         (default: the centroid).
-    live_per_weight:
-        Beside it, a live force as a multiple of the block's weight, ``[fx, fy, fz]``, where the weight acts.
-    live_moment:
-        Live moment ``[mx, my, mz]`` beside what the forces have, right-handed about the axes.
-    dead, dead_at, dead_moment:
-        Further dead force beside the weight, the point where it acts (default: the centroid), and a dead
-        moment.
-    fixed:
-        A support: it does not move and needs no weight.
+    live_per_weight: Beside it, a live force as a multiple of the block's weight, ``[fx, fy, fz]``, where the
+        weight acts.
+    live_moment: Live moment ``[mx, my, mz]`` beside what the forces have, right-handed about the axes.
+    dead, dead_at, dead_moment: Further dead force beside the weight, the point where it acts (default: the
+        centroid), and a dead moment.
+    fixed: A support: it does not move and needs no weight.
     """
 
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "live_moment", "dead", "dead_moment")

@@ -38,16 +38,11 @@ class Tie(_Strut):
 
     Parameters
     ----------
-    between:
-        Names of the two blocks it is anchored in; ``"ground"`` is what does not move.
-    at:
-        Its two anchors, ``[x, y]`` or ``[x, y, z]``, each in its block.
-    strength:
-        Largest tension, a force (default: it never yields).
-    prestress:
-        Least tension, which it has however short it becomes (default 0).
-    name:
-        What results call it (default: the names of its blocks).
+    between: Names of the two blocks it is anchored in; ``"ground"`` is what does not move.
+    at: Its two anchors, ``[x, y]`` or ``[x, y, z]``, each in its block.
+    strength: Largest tension, a force (default: it never yields).
+    prestress: Least tension, which it has however short it becomes (default 0).
+    name: What results call it (default: the names of its blocks).
     """
 
     prestress: NonNegative = 0.0
@@ -65,8 +60,6 @@ class Prop(_Strut):
 
     Parameters
     ----------
-    between, at, name:
-        As of a :class:`Tie`.
-    strength:
-        Largest compression, a force (default: it never yields).
+    between, at, name: As of a :class:`Tie`.
+    strength: Largest compression, a force (default: it never yields).
     """

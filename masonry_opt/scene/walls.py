@@ -41,24 +41,17 @@ class Wall(WeighedGenerator):
 
     Parameters
     ----------
-    block:
-        Length and height of a full block.
-    weight:
-        Weight of a full block; shorter blocks weigh in proportion.
-    unit_weight:
-        Weight per unit area, in place of ``weight``; per unit volume where the scene has a ``thickness``.
-    courses:
-        Each course as a list of lengths in full blocks, a negative length being a gap, or as the
-        name of a list in ``course``.
-    course:
-        Named courses, so that a bond can be read at a glance.
-    repeat:
-        How often the list of courses is built, one above the other.
-    base:
-        Whether a fixed base, one block longer at either end, is built under the bottom course.
-    name, at, live_per_weight, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot,
-        where the first course begins.
+    block: Length and height of a full block.
+    weight: Weight of a full block; shorter blocks weigh in proportion.
+    unit_weight: Weight per unit area, in place of ``weight``; per unit volume where the scene has a
+        ``thickness``.
+    courses: Each course as a list of lengths in full blocks, a negative length being a gap, or as the name of
+        a list in ``course``.
+    course: Named courses, so that a bond can be read at a glance.
+    repeat: How often the list of courses is built, one above the other.
+    base: Whether a fixed base, one block longer at either end, is built under the bottom course.
+    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
+        left end of the foot, where the first course begins.
     """
 
     block: tuple[Positive, Positive]
@@ -116,33 +109,22 @@ class Facade(WeighedGenerator):
 
     Parameters
     ----------
-    openings:
-        Numbers of openings across and upwards.
-    block:
-        Length and height of a full block.
-    jamb:
-        Width, in blocks, of the masonry on either side of an opening: piers between openings are twice
-        as wide as those at the ends.
-    opening:
-        Width in blocks and height in courses of an opening.
-    sill, spandrel:
-        Courses below an opening, and above its lintel, within its storey.
-    doors:
-        Which openings of the lowest storey reach the ground, counted from the left, 1 the first. (Without
+    openings: Numbers of openings across and upwards.
+    block: Length and height of a full block.
+    jamb: Width, in blocks, of the masonry on either side of an opening: piers between openings are twice as
+        wide as those at the ends.
+    opening: Width in blocks and height in courses of an opening.
+    sill, spandrel: Courses below an opening, and above its lintel, within its storey.
+    doors: Which openings of the lowest storey reach the ground, counted from the left, 1 the first. (Without
         ``sill`` all of them do.)
-    weight:
-        Weight of a full block; shorter blocks weigh in proportion.
-    lintel_weight:
-        Weight of a lintel, which bears half a block on either side; goes with ``weight``.
-    unit_weight:
-        Weight per unit area of blocks and lintels, in place of both weights; per unit volume where the
-        scene has a ``thickness``.
-    omit_top_left:
-        Whether the leftmost block of the top course is left away, as in the paper's façades.
-    base:
-        Whether the base is built (default: it is).
-    name, at, live_per_weight, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
+    weight: Weight of a full block; shorter blocks weigh in proportion.
+    lintel_weight: Weight of a lintel, which bears half a block on either side; goes with ``weight``.
+    unit_weight: Weight per unit area of blocks and lintels, in place of both weights; per unit volume where
+        the scene has a ``thickness``.
+    omit_top_left: Whether the leftmost block of the top course is left away, as in the paper's façades.
+    base: Whether the base is built (default: it is).
+    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
+        left end of the foot.
     """
 
     openings: tuple[Count, Count]
@@ -237,24 +219,18 @@ class Column(WeighedGenerator):
 
     Parameters
     ----------
-    width:
-        Of the column, or ``[bottom, top]``.
-    height:
-        Of the column.
-    drums:
-        How many.
-    batter:
-        Which side slopes where the widths differ: "both" alike, or "left" or "right" alone, the other one
+    width: Of the column, or ``[bottom, top]``.
+    height: Of the column.
+    drums: How many.
+    batter: Which side slopes where the widths differ: "both" alike, or "left" or "right" alone, the other one
         upright (a buttress leans with that one).
-    weight:
-        Weight of the column; drums weigh by their areas.
-    unit_weight:
-        Weight per unit area, in place of ``weight``; per unit volume where the scene has a ``thickness``.
-    base:
-        Whether a fixed base, as wide as the foot and as high as a drum, is built under it. Without one it
+    weight: Weight of the column; drums weigh by their areas.
+    unit_weight: Weight per unit area, in place of ``weight``; per unit volume where the scene has a
+        ``thickness``.
+    base: Whether a fixed base, as wide as the foot and as high as a drum, is built under it. Without one it
         stands on other blocks.
-    name, at, live_per_weight, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
+    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
+        left end of the foot.
     """
 
     width: Widths

@@ -73,34 +73,24 @@ def read_compas(
 
     Parameters
     ----------
-    path:
-        A ``.json`` file written by COMPAS (compas_assembly, compas_cra, compas_dem; new or old).
-    friction:
-        Of every joint, μ = tan φ.
-    unit_weight:
-        Of solids, weight per unit volume: a block's ``weight`` is that times area times its own thickness; of
-        polygons, per unit area.
-    live:
-        Live force on every movable block as a multiple of its weight, ``[fx, fy]`` in the plane, or
-        ``[fx, fy, fz]`` in space, at the centroid.
-    fixed:
-        Names of blocks that are supports, beside those whose node or block says ``is_support``. Blocks are
+    path: A ``.json`` file written by COMPAS (compas_assembly, compas_cra, compas_dem; new or old).
+    friction: Of every joint, μ = tan φ.
+    unit_weight: Of solids, weight per unit volume: a block's ``weight`` is that times area times its own
+        thickness; of polygons, per unit area.
+    live: Live force on every movable block as a multiple of its weight, ``[fx, fy]`` in the plane, or ``[fx,
+        fy, fz]`` in space, at the centroid.
+    fixed: Names of blocks that are supports, beside those whose node or block says ``is_support``. Blocks are
         named by their node; those of models and lists by their number, from 0.
-    fixed_below:
-        Blocks that reach down to this height z, or below, are supports too.
-    space:
-        Whether the scene is in space (default: if ``live`` has three numbers; or if it is not given, nor
+    fixed_below: Blocks that reach down to this height z, or below, are supports too.
+    space: Whether the scene is in space (default: if ``live`` has three numbers; or if it is not given, nor
         ``along``, and the blocks are no prisms of one wall).
-    along:
-        The direction of the prisms: "x", "y", "z" (for solids that were drawn lying down: y is then
+    along: The direction of the prisms: "x", "y", "z" (for solids that were drawn lying down: y is then
         upwards), or three numbers. Default: the only level one along which all blocks are prisms with their
         middles in one plane. Where it is named the middles may differ, as long as one plane cuts all blocks;
         that eccentricity across the plane is left aside.
-    tolerance:
-        Length below which faces are flat and gaps are nothing (default: 1e-5 of a block's size for faces, and
-        of gaps as in :class:`Scene`).
-    contact_tolerance:
-        In space: gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
+    tolerance: Length below which faces are flat and gaps are nothing (default: 1e-5 of a block's size for
+        faces, and of gaps as in :class:`Scene`).
+    contact_tolerance: In space: gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
     """
     path = drawing_path(path, ".json")
     data = parse_file(path)

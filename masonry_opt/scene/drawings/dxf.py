@@ -72,34 +72,26 @@ def read_dxf(
 
     Parameters
     ----------
-    path:
-        A ``.dxf`` file, text or binary.
-    friction:
-        Of every joint, μ = tan φ.
-    unit_weight:
-        Weight per unit area (of the scene's units); with a thickness per unit volume.
-    live:
-        Live force on every movable block as a multiple of its weight, ``[fx, fy]``, at the centroid; with a
+    path: A ``.dxf`` file, text or binary.
+    friction: Of every joint, μ = tan φ.
+    unit_weight: Weight per unit area (of the scene's units); with a thickness per unit volume.
+    live: Live force on every movable block as a multiple of its weight, ``[fx, fy]``, at the centroid; with a
         thickness ``[fx, fy, fz]``.
-    live_layers:
-        In place of ``live``, that of the blocks on single layers, by name.
-    layers:
-        Read these layers alone, supports included (default: all).
-    fixed_layers:
-        Blocks are supports if the name of their layer contains one of these words, in capitals or not.
-    tolerance:
-        Length below which gaps and overlaps between blocks are nothing (default: as in :class:`Scene`).
-    outline_tolerance:
-        Gap up to which two ends of lines meet in an outline, where no third one is as near; ends that meet
-        within 1e-6 of the drawing's diagonal are joined before (default: the tolerance, else those 1e-6).
-    sagitta:
-        Largest distance between a curve and the chords that take its place (default: 1e-4 of the drawing's
-        diagonal). The chords' ends lie on the curve.
-    to_metres:
-        Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given are then in metres.
-    thickness:
-        In place of a scene in the plane one in space, as :func:`extrude` makes it: x of the drawing is x,
-        its y is z, and the blocks go from y = 0 to the thickness.
+    live_layers: In place of ``live``, that of the blocks on single layers, by name.
+    layers: Read these layers alone, supports included (default: all).
+    fixed_layers: Blocks are supports if the name of their layer contains one of these words, in capitals or
+        not.
+    tolerance: Length below which gaps and overlaps between blocks are nothing (default: as in
+        :class:`Scene`).
+    outline_tolerance: Gap up to which two ends of lines meet in an outline, where no third one is as near;
+        ends that meet within 1e-6 of the drawing's diagonal are joined before (default: the tolerance, else
+        those 1e-6).
+    sagitta: Largest distance between a curve and the chords that take its place (default: 1e-4 of the
+        drawing's diagonal). The chords' ends lie on the curve.
+    to_metres: Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given are then in
+        metres.
+    thickness: In place of a scene in the plane one in space, as :func:`extrude` makes it: x of the drawing is
+        x, its y is z, and the blocks go from y = 0 to the thickness.
 
     Returns
     -------
@@ -217,12 +209,9 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
 
     Parameters
     ----------
-    scene:
-        Of any blocks; parts of one that touch are drawn as one outline.
-    path:
-        Ends in ``.dxf``.
-    force:
-        Whether to replace a file that was not written here, which is known by a mark in it.
+    scene: Of any blocks; parts of one that touch are drawn as one outline.
+    path: Ends in ``.dxf``.
+    force: Whether to replace a file that was not written here, which is known by a mark in it.
 
     Raises
     ------

@@ -73,33 +73,22 @@ def read_mesh(
 
     Parameters
     ----------
-    path:
-        A ``.obj``, ``.ply`` or ``.stl`` file.
-    friction:
-        Of every joint, μ = tan φ.
-    unit_weight:
-        Weight per unit volume (of the scene's units).
-    live:
-        Live force on every movable block as a multiple of its weight, ``[fx, fy, fz]``, at the centroid.
-    fixed:
-        Names of blocks that are supports, beside those by name or height.
-    fixed_layers:
-        Blocks are supports if the name of their object or its group (a layer, as most programs write it)
-        contains one of these words, in capitals or not.
-    fixed_below:
-        Blocks that reach down to this height z, or below, are supports too.
-    up:
-        The axis of the file that points upwards (Blender and game programs: often y). It becomes z, by a
+    path: A ``.obj``, ``.ply`` or ``.stl`` file.
+    friction: Of every joint, μ = tan φ.
+    unit_weight: Weight per unit volume (of the scene's units).
+    live: Live force on every movable block as a multiple of its weight, ``[fx, fy, fz]``, at the centroid.
+    fixed: Names of blocks that are supports, beside those by name or height.
+    fixed_layers: Blocks are supports if the name of their object or its group (a layer, as most programs
+        write it) contains one of these words, in capitals or not.
+    fixed_below: Blocks that reach down to this height z, or below, are supports too.
+    up: The axis of the file that points upwards (Blender and game programs: often y). It becomes z, by a
         rotation.
-    scale:
-        By which all lengths of the file are multiplied: 0.001 for millimetres to metres. Other lengths given
-        are those of the scene.
-    tolerance:
-        Length below which gaps are nothing and faces flat; corners of a block nearer than this are one
+    scale: By which all lengths of the file are multiplied: 0.001 for millimetres to metres. Other lengths
+        given are those of the scene.
+    tolerance: Length below which gaps are nothing and faces flat; corners of a block nearer than this are one
         (default: twice the last decimal where all coordinates have a few decimals and that is little beside
         the blocks, else as in :class:`Scene`).
-    contact_tolerance:
-        Gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
+    contact_tolerance: Gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
 
     Raises
     ------

@@ -20,20 +20,16 @@ class Barrel(ArchRing, SolidGenerator):
 
     Parameters
     ----------
-    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments:
-        Of its ring: see :class:`~masonry_opt.scene.arch.ArchRing`.
-    length:
-        Of the vault, along y.
-    stone:
-        Length of a stone, along y (default: that of the vault). Pieces at the ends are no shorter than a
+    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments: Of its ring: see
+        :class:`~masonry_opt.scene.arch.ArchRing`.
+    length: Of the vault, along y.
+    stone: Length of a stone, along y (default: that of the vault). Pieces at the ends are no shorter than a
         quarter of it: where one would be, its neighbour is as much longer.
-    bond:
-        "running": every other voussoir begins with half a stone. "stacked": stones lie as rings side by side.
-    unit_weight:
-        Weight per unit volume.
-    name, at, live_per_weight:
-        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of the
-        arch, at y = 0.
+    bond: "running": every other voussoir begins with half a stone. "stacked": stones lie as rings side by
+        side.
+    unit_weight: Weight per unit volume.
+    name, at, live_per_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of
+        the arch, at y = 0.
     """
 
     length: Positive

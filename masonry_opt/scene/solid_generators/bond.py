@@ -19,14 +19,10 @@ def cut(
 
     Parameters
     ----------
-    start, end:
-        Of the run.
-    joints:
-        Where the bond has joints, rising; those nearer than a closer to an end of the run are left out.
-    length:
-        Of a stone. What is more than a closer longer is cut in two or more, as long as each other.
-    spare:
-        Where it is cut first, half a stone or more from joints.
+    start, end: Of the run.
+    joints: Where the bond has joints, rising; those nearer than a closer to an end of the run are left out.
+    length: Of a stone. What is more than a closer longer is cut in two or more, as long as each other.
+    spare: Where it is cut first, half a stone or more from joints.
     """
 
     def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:

@@ -29,25 +29,18 @@ class Dome(SolidGenerator):
 
     Parameters
     ----------
-    radius:
-        Of the sphere half way between the corners within and without; its centre is the origin.
-    thickness:
-        Radial, between the two spheres.
-    springing:
-        Angle of the foot above the horizontal through the centre, in degrees: 0 is half a sphere.
-    rings:
-        How many, without the key.
-    voussoirs:
-        How many a ring.
-    oculus:
-        Radius of the opening at the top, within. Without it a key that spans the angle of a ring closes the
-        dome.
-    bond:
-        "running": every other ring is turned by half a voussoir. "meridians": the upright joints run through.
-    base:
-        Whether a fixed ring, as high as the dome is thick, is built under it.
-    name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the centre of the spheres.
+    radius: Of the sphere half way between the corners within and without; its centre is the origin.
+    thickness: Radial, between the two spheres.
+    springing: Angle of the foot above the horizontal through the centre, in degrees: 0 is half a sphere.
+    rings: How many, without the key.
+    voussoirs: How many a ring.
+    oculus: Radius of the opening at the top, within. Without it a key that spans the angle of a ring closes
+        the dome.
+    bond: "running": every other ring is turned by half a voussoir. "meridians": the upright joints run
+        through.
+    base: Whether a fixed ring, as high as the dome is thick, is built under it.
+    name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
+        origin is the centre of the spheres.
     """
 
     radius: Positive

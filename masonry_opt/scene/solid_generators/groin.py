@@ -25,19 +25,13 @@ class Groin(SolidGenerator):
 
     Parameters
     ----------
-    span, rise, thickness:
-        Of the barrels' arch: see :class:`~masonry_opt.scene.arch.ArchRing`.
-    voussoirs:
-        Of that, an even number: a joint runs along the crown.
-    bay:
-        Length of each barrel from end to end, more than the span and both thicknesses.
-    stone:
-        Length of a stone along its barrel.
-    abutments:
-        Whether a fixed abutment is built under each corner.
-    name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle of
-        the square, at the height of the springing points.
+    span, rise, thickness: Of the barrels' arch: see :class:`~masonry_opt.scene.arch.ArchRing`.
+    voussoirs: Of that, an even number: a joint runs along the crown.
+    bay: Length of each barrel from end to end, more than the span and both thicknesses.
+    stone: Length of a stone along its barrel.
+    abutments: Whether a fixed abutment is built under each corner.
+    name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
+        origin is the middle of the square, at the height of the springing points.
     """
 
     span: Positive

@@ -31,17 +31,12 @@ class Opening(Record):
 
     Parameters
     ----------
-    at:
-        Of its nearer jamb, from the first point of the wall's axis along it.
-    width:
-        Between the jambs.
-    sill:
-        Courses below it: 0 is a door.
-    height:
-        Courses of it.
-    bearing:
-        Of the lintel on either side (default: half a block, which lies in bond where ``sill`` and ``height``
-        add up to an odd number and jambs are whole blocks from the wall's end).
+    at: Of its nearer jamb, from the first point of the wall's axis along it.
+    width: Between the jambs.
+    sill: Courses below it: 0 is a door.
+    height: Courses of it.
+    bearing: Of the lintel on either side (default: half a block, which lies in bond where ``sill`` and
+        ``height`` add up to an odd number and jambs are whole blocks from the wall's end).
     """
 
     at: NonNegative
@@ -56,15 +51,11 @@ class PlanWall(Record):
 
     Parameters
     ----------
-    name:
-        Its blocks are named after it, "front 3-2".
-    axis:
-        Points ``[[x, y], ...]`` of its middle line, each straight above, below, left or right of the one
+    name: Its blocks are named after it, "front 3-2".
+    axis: Points ``[[x, y], ...]`` of its middle line, each straight above, below, left or right of the one
         before. It meets another wall where it crosses or ends on the other's axis.
-    leaves:
-        One or two, each as thick as a block.
-    courses:
-        Its height (default: that of the plan).
+    leaves: One or two, each as thick as a block.
+    courses: Its height (default: that of the plan).
     openings:
         :class:`Opening` records.
     """
@@ -89,26 +80,20 @@ class Plan(SolidGenerator):
 
     Parameters
     ----------
-    block:
-        Length and height of a block.
-    thickness:
-        Of a block, and so of a leaf.
+    block: Length and height of a block.
+    thickness: Of a block, and so of a leaf.
     walls:
         :class:`PlanWall` records.
-    courses:
-        Height of the walls.
-    bond:
-        Where walls meet. "toothed": of two walls the first named passes through in the first course, the
+    courses: Height of the walls.
+    bond: Where walls meet. "toothed": of two walls the first named passes through in the first course, the
         other in the second, in turn. "butted": a wall that ends at another lies against it; of two that end
         the second named lies against the first, and of two that cross.
-    headers:
-        Of walls of two leaves: 2 for every second course of headers, 3 for every third, ... These are blocks
-        across both leaves, half as wide as both. Without them nothing but friction holds the leaves together.
-    base:
-        Whether a fixed base is built under all, which reaches a leaf's thickness farther.
-    name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of the
-        axes, at the foot of the walls.
+    headers: Of walls of two leaves: 2 for every second course of headers, 3 for every third, ... These are
+        blocks across both leaves, half as wide as both. Without them nothing but friction holds the leaves
+        together.
+    base: Whether a fixed base is built under all, which reaches a leaf's thickness farther.
+    name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
+        origin is that of the axes, at the foot of the walls.
     """
 
     block: tuple[Positive, Positive]

@@ -21,18 +21,14 @@ class Shaft(SolidGenerator):
 
     Parameters
     ----------
-    diameter:
-        Of the circle through the polygon's corners, or ``[bottom, top]`` if the shaft tapers. Across flat
-        sides it measures cos(π/sides) times that.
-    sides:
-        Of the polygon, three or more: 4 a square pier, 16 or 24 a round column. One side faces +x, and with
-        multiples of four sides others face -x and ±y.
-    height, drums:
-        Of the shaft, and how many drums it has.
-    base:
-        Whether a fixed base is built under it, with the foot's outline and as high as a drum.
-    name, at, live_per_weight, unit_weight:
-        See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the middle of the foot.
+    diameter: Of the circle through the polygon's corners, or ``[bottom, top]`` if the shaft tapers. Across
+        flat sides it measures cos(π/sides) times that.
+    sides: Of the polygon, three or more: 4 a square pier, 16 or 24 a round column. One side faces +x, and
+        with multiples of four sides others face -x and ±y.
+    height, drums: Of the shaft, and how many drums it has.
+    base: Whether a fixed base is built under it, with the foot's outline and as high as a drum.
+    name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
+        origin is the middle of the foot.
     """
 
     diameter: Widths
