@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 8566,
     "problem": 2309,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1087,
-    "methods": 4713,  # factors by a band, states beside a push that stops, and turns of λ bounded
+    "methods": 4714,  # factors by a band, states beside a push that stops, and turns of λ bounded
     "standing": 714,
     "answer": 1912,
     "words": 1097,

@@ -90,7 +90,8 @@ def compliant(task: Task) -> Solution:
         if options.spread:
             solution = solution.telling(spread(elastic, options.spread))
         softer = elastic.at(pushed, SOFT)
-        way = elastic.way(pushed)
+        # Of many scenes nobody sees the way of each.
+        way = None if task.kept.keeps else elastic.way(pushed)
     return replace(solution, history=pushed.steps, way=way, softer=softer, solver=task.solver)
 
 
