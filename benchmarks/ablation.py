@@ -73,21 +73,16 @@ def _without(*names: Any) -> Callable[[Any], Any]:
     return reduced
 
 
-def _unbraked(defaults: tuple[Any, ...]) -> tuple[Any, ...]:
-    return (*defaults[:-1], 0.0)
-
-
 _SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
-_SCHEDULE, _PASS = "mcp.schedule:", "mcp.interior_point:"
-_REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.energy:forces_for.__defaults__"
+_REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.alternation:forces_for.__defaults__"
 
 
 def _solved_alone(has_optimum: Callable[..., bool]) -> Callable[..., bool]:
     return lambda *arguments, nearly: has_optimum(*arguments)
 
 
-_WEIGHTS, _STIFF = "exact.alternation:_WEIGHTS_IN_SPACE", "mcp.compliant:_STIFF_IN_SPACE"
-_TOLERANCES, _SIDES = "exact.alternation:_TOLERANCES", ".problem.points:SIDES"
+_WEIGHTS = "exact.alternation:_WEIGHTS_IN_SPACE"
+_TOLERANCES, _SIDES = "exact.alternation:_TOLERANCES", ".problem.matrices:SIDES"
 
 #: What concerns blocks in space alone, as in ``ABLATIONS``.
 IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
@@ -99,15 +94,10 @@ IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
     "rougher-tolerances": ("mcp", {_TOLERANCES: lambda old: old[:1]}),
     "roughest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[:2]}),
     "tightest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[1:]}),
-    "programs-nearly-solved": ("mcp", {"exact.energy:has_optimum": _solved_alone}),
+    "programs-nearly-solved": ("mcp", {"exact.alternation:has_optimum": _solved_alone}),
     "energy-left": ("mcp", {"exact.alternation:_LEFT": 1e-8}),
-    "compliances-of-the-plane": ("compliant", {_STIFF: (1e-3, 1e-4, 1e-5, 1e-6)}),
-    "softest-of-four": ("compliant", {_STIFF: lambda old: old[1:]}),
-    "stiffest-of-four": ("compliant", {_STIFF: lambda old: old[:3]}),
-    "softer-contacts-too": ("mcp", {"mcp.method:_SOFT": 1e-4}),
     "sixteen-sides": ("mcp", {_SIDES: 16}),
     "thirty-two-sides": ("mcp", {_SIDES: 32}),
-    "others-give-less-in-space": ("search", {"mcp.passes:_OTHERS_GIVE_IN_SPACE": 1e-4}),
     "search-frictions-in-space": ("search", {_SEARCH + "_ROUND_IN_SPACE": _without("friction")}),
     "search-loads-in-space": ("search", {_SEARCH + "_ROUND_IN_SPACE": _without("loads")}),
 }
@@ -143,42 +133,23 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
     "two-repairs": ("mcp", {"exact.refiner:_REPAIRS": 1}),
     "descent-of-larger-scenes": ("mcp", {"mcp.method:_SIMPLEX_UP_TO": 60}),
-    "ladder": ("mcp", {_SCHEDULE + "_RUNGS": (1.0,) * 5}),
-    "brake": (
-        "mcp",
-        {"mcp.method:BRAKES": (0.0,)}
-        | dict.fromkeys(("mcp.passes:Passes.run.__defaults__", "mcp.passes:follow.__defaults__"), _unbraked),
-    ),
-    "other-brakes": ("mcp", {"mcp.method:BRAKES": (1.0,)}),
-    "diagonal": ("mcp", {_SCHEDULE + "_MORE": 1.0, _SCHEDULE + "_LESS": 1.0}),
-    "overshoot": ("mcp", {_SCHEDULE + "_OVERSHOOT": 0.0}),
-    "patience": ("mcp", {_SCHEDULE + "_PATIENCE": 20}),
-    "thirteen-short-steps": ("mcp", {_SCHEDULE + "_MOST_SHORT": 6}),
-    "correctors": ("mcp", {_PASS + "_CORRECTORS": 0}),
-    "second-order-bound": ("mcp", {_PASS + "_NEAR_CENTRE": 1e9}),
-    "steps-alike-at-the-end": ("mcp", {_SCHEDULE + "_ALIKE_BELOW": 0.0}),
-    "steps-alike-again": ("compliant", {_SCHEDULE + "_ALIKE_AGAIN": 1e-6}),
-    "steps-alike-only-again": ("compliant", {_SCHEDULE + "_ALIKE_BELOW": 1e-4}),
-    "motion-left": ("mcp", {_PASS + "_LEFT_IN_MOTION": 1e-12}),
-    "accurate-steps": ("mcp", {_PASS + "_ACCURATE": 1e-9}),
-    "cut-of-stiffness": ("mcp", {"mcp.newton:_CUT": 1e30}),
-    "full-factors": ("mcp", {"mcp.newton:_FULL_UP_TO": 0}),
-    "forces-of-stalled-passes": ("mcp", {"mcp.passes:_NEAR": 1e-4}),
-    "settled-forces": ("mcp", {"mcp.passes:Passes.settled_forces": lambda _: lambda self: None}),
-    "softest-contacts": ("mcp", {"mcp.compliant:SOFT": ()}),
-    "second-brake": ("mcp", {"mcp.compliant:_BRAKES": lambda old: old[:1]}),
-    "growth-with-stiffness": ("mcp", {"mcp.compliant:_GROWS": inf}),
-    "growth-of-half-a-power": ("mcp", {"mcp.compliant:_GROWS": 0.5}),
-    "far-from-plateau": ("mcp", {"mcp.compliant:_STILL_ELASTIC": inf}),
-    "four-compliances": ("mcp", {"mcp.compliant:STIFF": (1e-4, 1e-5)}),
-    "others-give-more": ("mcp", {"mcp.passes:_OTHERS_GIVE": 1e-3}),
-    "others-give-less": ("mcp", {"mcp.passes:_OTHERS_GIVE": 1e-5}),
+    **{
+        name: ("compliant", {"push." + of: value})
+        for name, of, value in (
+            ("one-rounding", "push:_ROUNDINGS", (0.01,)),
+            ("rougher-corners", "push:_ROUNDINGS", (0.1, 0.01)),
+            ("one-settling", "push:_SETTLING", (0.01,)),
+            ("sharpened-by-tens", "path:_FALLS", 0.1),
+            ("no-roots-of-falls", "path:_GENTLE", 0.01),
+            ("digits-of-trial-forces", "path:_DIGITS", 0.0),
+            ("turns-that-are-told", "push:_TURNS", 0),
+        )
+    },
+    "softer-contacts": ("mcp", {"push.compliant:SOFT": inf}),
+    "coarse-paths-beside": ("mcp", {"push.push:_COARSE": ()}),
     "one-alternation": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
     "light-energy-first": ("mcp", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),
     "a-heavier-energy": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),
-    "softer-forces-first": ("forces", {"mcp.compliant:_FIRST": lambda old: sorted(old, reverse=True)}),
-    "stiffer-forces-first": ("forces", {"mcp.compliant:_FIRST": sorted}),
-    "forces-of-one-compliance": ("forces", {"mcp.compliant:_FIRST": lambda old: old[:1]}),
     "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),
     "search-loads": ("search", {_SEARCH + "_ROUND": _without("loads")}),

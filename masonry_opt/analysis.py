@@ -48,7 +48,7 @@ def solve(
         (Pyomo's default for the loop), or any solver that CVXPY finds. The others bring their own.
     tolerance: Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9). With
         cones of friction in space the associative answer may be a state short of it: the reasons then say so.
-    expected: Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 8000 joints,
+    expected: Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 3000 joints,
         in space contact points).
     load_case: Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves
         all.

@@ -1,4 +1,4 @@
-"""Files are written whole or not at all, bear a mark, and replace none that has no mark."""
+"""Files are written whole or not at all, and replace none without a mark of this package; plain data in them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A state and its certificate, made together: what methods hand on, and a result shows."""
+"""A state and its certificate, of the matrices alone, made together: what methods hand on, and a result shows."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ class Answer(Found):
     load_factor: λ.
     compliance: of the contacts under which it was certified (see :class:`~.problem.Problem`).
     certificate: residuals of the scene as a whole.
-    residuals: everything that the limits of acceptance are for (see :func:`~.certificate.residuals`).
+    residuals: everything that the limits of acceptance are for (see :func:`~.answer.residuals`).
     """
 
     load_factor: float
@@ -206,7 +206,7 @@ def certified(
 ) -> Answer:
     """A state under a flow rule, by default the joints' own at these forces, with its certificate.
 
-    Parameters are those of :func:`~.certificate.certify`.
+    Parameters are those of :func:`~.answer.certify`.
     """
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
     certificate = certify(problem, load_factor, q, d, slope)

@@ -13,6 +13,7 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Certificate
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason, Status
+from masonry_opt.answer.reasons import size_of as size_as_values
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.problem.assembly import Assembly
@@ -22,7 +23,6 @@ from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
     import pandas as pd
-from masonry_opt.answer.reasons import size_of as size_as_values
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ class GivingState:
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """Keyframes of a push, from rest to where λ stays, and as far again.
+    """Keyframes of a push, from rest to three times as far as to where λ stays.
 
     Attributes
     ----------

@@ -17,12 +17,7 @@ from masonry_opt.errors import InterruptedByUserError, MasonryError, OutputError
 from masonry_opt.words.terminal import print_text, results_alone
 
 #: Modules of commands, which are loaded when these are called: others have that of their name.
-_MODULES = {
-    "check": "solve",
-    "reproduce": "compare",
-    **dict.fromkeys(("convert", "draw", "export"), "files"),
-    **dict.fromkeys(("crossing", "directions", "least", "settle"), "studies"),
-}
+_MODULES = {"check": "solve"} | dict.fromkeys(("crossing", "directions", "least", "settle"), "studies")
 
 #: What each command does.
 COMMANDS = {

@@ -1,4 +1,4 @@
-"""The commands `masonry-opt compare` and `reproduce`."""
+"""The command `masonry-opt compare`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import InterruptedByUserError
 from masonry_opt.studies.compare.report import OUT
 from masonry_opt.studies.process import ended_by_kill
-from masonry_opt.studies.reproduce import reproduce as rebuild
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
@@ -59,15 +58,3 @@ def compare(given: Given, scenes: Annotated[list[str] | None, _SCENES] = None) -
     )
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: the same command continues where it stopped")
-
-
-_EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
-
-
-@command(rebuild)
-def reproduce(given: Given, example: Annotated[str, typer.Argument(help=_EXAMPLE)] = "") -> None:
-    """Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
-    example or folder, or an extra is missing.
-    """
-    if not rebuild(example, **given):
-        raise typer.Exit(1)

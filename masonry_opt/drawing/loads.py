@@ -1,5 +1,5 @@
 """Loads as arrows: each force, or one arrow for the direction of many. Fill as lines: its road, its columns,
-and the edges that it touches."""
+and the edges that it touches. Ties and props as lines between their ends."""
 
 from __future__ import annotations
 

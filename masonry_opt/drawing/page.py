@@ -1,4 +1,4 @@
-"""One page of a result: a single file of HTML that needs no network."""
+"""A result as HTML: a page in one file that needs no network, and what a notebook shows, without a script."""
 
 from __future__ import annotations
 
@@ -79,6 +79,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
         layers = layers | {PUSH: way_marks(result)}
         data["way"] = way_data(result, way, data.pop("motions"))
         values |= {"count": len(way.d), "last_frame": len(way.d) - 1}
+        values["push_ends"] = "" if result.end is None else " to collapse"
     told = {
         "blocks": [printable(block.name) for block in result.assembly.scene.blocks],
         "joints": _joints(result, re.findall(r'data-of="(\w+)"', values["joint"])) | data.pop("joints"),

@@ -1,4 +1,4 @@
-"""Solves programs declared in CVXPY."""
+"""Solves programs declared in CVXPY, those with very large entries (friction of 1e6) scaled."""
 
 from __future__ import annotations
 

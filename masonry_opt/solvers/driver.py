@@ -1,4 +1,4 @@
-"""Eq. (9) or eq. (10), declared in either language, with the solver that answers it."""
+"""Eq. (9) or eq. (10), declared in either language, with the solver that answers it; what is kept of them."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Driver:
         self._resizes = problem.by_strength.conic
 
     def again_for(self, problem: Problem, effort: Effort) -> Driver:
-        """The same program with the shear limits of another problem (see :class:`~.problem.kept.Kept`)."""
+        """The same program with the shear limits of another problem (see :class:`Kept`)."""
         self.effort = effort
         self._engine.restart(effort)
         self.set_shear_limits(ShearLimits.true(problem))

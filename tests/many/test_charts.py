@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from masonry_opt.studies.charts import off_axis, pictures
+from masonry_opt.studies.charts import pictures
+from masonry_opt.studies.load_factor_axis import off_axis
 from masonry_opt.studies.many.charts import drawings, heat_map
 
 NAME = "joints.friction"

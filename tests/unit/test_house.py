@@ -21,14 +21,14 @@ BUDGETS = {
     "standing": 714,
     "answer": 1912,
     "words": 1097,
-    "drawing": 2515,
+    "drawing": 2516,
     "finite_motion": 1373,
     "exports": 651,
-    "studies": 6514,
-    "cli": 1137,  # commands of functions' signatures, which 1,490 lines restated in studies and in the rest
+    "studies": 6523,
+    "cli": 1168,  # commands of functions' signatures, which 1,490 lines restated in studies and in the rest
     "rest": 1059,
     "models": 1309,  # the energy of chords, said whole
-    "tests": 33524,  # commands held to the signatures that they are made of
+    "tests": 33525,  # commands held to the signatures that they are made of
 }
 
 

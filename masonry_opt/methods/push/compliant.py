@@ -29,8 +29,9 @@ PUSHED_UP_TO = 3000
 #: Displacement at which contacts are soft still: their forces lead to states that are sometimes lower.
 SOFT = 3e1
 
-#: Displacements at which a state is looked for where the push comes to no ray.
-_TRIED = 1e7, 1e6, 1e5, 1e4, 1e3, 1e2
+#: Displacements at which a state is looked for where the push comes to no ray, in turn: at the first contacts
+#: of large façades give too much still.
+_TRIED = 1e6, 1e7, 1e5, 1e4, 1e3, 1e2
 
 #: How much softer contacts are with which a state is compared, and the states of a curve at most.
 _SOFTER, _ON_CURVE = 10.0, 100
@@ -90,8 +91,7 @@ def compliant(task: Task) -> Solution:
         if options.spread:
             solution = solution.telling(spread(elastic, options.spread))
         softer = elastic.at(pushed, SOFT)
-        # Of many scenes nobody sees the way of each.
-        way = None if task.kept.keeps else elastic.way(pushed)
+        way = elastic.way(pushed)
     return replace(solution, history=pushed.steps, way=way, softer=softer, solver=task.solver)
 
 

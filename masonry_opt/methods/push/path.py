@@ -107,7 +107,7 @@ class Curve:
 
     def corner(self, before: Point, after: Point) -> np.ndarray:
         """d and λ, shape (3b + 1,), between two points, where the path may turn: where their tangents come
-        nearest, with λ no further than theirs; in the middle if they do not on the way."""
+        nearest, with λ no further than theirs where it goes on; in the middle if they do not on the way."""
         here, there = (np.append(point.d, point.load_factor) for point in (before, after))
         one, other, way = (self._moves(of[:-1]).ravel() for of in (before.along, after.along, there - here))
         ahead, back = np.linalg.lstsq(np.column_stack([one, other]), way)[0]

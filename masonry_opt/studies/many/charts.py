@@ -15,7 +15,8 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
-from masonry_opt.studies.charts import LABEL, NamedChart, alt, axis, ends, off_axis, ticks
+from masonry_opt.studies.charts import NamedChart, alt, axis
+from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
 from masonry_opt.studies.many.runs import (
     CRUSHING,
     EXPECTED,
@@ -87,7 +88,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     """λ against one number: a line, or of two numbers a line for each value of the second; else points."""
     far = off_axis(np.r_[frame["load_factor"], frame["expected"]])
     off, failed = far[: len(frame)], frame["load_factor"].isna()
-    expected = frame["expected"].mask(far[len(frame) :])
+    expected, same = frame["expected"].mask(far[len(frame) :]), frame["expected"].equals(frame["load_factor"])
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES
     series = frame["mechanism"].fillna(NONE)
     looks = {
@@ -135,7 +136,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         .encode(y=alt.Y("from:Q", **upwards), y2="to:Q")
     ]
     found = alt.Chart(marks[~failed]).encode(x=x, y=y)
-    beside = alt.Chart(marks[expected.notna() & (not expected.equals(frame["load_factor"]))])
+    beside = alt.Chart(marks[expected.notna() & (not same)])
     beside = beside.encode(x=x, y=alt.Y("expected:Q", **upwards))
     if lines:
         stroke = alt.Stroke("line:N", scale=colours)

@@ -20,7 +20,7 @@ from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.charts import ends
+from masonry_opt.studies.load_factor_axis import ends
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.runs import EXPECTED, ManyRuns, RunProgress, Study
 from masonry_opt.studies.writing import StudyAnswer, csv_text, records, write_files
@@ -179,7 +179,8 @@ class Sample(StudyAnswer):
         """Spearman's rank correlation of the load factor with each number drawn, strongest first:
         ``parameter``, ``rank_correlation``, ``lower``, ``upper``; of the load to expect
         ``expected_rank_correlation``, ``expected_lower``, ``expected_upper``. NaN where the load, or the
-        number, is the same in all runs. Loads that differ by rounding have one rank.
+        number, is the same in all runs, or one without a load to expect has a load factor. Loads that differ
+        by rounding have one rank.
 
         The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All intervals
         of one of the loads hold at once with the confidence (Bonferroni).
@@ -191,6 +192,9 @@ class Sample(StudyAnswer):
         each = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
 
         def of(values: np.ndarray) -> Sequence[Any]:
+            if (np.isneginf(values) & np.isfinite(self.load_factors)).any():
+                # Where a push ends in none friction may jam: neither the least load nor the largest.
+                return 3 * (np.full(drawn.shape[1], np.nan),)
             known = np.abs(values[np.isfinite(values)])
             step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
             ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index)

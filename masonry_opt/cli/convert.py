@@ -1,5 +1,4 @@
-"""The commands that make files: `convert` case files of drawings and meshes, and drawings of them, `draw` and
-`export`."""
+"""The command `masonry-opt convert`: drawings and meshes to case files, case files to drawings."""
 
 from __future__ import annotations
 
@@ -12,17 +11,11 @@ from typing import Annotated, Any
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.shared import Case, Force, LoadCaseName, numbers, writing
+from masonry_opt.cli.shared import Force, numbers
 from masonry_opt.cli.signatures import Given, command
-from masonry_opt.drawing.elements import counts
-from masonry_opt.drawing.figure import refuse_picture
-from masonry_opt.drawing.pictures import doubts, scene_picture
-from masonry_opt.drawing.view import refuse_view
-from masonry_opt.errors import OptionError, OutputError, counted, printable
-from masonry_opt.exports.solid_files import SOLID_ENDS
-from masonry_opt.problem.assembly import assemble
+from masonry_opt.errors import OptionError, OutputError, counted
 from masonry_opt.scene.blocks import Block
-from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
+from masonry_opt.scene.case_file import CaseFile, MeshTable, save
 from masonry_opt.scene.contacts.find import find_joints, shapes_of
 from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import parse_file
@@ -145,38 +138,3 @@ def _refuse(names: Iterable[str], what: str) -> None:
 def _option(name: str) -> str:
     """The option of the command line that gives an argument."""
     return "--" + (name.removesuffix("s") if name.endswith("layers") else name).replace("_", "-")
-
-
-_FILE = typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json).")
-_METHOD = typer.Option(
-    help="Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids the one "
-    "whose mechanism and forces to write (default: blocks at rest)."
-)
-
-
-@command(mo.export, leave="moved", method=_METHOD)
-def export(given: Given, case: Case, file: Annotated[Path, _FILE], load_case: LoadCaseName = None) -> None:
-    """Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written."""
-    what: mo.Scene | mo.Result = as_scene(case, load_case)
-    if file.suffix.lower() in SOLID_ENDS and (method := given.pop("method", None)):
-        what = mo.solve(case, method, expected=False, load_case=load_case)
-    print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))
-
-
-@command(mo.draw)
-def draw(
-    given: Given,
-    case: Case,
-    file: Annotated[Path, typer.Argument(help="File to write (.png, .svg, .pdf).")],
-    load_case: LoadCaseName = None,
-) -> None:
-    """Prints how many there are, and what looks unintended. Without --load-case loads are drawn as given."""
-    force = given.pop("force", False)
-    refuse_picture(file, force)
-    scene = as_scene(case, load_case)
-    refuse_view(scene, given.get("view"))
-    assembly = assemble(scene, floating=True)
-    with writing(file):
-        scene_picture(assembly, **given).save(file, force)
-    warnings = [f"warning: {sentence}" for sentence in doubts(assembly)]
-    print_text(printable("\n".join([f"{file}: {counts(assembly)}", *warnings])))
