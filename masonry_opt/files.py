@@ -1,4 +1,4 @@
-"""Files are written whole or not at all, and replace none without a mark of this package; plain data in them."""
+"""Files are written whole or not at all, and replace none without a mark of this package; plain data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A state and its certificate, of the matrices alone, made together: what methods hand on, and a result shows."""
+"""A state and its certificate, of matrices alone, made together: what methods hand on and results show."""
 
 from __future__ import annotations
 

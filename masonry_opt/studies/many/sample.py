@@ -179,8 +179,8 @@ class Sample(StudyAnswer):
         """Spearman's rank correlation of the load factor with each number drawn, strongest first:
         ``parameter``, ``rank_correlation``, ``lower``, ``upper``; of the load to expect
         ``expected_rank_correlation``, ``expected_lower``, ``expected_upper``. NaN where the load, or the
-        number, is the same in all runs, or one without a load to expect has a load factor. Loads that differ
-        by rounding have one rank.
+        number, is the same in all runs. Loads that differ by rounding have one rank; runs without a load to
+        expect that have a load factor have none.
 
         The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All intervals
         of one of the loads hold at once with the confidence (Bonferroni).
@@ -188,17 +188,17 @@ class Sample(StudyAnswer):
         Raises OptionError if the confidence is not between 0 and 1.
         """
         _refuse_shares(confidence=[confidence])
-        drawn, degrees = self.table[list(self.drawn)], self.runs - 3
+        drawn = self.table[list(self.drawn)]
         each = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
 
         def of(values: np.ndarray) -> Sequence[Any]:
-            if (np.isneginf(values) & np.isfinite(self.load_factors)).any():
-                # Where a push ends in none friction may jam: neither the least load nor the largest.
-                return 3 * (np.full(drawn.shape[1], np.nan),)
-            known = np.abs(values[np.isfinite(values)])
+            # Where no load to expect is known friction may jam: neither the least nor the largest.
+            told = ~(np.isneginf(values) & np.isfinite(self.load_factors))
+            values, known = values[told], np.abs(values[np.isfinite(values)])
             step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
-            ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index)
-            r = drawn.rank().corrwith(ranks).to_numpy().clip(-1, 1)
+            ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index[told])
+            r = drawn[told].rank().corrwith(ranks).to_numpy().clip(-1, 1)
+            degrees = len(values) - 3
             half = each * np.sqrt((1 + r**2 / 2) / degrees) if degrees > 0 else np.inf
             # Of a perfect correlation Fisher's transform is infinite.
             middle = np.arctanh(r.clip(-1 + 1e-15, 1 - 1e-15))

@@ -1,4 +1,4 @@
-"""A scene whose supports can move in one direction, pushed there by a live load on them alone, if they can."""
+"""A scene whose supports can move in one direction, pushed there by a live load on them alone."""
 
 from __future__ import annotations
 
