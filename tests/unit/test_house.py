@@ -16,19 +16,19 @@ ROOT = Path(__file__).parents[2]
 BUDGETS = {
     "scene": 8566,
     "problem": 2309,  # layouts of the plane and of space, and laws, as objects
-    "solvers": 1087,
-    "methods": 4714,  # factors by a band, states beside a push that stops, and turns of λ bounded
+    "solvers": 1087,  # what is kept of programs, which problem held
+    "methods": 4714,  # keyframes of a push; states beside one that stops, and turns of λ bounded
     "standing": 714,
     "answer": 1912,
     "words": 1097,
-    "drawing": 2516,
+    "drawing": 2516,  # the way of a push on pages, and what notebooks show
     "finite_motion": 1373,
     "exports": 651,
     "studies": 6523,
     "cli": 1168,  # commands of functions' signatures, which 1,490 lines restated in studies and in the rest
-    "rest": 1059,
+    "rest": 1059,  # plain data of files, which answer held
     "models": 1309,  # the energy of chords, said whole
-    "tests": 33525,  # commands held to the signatures that they are made of
+    "tests": 33525,  # the way of a push as data and on pages; both loads of samples
 }
 
 
