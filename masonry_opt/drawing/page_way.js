@@ -33,7 +33,7 @@ const way = (() => {
     `<path class="axes" d="M${left} ${top - 6}V${bottom}M${left} ${height(0)}H${right}${ticks.map((u) => `M${along(u)} ${bottom}v4`).join("")}"/>` +
     `<path class="expected" d="M${left} ${height(expected)}H${right}"/>` +
     `<polyline points="${x.map((at, number) => `${at},${y[number]}`).join(" ")}"/>${dots}<circle class="at" r="5.5"/>` +
-    text(left - 5, height(expected) + 4, minus(expected.toPrecision(3))) + text(left - 5, height(0) + 4, 0) +
+    text(left - 5, height(expected) + 4, minus(+expected.toPrecision(3))) + text(left - 5, height(0) + 4, 0) +
     text(left - 5, (height(0) + height(expected)) / 2, "λ") + ticks.map((u) => text(along(u), bottom + 16, minus(u), along(u) > right - 20 ? "end" : "middle")).join("") +
     text((left + right) / 2, bottom + 30, "displacement of the live load", "middle");
   const marker = chart.querySelector(".at");
