@@ -139,7 +139,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
             ("one-rounding", "push:_ROUNDINGS", (0.01,)),
             ("rougher-corners", "push:_ROUNDINGS", (0.1, 0.01)),
             ("one-settling", "push:_SETTLING", (0.01,)),
-            ("sharpened-by-tens", "path:_FALLS", 0.1),
+            ("sharpened-by-hundreds", "path:_FALLS", 0.01),
             ("no-roots-of-falls", "path:_GENTLE", 0.01),
             ("digits-of-trial-forces", "path:_DIGITS", 0.0),
             ("turns-that-are-told", "push:_TURNS", 0),

@@ -43,7 +43,7 @@ _ROUND = 2.0
 _STEPS, _SHORTEST, _UPHILL = 60, 1e-6, 20
 
 #: Rounding, in mean forces, falls to the last by a factor, or else by its roots up to another.
-_FALLS, _GENTLE, _LAST = 0.01, 0.4, 1e-9
+_FALLS, _GENTLE, _LAST = 0.1, 0.4, 1e-9
 
 _Found = TypeVar("_Found")
 
