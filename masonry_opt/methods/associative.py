@@ -10,8 +10,8 @@ from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, State
-from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.registry import LpAnswer, LpSize
+from masonry_opt.solvers.driver import Driver, LpAnswer
+from masonry_opt.solvers.registry import LpSize
 from masonry_opt.standing.diagnosis import no_optimum
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from typing import Any, Protocol, Self, TypeVar, cast
 
 import numpy as np
 
 from masonry_opt.effort import Effort
 from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.registry import LpAnswer, LpSize, Solver, Verdict
+from masonry_opt.problem.problem import Problem, ShearLimits, State
+from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
@@ -33,6 +34,14 @@ def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
     if problem.by_strength.conic:
         return CvxpyEngine, {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
     return CvxpyEngine, {"static": CvxpyStatic, "kinematic": CvxpyKinematic}
+
+
+@dataclass(frozen=True)
+class LpAnswer:
+    """A solve of eq. (9) or eq. (10), with the state at the optimum, or near it, if there is one."""
+
+    solved: Solved
+    state: State | None
 
 
 class Driver:

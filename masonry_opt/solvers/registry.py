@@ -12,7 +12,6 @@ from functools import cache
 from typing import Any
 
 from masonry_opt.errors import OptionError
-from masonry_opt.problem.problem import State
 
 #: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
 TOLERANCE = 1e-9
@@ -267,14 +266,6 @@ class Solved:
     def failed(self) -> bool:
         """Whether the solver decided nothing."""
         return self.verdict in (Verdict.FAILED, Verdict.NEARLY)
-
-
-@dataclass(frozen=True)
-class LpAnswer:
-    """A solve of eq. (9) or eq. (10), with the state at the optimum, or near it, if there is one."""
-
-    solved: Solved
-    state: State | None
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from masonry_opt.answer.answer import largest_acting, of_lesser_block
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.loop.options import LoopParameters
 from masonry_opt.problem.problem import Problem, ShearLimits, State
-from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.registry import LpAnswer, Solved, Verdict
+from masonry_opt.solvers.driver import Driver, LpAnswer
+from masonry_opt.solvers.registry import Solved, Verdict
 
 #: How often a trial cohesion that carries no dead load is multiplied by four.
 _TRIALS = 8
