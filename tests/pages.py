@@ -8,9 +8,9 @@ import re
 WIDTHS = (1280, 400)
 
 
-def written(result, tmp_path_factory):
+def written(result, tmp_path_factory, **drawn):
     path = tmp_path_factory.mktemp("page") / "page.html"
-    result.save(path)
+    result.save(path, **drawn)
     return result, path
 
 

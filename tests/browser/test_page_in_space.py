@@ -25,10 +25,7 @@ VIEW = (-60.0, 22.0)
 @pytest.fixture(scope="module")
 def wall(tmp_path_factory):
     """A corner wall's result and the file of its page."""
-    result = mo.solve(corner_wall(3, 2, 4), "static")
-    path = tmp_path_factory.mktemp("page") / "page.html"
-    result.save(path, view=VIEW)
-    return result, path
+    return written(mo.solve(corner_wall(3, 2, 4), "static"), tmp_path_factory, view=VIEW)
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -116,10 +113,7 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(browser, wall, width):
 @pytest.fixture(scope="module")
 def pushed(tmp_path_factory):
     """A corner wall's result by the default method, with its push, and the file of its page."""
-    result = mo.solve(corner_wall(3, 2, 4))
-    path = tmp_path_factory.mktemp("page") / "page.html"
-    result.save(path, view=VIEW)
-    return result, path
+    return written(mo.solve(corner_wall(3, 2, 4)), tmp_path_factory, view=VIEW)
 
 
 @pytest.mark.parametrize("width", WIDTHS)
