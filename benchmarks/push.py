@@ -1,6 +1,9 @@
-"""How does a push go from rest to its ray? Draws docs/push.png and prints where both walls end.
+"""How does a push go from rest to its ray? Draws docs/push.png and prints where both walls end; or prints
+rows of the guide's table, of walls 1 to 6, then of rubble walls of so many stones and seeds.
 
     python benchmarks/push.py --stones 60 --seed 341000
+    python benchmarks/push.py --table 60:341000-341007 100:26 200:0 200:180001
+    python benchmarks/push.py --table 60:733000-733019
 
 λ over the displacement of the live load, each step a point: wall 6 of Ferris & Tin-Loi, and a rubble wall
 (tests/atlas/large_scenes.py).
@@ -10,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -21,6 +25,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 from atlas.large_scenes import rubble  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
+from masonry_opt.answer.thresholds import PLATEAU  # noqa: E402
 from masonry_opt.drawing.colours import BLACK, BLUE  # noqa: E402
 from masonry_opt.methods.push.push import Elastic  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
@@ -42,12 +47,40 @@ def draw(axes: Axes, scene: mo.Scene, title: str) -> None:
     print(f"{title}: {len(found.steps)} steps, {found.folds} folds, at most {found.peak}: {end}")
 
 
+def row(scene: mo.Scene, title: str) -> None:
+    """Print where a push ends, and what it took; the load that it passes on the way if that is higher."""
+    problem, began = assemble(scene).problem, time.process_time()
+    found = Elastic(problem).pushed()
+    seconds = time.process_time() - began
+    end = found.answer and found.answer.load_factor
+    passed = f"{found.peak:.5f}" if end and found.peak > end * (1 + PLATEAU) else "–"
+    told = [title, problem.joints, f"{end:.5f}" if end else found.ended, len(found.steps)]
+    told += [sum(step.corrections for step in found.steps), found.folds, passed, f"{seconds:.1f}"]
+    print("| " + " | ".join(map(str, told)) + " |", flush=True)
+
+
+def table(rubble_walls: list[str]) -> None:
+    """Rows of walls 1 to 6, then of rubble walls, "stones:seed" or "stones:first-last"."""
+    print("| scene | joints | λ at the ray | steps | corrections | folds | on the way up to | s |")
+    for number in range(1, 7):
+        row(mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml"), f"wall {number}")
+    for walls in rubble_walls:
+        stones, _, seeds = walls.partition(":")
+        first, _, last = seeds.partition("-")
+        for seed in range(int(first), int(last or first) + 1):
+            row(rubble(int(stones), seed), f"{stones} stones, {seed}")
+
+
 def main() -> None:
-    """Draw both walls."""
+    """Draw both walls, or print the table."""
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     options.add_argument("--stones", type=int, default=60)
     options.add_argument("--seed", type=int, default=341000)
+    options.add_argument("--table", nargs="+", metavar="STONES:SEEDS")
     chosen = options.parse_args()
+    if chosen.table:
+        table(chosen.table)
+        return
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.2), layout="constrained")
     draw(left, mo.load(ROOT / "cases" / "ferris_tinloi" / "wall_6.toml"), "wall 6")
     draw(right, rubble(chosen.stones, chosen.seed), f"a rubble wall of {chosen.stones} stones")
