@@ -43,10 +43,9 @@ class JointMotion:
 def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = None) -> JointMotion:
     """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
 
-    What contacts give elastically, where they do, is no such motion. Motions are beside a speed, by default
-    that of the mechanism's own fastest corner.
-    Opening by the answer's flow rule counts neither as hinging nor as separating. A joint without force that
-    opens in the middle while one edge stays separates if it slips, else it hinges about that edge.
+    What contacts give elastically, where they do, is no such motion, nor is opening by the answer's flow
+    rule hinging or separating. Motions are beside a speed, by default that of the mechanism's fastest corner.
+    Without force one that opens in the middle while an edge stays hinges about it, or separates if it slips.
 
     In space a joint slides if one of its contact points slips while it touches, hinges if it opens more at
     some points than at others that touch, and separates if none touches.

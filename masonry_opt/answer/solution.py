@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, Self
@@ -76,7 +77,7 @@ class Solution:
     infeasibility: what is proven where there is no λ; None if no proof was tried.
     size: of the linear program.
     curve: states of contacts that give less and less, if they were asked for.
-    way: of a push, the way that it went.
+    way: makes keyframes of a push, which few ask for; None of what is none.
     softer: of a push, the state of contacts that are soft still, from which lower states are sought.
     solver: of the method that ended with it, which another may have asked.
     """
@@ -97,7 +98,7 @@ class Solution:
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
     curve: tuple[GivingState, ...] | None = None
-    way: Way | None = None
+    way: Callable[[], Way | None] | None = None
     softer: GivingState | None = None
     solver: Solver | None = None
 

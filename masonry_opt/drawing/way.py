@@ -22,7 +22,7 @@ PUSH, _TURN = "push", 100_000
 def way_of(result: Outcome) -> Way | None:
     """The way to the load to expect, if there is one."""
     state = result.solution.at_expected
-    return state.way if state is not None and state.load_factor is not None else None
+    return state.way() if state is not None and state.load_factor is not None and state.way else None
 
 
 def way_motions(result: Outcome, way: Way) -> np.ndarray:

@@ -30,7 +30,6 @@ _LEGAL = set(string.ascii_letters + string.digits + "_.")
 #: LP and MPS files have names of at most 255 characters, kinds among them.
 _LONGEST = 200
 
-
 #: Names of what a joint and a block have, by component, in the plane and in space, and of faces that rock.
 _OF_JOINTS: dict[int, dict[str, tuple[str, ...]]] = {
     2: {"q": ("n1", "n2", "s"), "compatibility": ("opening_1", "opening_2", "slip")},

@@ -83,7 +83,6 @@ METHODS = {method.name: method for method in _ALL}
 #: The method of whoever names none.
 DEFAULT = "mcp"
 
-
 #: What is said with a method and is no option of it.
 _ARGUMENTS = (
     *("scene", "method", "model", "solver", "tolerance", "expected"),

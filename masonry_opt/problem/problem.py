@@ -162,8 +162,7 @@ class Problem:
 
     @property
     def live_displacement(self) -> float:
-        """Displacement of the live load, its work over its forces, which no axes change, per unit of its work
-        over Σ|f_L|."""
+        """Displacement of the live load, over forces whose sizes no axes change, per work of Σ|f_L|."""
         return self.live_norm / (self.force_sizes(self.live).sum() or self.live_norm)
 
     def forces(self, load: np.ndarray) -> np.ndarray:

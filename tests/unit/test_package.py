@@ -157,6 +157,13 @@ def test_python_started_in_a_clone_finds_the_models_there_and_loads_what_it_uses
     assert not [name for name in by_command if name.startswith(("masonry_opt.studies", "altair"))]
 
 
+def test_many_scenes_are_solved_without_charts():
+    """Which an extra brings."""
+    in_a_process_of_its_own(
+        "import sys; sys.modules['altair'] = None; import masonry_opt as mo; mo.sweep, mo.sample"
+    )
+
+
 def test_hints_install_extras_of_the_clone():
     """There is no package of this name on the public index."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]

@@ -25,10 +25,9 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import find_solver
 
-#: Weight of that energy over λ where a mechanism is known roughly: λ must fall by more than so many times the
-#: energy that it adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
+#: Weight of the energy z·p over λ where a mechanism is known roughly: λ must fall by more than so many times
+#: what that adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
 WEIGHT = 30.0
-
 
 #: Solves a program; whether there is an optimum to read, as :func:`~.cvxpy_engine.has_optimum` of a solver.
 Solves = Callable[[cp.Problem], bool]

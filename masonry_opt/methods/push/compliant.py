@@ -9,6 +9,7 @@ where blocks move on for ever: on that ray contacts give no more, and the state 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from math import inf
 from typing import Annotated, Any
 
@@ -19,6 +20,7 @@ from masonry_opt.answer.answer import Found
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
+from masonry_opt.methods.push.keyframes import way
 from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elastic_of
 from masonry_opt.methods.push.spread import spread
 from masonry_opt.methods.task import Options, Task
@@ -91,8 +93,8 @@ def compliant(task: Task) -> Solution:
         if options.spread:
             solution = solution.telling(spread(elastic, options.spread))
         softer = elastic.at(pushed, SOFT)
-        way = elastic.way(pushed)
-    return replace(solution, history=pushed.steps, way=way, softer=softer, solver=task.solver)
+    along = partial(way, elastic, pushed)
+    return replace(solution, history=pushed.steps, way=along, softer=softer, solver=task.solver)
 
 
 def jams(task: Task) -> Reason | None:

@@ -1,14 +1,38 @@
-"""Keyframes of a push: where along its path it is shown."""
+"""The way of a push: keyframes along its path."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 
 from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.solution import Way
 from masonry_opt.answer.thresholds import PLATEAU
+from masonry_opt.methods.push.push import Elastic, Pushed
 
 #: Keyframes, and how many times as far a path is shown as up to where λ stays.
 KEYFRAMES, _AGAIN = 60, 3.0
+
+
+def way(elastic: Elastic, pushed: Pushed) -> Way | None:
+    """Keyframes of a push, on the tangents of its points; None of one that did not begin."""
+    points, unit = pushed.points, elastic.problem.live_norm
+    if len(points) < 2:
+        return None
+    curve = elastic.curve.rounded_by(pushed.rounding)
+    path = [np.append(points[0].d, points[0].load_factor)]
+    for before, after in pairwise(points):
+        path += [curve.corner(before, after)] if len(points) < KEYFRAMES else []
+        path += [np.append(after.d, after.load_factor)]
+    u, load = np.array([(curve.live @ each[:-1], each[-1] / unit) for each in path]).T
+    at = keyframes(u - u[0], load)
+    first = np.minimum(at.astype(int), len(path) - 2)
+    states = np.stack(path[: first[-1] + 2])
+    states = states[first] + (at - first)[:, None] * np.diff(states, axis=0)[first]
+    q = np.stack([curve.law.of_problem(curve.forces(each[:-1])) for each in states])
+    d, load = states[:, :-1] - states[0, :-1], (states[:, -1] - states[0, -1]) / unit
+    return Way(elastic.giving(1.0), d @ curve.live, load, d, q, pushed.rounding)
 
 
 def keyframes(u: np.ndarray, load_factor: np.ndarray) -> np.ndarray:

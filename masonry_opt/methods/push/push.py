@@ -18,10 +18,9 @@ import numpy as np
 
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
-from masonry_opt.answer.solution import GivingState, Way
+from masonry_opt.answer.solution import GivingState
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.effort import Effort
-from masonry_opt.methods.push.keyframes import KEYFRAMES, keyframes
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
 from masonry_opt.methods.push.path import Curve, Point
@@ -31,9 +30,9 @@ from masonry_opt.problem.problem import Problem
 #: Roundings of the law on paths, in mean forces, in turn where one stops short; in searches, and on scenes of
 #: more than 500 joints: of 88 scenes the rougher path leads to the rays of the other in .57 of the time, but
 #: where it folds its highest λ is lower. And of more than 3000, where sharper corners turn a path thousands
-#: of times: on the façade of 2 × 6 openings this one comes as far in 110 points as the others do not in 1500.
+#: of times: on the façade of 2 × 6 openings this one comes as far in 110 points as others in 1100, or not.
+#: And those for settling.
 _ROUNDINGS, _ROUGHER, _ROUGHEST, _LARGE = (0.01, 0.1, 0.3), (0.1, 0.01), (1.0,), (500, 3000)
-#: Those for settling.
 _SETTLING = (0.01, 1e-3, 1e-4)
 
 #: Roundings under which hardly any path stops; to which one's state is sharpened, by which factor at least,
@@ -223,7 +222,7 @@ class Elastic:
             return Pushed(Ended.NOT_SETTLED)
         large, very_large = (self.problem.joints > most for most in _LARGE)
         for rounding in _ROUGHEST if very_large else _ROUGHER if rougher or large else _ROUNDINGS:
-            curve = self._curve.rounded_by(rounding)
+            curve = self.curve.rounded_by(rounding)
             found = self._followed(curve, self._at_rest(curve), follow, until)
             came = bool(found.steps) and found.steps[-1].displacement >= until
             if found.ended is not Ended.STOPPED or came or len(found.steps) == _POINTS:
@@ -234,7 +233,7 @@ class Elastic:
         """States to which contacts of much rounder corners lead where a push stops, of each path an exact one
         or else its last: from rest others may be come to."""
         for rounding in _COARSE if self.settled is not None else ():
-            found = self._beyond(self._curve.rounded_by(rounding))
+            found = self._beyond(self.curve.rounded_by(rounding))
             if found is not None:
                 yield found
 
@@ -293,7 +292,8 @@ class Elastic:
         return Pushed(ended, tuple(steps), tuple(points), answer, rounding=rounded.rounding)
 
     @cached_property
-    def _curve(self) -> Curve:
+    def curve(self) -> Curve:
+        """The contacts under the loads, at rest with the forces that they have settled with."""
         problem, settled = self.problem, self.settled
         assert settled is not None
         rest, live = self._law.of_sliders(settled), problem.live / problem.live_norm
@@ -304,7 +304,7 @@ class Elastic:
         direction comes to a mechanism of the cone as 1/u², and a law too sharp has turns of its own."""
         problem, far = self.problem.by_cone, self._straight_on * u
         most_left = self._unit * min(_LEFT, _NO_EVENT * max(far, self._straight_on * self._end_from))
-        before = point.along[:-1] / float(self._curve.live @ point.along[:-1])
+        before = point.along[:-1] / float(self.curve.live @ point.along[:-1])
         states = [*rounded.moved(point.d).states(np.zeros_like(point.d), point.load_factor, 0.0)]
         best: Answer | None = None
         for curve, d, load in reversed(states):
@@ -364,7 +364,7 @@ class Elastic:
         if number is None:
             return None
         before, after = pushed.points[max(number - 1, 0)], pushed.points[number]
-        was, comes = (float(self._curve.live @ point.d) for point in (before, after))
+        was, comes = (float(self.curve.live @ point.d) for point in (before, after))
         share = (u - was) / (comes - was) if comes > was else 1.0
         between = replace(
             after,
@@ -374,34 +374,14 @@ class Elastic:
         states = (self._giving_state(pushed.rounding, point, u) for point in (between, after))
         return next((state for state in states if state is not None), None)
 
-    def way(self, pushed: Pushed) -> Way | None:
-        """Keyframes of a push, on the tangents of its points; None of one that did not begin."""
-        points, unit = pushed.points, self.problem.live_norm
-        if len(points) < 2:
-            return None
-        curve = self._curve.rounded_by(pushed.rounding)
-        path = [np.append(points[0].d, points[0].load_factor)]
-        for before, after in pairwise(points):
-            path += [curve.corner(before, after)] if len(points) < KEYFRAMES else []
-            path += [np.append(after.d, after.load_factor)]
-        u, load = np.array([(curve.live @ each[:-1], each[-1] / unit) for each in path]).T
-        at = keyframes(u - u[0], load)
-        first = np.minimum(at.astype(int), len(path) - 2)
-        states = np.stack(path[: first[-1] + 2])
-        states = states[first] + (at - first)[:, None] * np.diff(states, axis=0)[first]
-        q = np.stack([self._law.of_problem(curve.forces(each[:-1])) for each in states])
-        d = states[:, :-1] - states[0, :-1]
-        load = (states[:, -1] - states[0, -1]) / unit
-        return Way(self.giving(1.0), d @ curve.live, load, d, q, pushed.rounding)
-
     def next_to(self, pushed: Pushed, step: PushStep) -> GivingState | None:
         """The state at a step of a push."""
         return self._giving_state(pushed.rounding, pushed.points[step.iteration - 1], step.displacement)
 
     def _giving_state(self, rounding: float, point: Point, u: float) -> GivingState | None:
         """The state at u next to a point of the path, certified for its contacts."""
-        curve, still = self._curve.rounded_by(rounding).moved(point.d), np.zeros_like(point.d)
-        short = u - float(self._curve.live @ point.d)
+        curve, still = self.curve.rounded_by(rounding).moved(point.d), np.zeros_like(point.d)
+        short = u - float(self.curve.live @ point.d)
         *_, last = (None, *curve.states(still, point.load_factor, short))
         if last is None:
             return None
