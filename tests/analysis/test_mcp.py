@@ -247,9 +247,10 @@ def test_the_first_state_will_do_if_asked_for():
 
 @pytest.mark.parametrize("name", SCENES)
 def test_interior_points_in_turn_end_near_where_simplex_does(name):
-    """From the forces that a push ends with: exact but for complementarity."""
+    """From the state that a push ends with: exact but for complementarity."""
     simplex, pushed = solved(scene_of(name)), solved(scene_of(name), "compliant")
-    found = alternated(pushed.assembly.problem, pushed.load_factor, pushed.solution.q, Effort())
+    state = pushed.solution.answer
+    found = alternated(pushed.assembly.problem, state.q, state.d, Effort())
     left = found.certificate
     assert max(left.equilibrium, left.yield_, left.flow) <= EXACT
     assert left.complementarity <= ALTERNATED * found.load_factor

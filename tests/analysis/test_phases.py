@@ -46,7 +46,6 @@ def test_a_push_and_what_follows_it():
         "pushed from rest",
         "method 'mcp'",
         "exact states nearby",
-        "softer contacts",
         "associative load factor",
     ]
 

@@ -110,7 +110,7 @@ def test_a_facade_of_231_blocks_is_exact():
     """Its mechanism leaves 2.5e-8 of λ where solvers end at an absolute gap of its bare energy."""
     size = next(reference.size for reference in REFERENCES if reference.blocks == 231)
     soft = mo.solve(scenes_in_space.facade(*size, 0.6), "compliant", give=1e-2)
-    answer = alternated(soft.assembly.problem, soft.load_factor, soft.solution.q, Effort())
+    answer = alternated(soft.assembly.problem, soft.solution.q, None, Effort())
     assert answer is not None
     assert answer.forms.friction is Cone
     assert not answer.failing(Kind.EXACT)

@@ -84,29 +84,28 @@ _PURPOSE = "exact state"
 
 
 def alternated(
-    problem: Problem, load_factor: float, q: np.ndarray, effort: Effort, follow: Follow = lambda _: None
+    problem: Problem, q: np.ndarray, d: np.ndarray | None, effort: Effort, follow: Follow = lambda _: None
 ) -> Answer | None:
-    """The state that λ and forces (3c,) lead to, in space of the cone, exact but for an energy z·p up to 1e-5
-    of λ; None if there is none."""
+    """The state that forces (3c,) lead to, and the mechanism (3b,) where it is known; in space of the cone,
+    exact but for an energy z·p up to 1e-5 of λ; None if there is none."""
     effort.begins("exact state")
     problem = problem.by_cone
     tried = _WEIGHTS_IN_SPACE if problem.by_friction.conic else _WEIGHTS
-    found = (_in_turn(problem, (load_factor, q), effort, weights, follow) for weights in tried)
+    found = (_in_turn(problem, (q, d), effort, weights, follow) for weights in tried)
     return next((one for one in found if one is not None), None)
 
 
 def _in_turn(
     problem: Problem,
-    start: tuple[float, np.ndarray],
+    start: tuple[np.ndarray, np.ndarray | None],
     effort: Effort,
     weights: Iterable[float],
     follow: Follow,
 ) -> Answer | None:
     """The last state within the limits that these weights lead to; of those that are exact, if any is."""
     scaled, conic = in_units_of_load(problem), problem.by_friction.conic
-    solvers = [
-        find_solver("cvxpy", None, tolerance) for tolerance in (_TOLERANCES if conic else _TOLERANCES[:1])
-    ]
+    tolerances = _TOLERANCES if conic else _TOLERANCES[:1]
+    solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
     answer: Answer | None = None
 
     def solved(program: Callable[..., _T | None]) -> _T | None:
@@ -119,12 +118,15 @@ def _in_turn(
                 return one
         return None
 
-    forces: tuple[float, np.ndarray] | None = start[0] / scaled.load_factor, start[1] / scaled.force
+    q, d = start
+    # Forces of contacts that give, or of other loads, need not balance: the load that fits best.
+    fits = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
+    forces: tuple[float, np.ndarray] | None = fits / scaled.load_factor, q / scaled.force
     found: Answer | None = None
     for weight in (*weights, None):
         if forces is None:
             break
-        d = solved(partial(motion_for, scaled, forces[1]))
+        d = solved(partial(motion_for, scaled, forces[1])) if d is None else d
         if d is None:
             break
         load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
@@ -134,7 +136,7 @@ def _in_turn(
             rougher = found is not None and found.exact and not answer.exact
             found = found if rougher else answer
         if weight is not None:
-            p = problem.rates(d, problem.dilatancy)
+            p, d = problem.rates(d, problem.dilatancy), None
             forces = solved(partial(forces_for, scaled, p, weight=weight))
     follow(answer)
     return found

@@ -331,17 +331,13 @@ class ConeRefiner(StateFinder):
     """By alternation: what holds λ up is not known, states have no neighbours."""
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        problem = self.problem
-        # Forces of contacts that give, or of other loads, need not balance: the load that fits best.
-        unbalanced = problem.unbalanced(0.0, q)
-        load_factor = -float(problem.live @ unbalanced) / float(problem.live @ problem.live)
         self.why = Code.NO_PROGRAM
-        answer = alternated(problem, load_factor, q, self.effort, self._follow)
+        answer = alternated(self.problem, q, None, self.effort, self._follow)
         if answer:
             self.left = answer.failing(Kind.EXACT)
         if answer is None or self.left:
             return None
-        nothing = np.zeros(problem.faces)
+        nothing = np.zeros(self.problem.faces)
         return ExactState(answer.load_factor, answer.q, answer.d, nothing, nothing, nothing, answer)
 
     def _follow(self, last: Answer | None) -> None:

@@ -95,8 +95,8 @@ def _by_push(task: Task) -> Solution:
         if by_statics is not None and by_statics.answer is not None:
             states.near(by_statics.answer)
     if options.descent and states.descend:
-        effort.begins("softer contacts")
         if expected.softer is not None:
+            effort.begins("softer contacts")
             states.near(expected.softer.answer)
         states.further()
     answer = states.answer
@@ -148,7 +148,7 @@ class _States:
             start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
             exact = self._recorded(start) if start.exact else None
             self._by_programs = _exact_or_lower(self._by_programs, exact)
-            found = alternated(self._problem, start.load_factor, start.q, self._effort)
+            found = alternated(self._problem, start.q, start.d if start.exact else None, self._effort)
             found = found and self._recorded(found)
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:

@@ -28,7 +28,7 @@ from masonry_opt.methods.task import Options, Task
 #: Joints, in space contact points, up to which the load to expect is told beside other methods' answers.
 PUSHED_UP_TO = 3000
 
-#: Displacement at which contacts are soft still: their forces lead to states that are sometimes lower.
+#: Displacement at which contacts are soft still: in space their forces lead to states sometimes lower.
 SOFT = 3e1
 
 #: Displacements at which a state is looked for where the push comes to no ray, in turn: at the first contacts
@@ -92,7 +92,7 @@ def compliant(task: Task) -> Solution:
             solution = _with_curve(elastic, pushed, solution)
         if options.spread:
             solution = solution.telling(spread(elastic, options.spread))
-        softer = elastic.at(pushed, SOFT)
+        softer = elastic.at(pushed, SOFT) if task.problem.layout.round else None
     along = partial(way, elastic, pushed)
     return replace(solution, history=pushed.steps, way=along, softer=softer, solver=task.solver)
 

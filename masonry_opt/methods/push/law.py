@@ -125,11 +125,10 @@ class Rounded:
 
     def _positive(self, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The positive part of numbers, rounded, and its derivative."""
-        finite = np.isfinite(of)
-        of = np.where(finite, of, 0.0)
-        root = np.hypot(of, 2 * self.rounding)
-        part = np.where(of > 0, (of + root) / 2, 2 * self.rounding**2 / np.where(of > 0, 1.0, root - of))
-        return np.where(finite, part, 0.0), np.divide(part, root, out=np.zeros_like(part), where=finite)
+        root = np.sqrt(of * of + 4 * self.rounding**2)
+        larger = (np.abs(of) + root) / 2
+        part = np.where(of > 0, larger, self.rounding**2 / larger)
+        return part, part / root
 
     def _pressed(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normal forces, shape (points, c), and their rates, shape (points, points, c)."""
@@ -181,7 +180,7 @@ class Rounded:
             by_normal = pressed.sum(axis=0)
             limit = self.cohesion + self.friction * n.sum(axis=0)
             apart = limit - size
-            root = np.hypot(apart, 2 * self.rounding)
+            root = np.sqrt(apart * apart + 4 * self.rounding**2)
             most = (limit + size + root) / 2
             share = limit / most
             by_size = 1 - share + size * share / most * (1 - apart / root) / 2

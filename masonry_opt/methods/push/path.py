@@ -156,7 +156,7 @@ class Curve:
         return left, rates * self.law.stiffness
 
     def _size(self, of: np.ndarray) -> float:
-        return sqrt(float((of * of).mean())) / self.unit
+        return float(np.linalg.norm(of)) / (sqrt(of.size) * self.unit)
 
     def state(self, d: np.ndarray, load_factor: float, u: float | None) -> tuple[np.ndarray, float] | None:
         """The state at u, or without one under that load, from one nearby; None if none is found."""

@@ -313,10 +313,10 @@ class Elastic:
                 break
             q = self._law.of_problem(curve.forces(d))
             for way in (curve.along(d)[:-1], before):
-                answer, ahead = certified(problem, load / problem.live_norm, q, way), d + far * way
-                if not answer.exact or np.abs(curve.left(ahead, load)).max() > most_left:
+                if np.abs(curve.left(d + far * way, load)).max() > most_left:
                     continue
-                if best is None or answer.certificate.worst < best.certificate.worst:
+                answer = certified(problem, load / problem.live_norm, q, way)
+                if answer.exact and (best is None or answer.certificate.worst < best.certificate.worst):
                     best = answer
         if best is not None:
             return Ended.RAY, best
