@@ -1,19 +1,282 @@
-"""``solve``: a scene, a method and a solver to a result."""
+"""``solve``: a scene, a method and a solver to a result. The way there, a session's: assemble, check that the
+scene stands, run the method, accept.
+
+Modules that declare or solve programs are imported where they are used: modelling languages take seconds.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from masonry_opt.answer.acceptance import SMALLEST, Kind
+from masonry_opt.answer.answer import Found
+from masonry_opt.answer.motion import moving_names
+from masonry_opt.answer.reasons import Code, Status, reason, size_of
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort, Phases
-from masonry_opt.errors import OptionError
-from masonry_opt.methods.registry import DEFAULT, HowToSolve
-from masonry_opt.methods.task import Progress
-from masonry_opt.result import Result
+from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.methods.push.compliant import PUSHED_UP_TO
+from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
+from masonry_opt.methods.task import Method, Progress, Task
+from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
+from masonry_opt.problem.problem import Problem
+from masonry_opt.result import Result, make_result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.session import Session
 from masonry_opt.solvers.driver import Kept
+from masonry_opt.solvers.registry import MATRICES, find_solver
+
+#: Joints up to which the associative load factor is computed where a method leaves none: beyond, it takes
+#: from some seconds to minutes.
+_BESIDE_UP_TO = 8000
+
+#: The method whose answer is the load to expect.
+_EXPECTED = "compliant"
+
+#: Ways to give a live load, by dimension.
+_WAYS = {
+    2: "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its weight), "
+    'an [[edge_load]] of kind "live", an [earthquake], or \'tilt = "right"\' to tilt the ground',
+    3: "'live = [fx, fy, fz]', there or in a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'",
+}
+
+
+@dataclass
+class Session:
+    """A way to solve, to which scenes are given one after the other.
+
+    Attributes
+    ----------
+    how: with which method, solver and options.
+    kept: geometry and compiled programs, if it keeps them for scenes that differ in joint properties alone;
+        of those that differ in loads geometry, joints and matrices.
+        No answer depends on earlier scenes; but their forces may show that a scene stands.
+    """
+
+    how: HowToSolve
+    kept: Kept = field(default_factory=Kept)
+    _last: Assembly | None = None
+
+    @property
+    def method(self) -> Method:
+        """The method."""
+        return self.how.chosen
+
+    def without_expected(self) -> Session:
+        """The same, which does not look for the load to expect."""
+        return replace(self, how=replace(self.how, expected=False))
+
+    def solve(
+        self, scene: Scene, progress: Progress = lambda _: None, effort: Effort | None = None
+    ) -> Result:
+        """The result of a scene; raises what :func:`~masonry_opt.analysis.solve` raises of scenes."""
+        effort = effort or Effort()
+        return self._result(*self.answer(scene, progress, effort), effort)
+
+    def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
+        """The result of a scene that does not stand under its dead load; None if it stands."""
+        solution = self._unless_it_stands(assembly, effort)
+        return None if solution is None else self._result(assembly, solution, effort)
+
+    def push(self, assembly: Assembly, progress: Progress, effort: Effort) -> Result:
+        """The result of a scene that is known to stand; raises as ``solve``."""
+        refuse_unsuited(self.method, assembly)
+        return self._result(assembly, self.pushed(assembly, progress, effort), effort)
+
+    def _result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
+        method, solver = self.method.name, solution.solver
+        if solver is None or solver.language == self.how.engine.language:
+            solver = self.how.engine
+        return make_result(assembly, solution, effort, method, solver)
+
+    def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
+        """The same, as matrices and numbers without names and units."""
+        effort.begins("finding joints")
+        with effort.measure("scene"):
+            assembly = self._assembled(scene)
+        refuse_unsuited(self.method, assembly)
+        solution = self._unless_it_stands(assembly, effort)
+        return assembly, solution or self.pushed(assembly, progress, effort)
+
+    def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
+        """The solution of a scene that stands."""
+        problem, expected = assembly.problem, self._to_expect(assembly, effort)
+        effort.begins(f"method '{self.method.name}'")
+        task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, expected)
+        solution = replace(_found(self.method, task), expected=expected).accepted()
+        solution = _judged(assembly, task, solution)
+        if solution.status is Status.SOLVER_FAILED:
+            # Nothing bears out what forces and velocities say.
+            return replace(solution, found=Found(forms=solution.found.forms))
+        return solution
+
+    def _assembled(self, scene: Scene) -> Assembly:
+        assembly = on_matrices_of(self._last, scene) if self._last is not None else None
+        if assembly is None:
+            assembly = assemble(scene)
+        if self.kept.keeps:
+            self._last = assembly
+        return assembly
+
+    def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
+        """The solution of a scene that does not stand under its dead load; None if it stands."""
+        from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
+
+        problem, own, solver = assembly.problem, Effort(), self.how.of_dead_load
+        effort.begins("does it stand under its dead load?")
+        solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
+        with effort.measure("dead_load"):
+            try:
+                falling = falling_mechanism(problem, solver, own, self.kept)
+            except DeadLoadUndecided as stopped:
+                return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
+            finally:
+                # The result names the solver; its programs and time count as those of the check.
+                effort.credit(own)
+        if falling is None:
+            return None
+        from masonry_opt.standing.diagnosis import as_it_falls
+        from masonry_opt.standing.holding import what_would_hold
+
+        effort.begins("what falls, and what would hold it")
+        with effort.measure("dead_load"):
+            falling = as_it_falls(assembly, falling, own)
+            falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
+            holds = what_would_hold(assembly, falling, solver, own)
+        found = Found(d=falling, forms=problem.by_cone.forms)
+        return replace(solution, found=found, reasons=(falls, *holds))
+
+    def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:
+        """What method "compliant" finds, or why it is not asked; None where nobody wants to know. Its steps
+        and time stand apart from those of the method."""
+        if not self.how.expected or self.method.associative or self.method.name == _EXPECTED:
+            return None
+        method, problem = METHODS[_EXPECTED], assembly.problem
+        if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
+            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, (reason(Code.DILATANCY_FALLS),))
+        if problem.joints > PUSHED_UP_TO:
+            why = reason(Code.NOT_EXPECTED, **size_of(problem))
+            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, (why,))
+        effort.begins("load to expect")
+        solver = find_solver(MATRICES, None)
+        effort.uses(solver.name, "load to expect")
+        with effort.measure("expected"):
+            solution = _found(method, Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
+        return _unless_it_falls(assembly, solution)
+
+
+def refuse_unsuited(method: Method, assembly: Assembly) -> None:
+    """Raise CaseError if nothing carries a live load, OptionError if no load case is named of a scene that
+    has any, or the method does not know such joints, or solids."""
+    problem, scene = assembly.problem, assembly.scene
+    scene.refuse_without_case()
+    if not problem.live_norm:
+        case = scene.load_case
+        named = f"load case '{case.name}': " if case is not None else ""
+        if scene.factor_of_axles and (scene.axles or case is not None):
+            raise CaseError(
+                f"{scene.origin}: {named}its axles move, and nothing else is a live load: use crossing "
+                "(in Python mo.crossing), which finds their worst position"
+            )
+        if case is not None:
+            raise CaseError(
+                f"{scene.origin}: {named}nothing that it makes live ({case}) loads a block: give another "
+                "group of loads, or loads of these"
+            )
+        raise CaseError(f"{scene.origin}: no block carries a live load: give one {_WAYS[scene.dimension]}")
+    if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
+        raise OptionError(
+            f"method '{method.name}' does not know dilatancy that falls with stress: use 'nonassociative', "
+            "or leave 'dilatancy_stress' out"
+        )
+    if assembly.scene.dimension == 3 and not method.space:
+        raise OptionError(
+            f"{assembly.scene.origin}: its blocks are solids, which method '{method.name}' does not know: "
+            "use another"
+        )
+    if problem.matrices.limited and not method.limited:
+        roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
+        raise OptionError(
+            f"method '{method.name}' does not know forces of {roles}: use another, or leave these out"
+        )
+    if len(problem.crushing) and not method.crushing:
+        raise OptionError(
+            f"method '{method.name}' does not know joints of limited strength: use another, or leave "
+            "'strength' out"
+        )
+
+
+def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
+    """A solution without its load factor, where that is below zero, or the scene does not carry its dead load
+    from rest."""
+    found, statics = solution.load_factor, solution.kind is Kind.ASSOCIATIVE
+    rests = found is not None and not statics and _rests(assembly.problem, solution, found)
+    if solution.status is not Status.UNSTABLE and (found is None or (found >= -ZERO and (statics or rests))):
+        return solution
+    from masonry_opt.standing.existence import withdrawn
+
+    return withdrawn(assembly, solution, rests)
+
+
+def _found(method: Method, task: Task) -> Solution:
+    """What a method finds; a Coulomb method that finds no load factor is asked where the live load does no
+    work, and at once where that was the load to expect."""
+    before, expected = None, task.expected
+    if expected is None or not expected.no_work:
+        before = method.run(task)
+        falls = before.status is Status.UNSTABLE
+        decided = (before.answer and not before.failing()) or before.proven_none or falls
+        if decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _BESIDE_UP_TO:
+            return before
+        from masonry_opt.methods.associative import with_associative
+
+        before = with_associative(task, before)
+        if before.associative is None:
+            return before
+    from masonry_opt.methods.no_work import without_work
+
+    return without_work(task, method.run, before) or before or method.run(task)
+
+
+def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
+    """Whether a scene carries its dead load from rest: where forces there are known, or statics fix them, or
+    as the load to expect tells; else contacts that give are asked, where the load factor is next to nothing
+    or below, or a state like that was met."""
+    if problem.settled is not None or problem.statics_fix_forces:
+        return True
+    expected = solution.expected
+    if expected is not None and expected.status in (Status.CONVERGED, Status.UNSTABLE):
+        return expected.status.usable
+    return min(load_factor, solution.below_zero) > SMALLEST or Elastic(problem).settled is not None
+
+
+def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
+    """A Coulomb answer with the associative load factor beside it; without a load factor ≥ 0, why."""
+    if solution.kind is not Kind.ASSOCIATIVE:
+        # Which no Coulomb answer exceeds. (Where none is proven to exist, statics carry any multiple.)
+        from masonry_opt.methods.associative import with_associative
+
+        if not solution.proven_none and task.problem.joints <= _BESIDE_UP_TO:
+            solution = with_associative(task, solution)
+    expected = solution.expected
+    if expected is not None:
+        expected = replace(expected, associative=solution.associative_value)
+    solution = _unless_it_falls(assembly, replace(solution, expected=expected))
+    if solution.load_factor is not None:
+        return solution
+    from masonry_opt.standing.existence import explained
+
+    by_statics = solution.kind is Kind.ASSOCIATIVE
+    solution = explained(assembly, solution, task.solver, task.effort, by_statics)
+    if expected is None or expected.load_factor is None or not solution.proven_none:
+        return solution
+    # What contacts give before they lock is no collapse.
+    expected = replace(expected, found=Found(), status=solution.status, reasons=solution.reasons)
+    return replace(solution, expected=expected)
 
 
 def solve(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pyomo.environ as pyo
 
-from masonry_opt.analysis import solve
+from masonry_opt.analysis import refuse_unsuited, solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.exports.program_files import WRITERS, legal, names_in, readable
@@ -30,7 +30,6 @@ from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
-from masonry_opt.session import refuse_unsuited
 from masonry_opt.words.sentences import by_sides
 
 #: ε of the products z p ≤ ε that are written for complementarity: far above what solvers take for feasible,

@@ -19,7 +19,7 @@ _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM
 
 #: Modules that the server imports: ``solve``, and methods, whose modelling languages are imported late.
 _PRELOADED = (
-    "masonry_opt.session",
+    "masonry_opt.analysis",
     "masonry_opt.methods.bracket.bracket",
     "masonry_opt.methods.mpec",
     "masonry_opt.studies.compare.runs",

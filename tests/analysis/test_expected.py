@@ -23,7 +23,7 @@ from scenes import (
 )
 
 import masonry_opt as mo
-from masonry_opt import session
+from masonry_opt import analysis
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import OptionError
@@ -142,7 +142,7 @@ def test_where_there_is_none_the_reason_says_why(monkeypatch, asked):
     assert endless.expected is None
     assert endless.expected_reasons == tuple(endless.at_expected.solution.reasons)
     assert endless.at_expected.load_factor is None
-    monkeypatch.setattr(session, "PUSHED_UP_TO", 2)
+    monkeypatch.setattr(analysis, "PUSHED_UP_TO", 2)
     large = mo.solve(two_blocks(), "nonassociative")
     assert (large.expected, len(asked)) == (None, 1)
     assert values_of(large.at_expected, Code.NOT_EXPECTED) == {"joints": 3}

@@ -59,7 +59,7 @@ def imports_of(path, within=ast.walk):
 
 
 #: What puts the rooms of the package together: none of them knows it.
-TOGETHER = ("session", "analysis", "duality", "exports", "cli")
+TOGETHER = ("analysis", "duality", "exports", "cli")
 
 #: What a room of the package may not know beside that, because it comes after it.
 LATER = {
@@ -72,7 +72,7 @@ LATER = {
     "words": ("methods", "drawing"),
     "drawing": (),
     # Of the files that put the rooms together, the one that every analysis goes through.
-    "session.py": ("words", "drawing", "analysis", "duality", "exports", "cli"),
+    "analysis.py": ("words", "drawing", "duality", "exports", "cli"),
 }
 
 

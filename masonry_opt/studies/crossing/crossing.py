@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.analysis import prepare
+from masonry_opt.analysis import Session, prepare
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
@@ -20,7 +20,6 @@ from masonry_opt.scene.axles import Axles
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.session import Session
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import Crossing as Crossing  # its home for readers
 from masonry_opt.studies.crossing.passage import Passage

@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 
+from masonry_opt.analysis import Session
 from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.answer.motion import joint_motion
@@ -21,7 +22,6 @@ from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
-from masonry_opt.session import Session
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.studies.journal import NAME, Journal, digest
 from masonry_opt.studies.machine import versions
