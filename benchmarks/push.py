@@ -1,5 +1,5 @@
 """How does a push go from rest to its ray? Draws docs/push.png and prints where both walls end; or prints
-rows of the guide's table, of walls 1 to 6, then of rubble walls of so many stones and seeds.
+rows of the table in benchmarks/README.md, of walls 1 to 6, then of rubble walls of so many stones and seeds.
 
     python benchmarks/push.py --stones 60 --seed 341000
     python benchmarks/push.py --table 60:341000-341007 100:26 200:0 200:180001
