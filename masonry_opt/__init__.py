@@ -23,6 +23,7 @@ _HOMES = {
     "exports.export": ("export",),
     "finite_motion.capacity": ("Capacity", "capacity"),
     "finite_motion.kinematic_check": ("KinematicCheck",),
+    "problem.assembly": ("assemble",),
     "scene.arch": ("Arch", "PointLoad"),
     "scene.axles": ("Axles",),
     "scene.blocks": ("Block", "Reference"),

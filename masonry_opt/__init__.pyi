@@ -13,6 +13,7 @@ from masonry_opt.exports.export import export as export
 from masonry_opt.finite_motion.capacity import Capacity as Capacity
 from masonry_opt.finite_motion.capacity import capacity as capacity
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck as KinematicCheck
+from masonry_opt.problem.assembly import assemble as assemble
 from masonry_opt.result import Result as Result
 from masonry_opt.scene.arch import Arch as Arch
 from masonry_opt.scene.arch import PointLoad as PointLoad

@@ -3,8 +3,11 @@ case file alike, so that both refuse the same keys and values."""
 
 from __future__ import annotations
 
+import ast
 import itertools
+from collections import ChainMap
 from collections.abc import Iterator, Mapping
+from inspect import Parameter, Signature, get_annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
@@ -79,6 +82,15 @@ RoadLine = Annotated[list[Point], Field(min_length=2), AfterValidator(_rightward
 Ring = Annotated[list[Point], Field(min_length=3)]
 
 
+class _Unchecked(ast.NodeTransformer):
+    """Annotations without the checks that they are annotated with."""
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        if ast.unparse(node.value) == "Annotated" and isinstance(node.slice, ast.Tuple):
+            return node.slice.elts[0]
+        return self.generic_visit(node)
+
+
 class _RecordType(_ModelType):
     """Metaclass of records: a call with wrong values in Python raises CaseError.
 
@@ -95,6 +107,10 @@ class _RecordType(_ModelType):
         except ValidationError as error:
             raise wrong_call(error, cls, values) from None
 
+    def __dir__(cls) -> list[str]:
+        """What is a record's own: help and completion leave pydantic's names out."""
+        return [name for name in super().__dir__() if not (name.startswith("_") or hasattr(BaseModel, name))]
+
 
 class Record(BaseModel, metaclass=_RecordType):
     """A frozen record that refuses unknown keys and finds aliases by either name.
@@ -110,6 +126,24 @@ class Record(BaseModel, metaclass=_RecordType):
 
     #: Mistakes that are told together.
     most_told: ClassVar[int] = 1
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Help shows keys by the names and types of their source, without what checks them."""
+        written = dict(ChainMap(*map(get_annotations, cls.__mro__)))
+        shown = [
+            Parameter(
+                name,
+                Parameter.KEYWORD_ONLY,
+                default=Parameter.empty if field.is_required() else field.default,
+                annotation=ast.unparse(_Unchecked().visit(ast.parse(written[name]))),
+            )
+            for name, field in cls.model_fields.items()
+        ]
+        cls.__signature__ = Signature(shown)
+
+    def __dir__(self) -> list[str]:
+        return [*dir(type(self)), *type(self).model_fields]
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -14,13 +14,15 @@ from masonry_opt.scene.blocks import Block, Body
 from masonry_opt.scene.consistency import inconsistencies, wrong_direction
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase
+from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import Solid
 
 _B = TypeVar("_B", bound=Body)
 
 
 class Scene(SceneKeys):
-    """Rigid blocks and their joint properties; the joints are found from the geometry.
+    """Rigid blocks and their joint properties; the joints are found from the geometry. ``scene["A"]`` is the
+    block of that name.
 
     Raises CaseError if names repeat, no block is fixed or none can move, an exception or load names no block,
     a load a fixed one, a scene to be tilted has what does not tilt, one of an earthquake live loads, a load
@@ -74,6 +76,29 @@ class Scene(SceneKeys):
 
     def _mistakes(self) -> Iterator[str]:
         return inconsistencies(self)
+
+    def __getitem__(self, name: str) -> Block | Solid:
+        """The block of a name. Raises CaseError if there is none."""
+        by_name = {block.name: block for block in self.blocks}
+        if name not in by_name:
+            near = did_you_mean(name, by_name)
+            raise CaseError(f"{self.origin}: no block is named {name!r}{near}")
+        return by_name[name]
+
+    def __repr__(self) -> str:
+        """Two lines: what it is called, and how many records of each kind it has."""
+        kept = {name: len(of) for name, of in vars(self).items() if isinstance(of, list) and of}
+        records = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in kept.items())
+        law = ", ".join(
+            f"{key} {value}" for key, value in self.joints.model_dump(exclude_defaults=True).items()
+        )
+        fixed, where = (
+            sum(block.fixed for block in self.blocks),
+            "the plane" if self.dimension == 2 else "space",
+        )
+        return f"<Scene {self.called!r} in {where}\n {records}; {fixed} fixed; joints of {law}>"
+
+    __str__ = __repr__
 
     def replace(self, **changes: Any) -> Self:
         """A scene with other values, checked as a call checks them, read from the same file and in the same

@@ -19,8 +19,8 @@ PAGE = (Path(__file__).parents[2] / "docs" / "solver_people.md").read_text("utf-
 BEST_KNOWN = re.search(r"<!-- best known -->\n(.*?)<!-- /best known -->", PAGE, re.DOTALL)[1]
 
 
-def test_the_example_finds_the_published_load_factor(tmp_path, monkeypatch):
-    (example,) = re.findall(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+@pytest.mark.parametrize("example", re.findall(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE))
+def test_an_example_finds_the_published_load_factor(example, tmp_path, monkeypatch):
     (tmp_path / "cases").symlink_to(CASES)
     monkeypatch.chdir(tmp_path)
     out = io.StringIO()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import pickle
 from typing import Annotated
 
@@ -181,3 +182,23 @@ def test_block_that_the_generator_of_a_file_cannot_build(tmp_path):
     with pytest.raises(mo.CaseError, match=r"'weight'.*found 3\.6e\+30") as error:
         mo.load(path)
     assert str(error.value).startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize(
+    "record", [mo.Scene, mo.Block, mo.Solid, mo.Wall, mo.Fill], ids=lambda kind: kind.__name__
+)
+def test_help_shows_keys_without_what_checks_them(record):
+    shown = inspect.signature(record)
+    assert list(shown.parameters) == list(record.model_fields)
+    assert "Annotated" not in str(shown)
+    assert not [name for name in dir(record) if name.startswith("_") or hasattr(pydantic.BaseModel, name)]
+
+
+def test_a_scene_is_shown_in_two_lines_and_has_blocks_by_name():
+    scene = two_blocks()
+    assert len(repr(scene).splitlines()) == 2
+    assert repr(scene) == str(scene)
+    assert scene[scene.blocks[1].name] is scene.blocks[1]
+    assert {"blocks", "replace"} <= set(dir(scene))
+    with pytest.raises(mo.CaseError, match="'nowhere'"):
+        scene["nowhere"]
