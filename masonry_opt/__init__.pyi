@@ -50,11 +50,11 @@ from masonry_opt.scene.ties import Tie as Tie
 from masonry_opt.scene.walls import Column as Column
 from masonry_opt.scene.walls import Facade as Facade
 from masonry_opt.scene.walls import Wall as Wall
-from masonry_opt.studies.compare.report import compare as compare
+from masonry_opt.studies.compare.comparison import compare as compare
 from masonry_opt.studies.crossing.crossing import Crossing as Crossing
 from masonry_opt.studies.crossing.crossing import crossing as crossing
+from masonry_opt.studies.load_cases.cases import directions as directions
 from masonry_opt.studies.load_cases.cases import solve_cases as solve_cases
-from masonry_opt.studies.load_cases.directions import directions as directions
 from masonry_opt.studies.many.least import least as least
 from masonry_opt.studies.many.least import most as most
 from masonry_opt.studies.many.sample import Sample as Sample

@@ -10,10 +10,9 @@ from scenes import CASES
 
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.comparison import Comparison, RunLimits
-from masonry_opt.studies.compare.plan import find_scenes, plan
-from masonry_opt.studies.compare.runs import COLUMNS
+from masonry_opt.studies.compare.frames import Comparison, RunLimits
+from masonry_opt.studies.compare.judge import BestKnown
+from masonry_opt.studies.compare.runs import COLUMNS, find_scenes, plan
 
 NAMES = BLOCKS, WALL = "gilbert/two_blocks", "ferris_tinloi/wall_1"
 

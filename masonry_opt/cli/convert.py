@@ -11,8 +11,7 @@ from typing import Annotated, Any
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.shared import Force, numbers
-from masonry_opt.cli.signatures import Given, command
+from masonry_opt.cli.command import Force, Given, command, numbers
 from masonry_opt.errors import OptionError, OutputError, counted
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, save
@@ -103,13 +102,8 @@ def _beside(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) 
     """The case file that names the mesh it was made of."""
     keys = {key: options[key] for key in MeshTable.model_fields if key in options}
     mesh = {"file": os.path.relpath(drawing, out.parent), "live_per_weight": options.get("live", (0.0,) * 3)}
-    return CaseFile(
-        source=scene.source,
-        joints=scene.joints,
-        tolerance=scene.tolerance,
-        contact_tolerance=scene.contact_tolerance,
-        mesh=MeshTable(**mesh, **keys),
-    )
+    own = ("source", "joints", "tolerance", "contact_tolerance")
+    return CaseFile(mesh=MeshTable(**mesh, **keys), **{key: getattr(scene, key) for key in own})
 
 
 def _refuse_case_file(path: Path) -> None:

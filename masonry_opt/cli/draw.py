@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.shared import Case, LoadCaseName, writing
-from masonry_opt.cli.signatures import Given, command
+from masonry_opt.cli.command import Case, Given, LoadCaseName, command, writing
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture

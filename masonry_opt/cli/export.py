@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.shared import Case, LoadCaseName
-from masonry_opt.cli.signatures import Given, command
+from masonry_opt.cli.command import Case, Given, LoadCaseName, command
 from masonry_opt.errors import printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.scene.case_file import as_scene

@@ -11,8 +11,7 @@ from rich.console import Console
 
 import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.cli.shared import Case, Json, LoadCaseName, PlotOrPage, interrupts, writing
-from masonry_opt.cli.signatures import Given, command
+from masonry_opt.cli.command import Case, Given, Json, LoadCaseName, PlotOrPage, command, interrupts, writing
 from masonry_opt.errors import InterruptedByUserError, OptionError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import as_scene

@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, MutableMapping
 from types import ModuleType
 from typing import Any
 
@@ -36,7 +36,10 @@ _STARTING = threading.Lock()
 
 class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is depends on the system
     def start(self) -> None:
-        with _STARTING, _main_hidden(), _one_thread():
+        # The file of the main program, which a new process would import, is hidden; its names stay visible.
+        hidden = ModuleType("__main__")
+        vars(hidden).update(vars(sys.modules["__main__"]) | {"__spec__": None, "__file__": None})
+        with _STARTING, _replaced(sys.modules, {"__main__": hidden}), _replaced(os.environ, _ONE_THREAD):
             _start_server()
             super().start()
 
@@ -56,28 +59,16 @@ class Context(type(_STANDARD)):  # type: ignore[misc]
 
 
 @contextlib.contextmanager
-def _one_thread() -> Iterator[None]:
-    """Set the environment of processes that start within; the user's own is restored."""
-    before = {name: os.environ[name] for name in _ONE_THREAD if name in os.environ}
-    os.environ.update(_ONE_THREAD)
+def _replaced(values: MutableMapping[str, Any], others: Mapping[str, Any]) -> Iterator[None]:
+    """Others in place of some values, which are restored."""
+    before = {name: values[name] for name in others if name in values}
+    values.update(others)
     try:
         yield
     finally:
-        for name in _ONE_THREAD:
-            del os.environ[name]
-        os.environ.update(before)
-
-
-@contextlib.contextmanager
-def _main_hidden() -> Iterator[None]:
-    """Hide the file of the main program, which a new process would import; its names stay visible."""
-    main, hidden = sys.modules["__main__"], ModuleType("__main__")
-    vars(hidden).update(vars(main) | {"__spec__": None, "__file__": None})
-    sys.modules["__main__"] = hidden
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
+        for name in others.keys() - before.keys():
+            del values[name]
+        values.update(before)
 
 
 def _start_server() -> None:

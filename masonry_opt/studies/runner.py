@@ -76,9 +76,7 @@ class Workers:
                 raise OptionError("give 'workers' or 'dask', not both: the cluster has workers of its own")
             self._engine = _Cluster(prepare, dask)
             return
-        if count is not None and (not isinstance(count, int) or isinstance(count, bool) or count < 1):
-            raise OptionError(f"workers must be a whole number, 1 or more (found {count!r})")
-        self._engine = Processes(prepare, count or cores())
+        self._engine = Processes(prepare, cores() if count is None else whole("workers", count, 1))
 
     def __enter__(self) -> Self:
         return self
@@ -118,6 +116,13 @@ class Workers:
             raise failed
 
 
+def whole(name: str, value: Any, least: int) -> int:
+    """A whole number that is given by a name. Raises OptionError if it is none, or less."""
+    if not isinstance(value, int) or isinstance(value, bool) or value < least:
+        raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
+    return value
+
+
 def in_processes(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
     """Call importable functions without arguments (``functools.partial``), as many at once as there are
     cores; returns their values in their order.
@@ -140,7 +145,9 @@ def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -
     with contextlib.closing(Processes(None, 1)) as workers:
         future = workers.submit(task, time_limit)
         while not wait([future], _LOOK).done:
-            peak = max(peak, *map(_resident, workers.context.processes))
+            for process in workers.context.processes:
+                with contextlib.suppress(psutil.Error):  # it has ended
+                    peak = max(peak, psutil.Process(process.pid).memory_info().rss / 1e6)
             if peak > memory_limit:
                 reason = f"over {memory_limit:g} MB"
                 return TaskEnd(MEMORY_LIMIT, reason, seconds=time.perf_counter() - start, peak=peak)
@@ -269,14 +276,6 @@ def _sendable(error: Exception) -> Exception | None:
     except Exception:
         return None
     return error
-
-
-def _resident(process: Any) -> float:
-    """Resident memory of a process in MB; 0 of one that has ended."""
-    try:
-        return float(psutil.Process(process.pid).memory_info().rss) / 1e6
-    except psutil.Error:
-        return 0.0
 
 
 def _peak() -> float:

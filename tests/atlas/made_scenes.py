@@ -19,7 +19,7 @@ from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, question_of
-from masonry_opt.studies.compare.plan import CaseScene, content_of, find_scenes
+from masonry_opt.studies.compare.runs import CaseScene, content_of, find_scenes
 from masonry_opt.studies.runner import REFUSED
 
 

@@ -15,7 +15,7 @@ from scenes import CASES
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Status
 from masonry_opt.studies.compare.judge import CERTIFIED, NAMED
-from masonry_opt.studies.compare.plan import content_of
+from masonry_opt.studies.compare.runs import content_of
 
 
 def test_the_atlas_is_written_scene_by_scene_with_its_answers(tmp_path):

@@ -10,15 +10,8 @@ from lines import line
 from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.studies.compare.best_known import (
-    FILE,
-    BestKnown,
-    best_known,
-    lower_states,
-    lowest_exact,
-    merged,
-)
-from masonry_opt.studies.compare.plan import content_of, find_scenes
+from masonry_opt.studies.compare.judge import FILE, BestKnown, best_known, lower_states, lowest_exact
+from masonry_opt.studies.compare.runs import content_of, find_scenes
 
 
 def entry(scene, load_factor, method):
@@ -49,7 +42,7 @@ def exact(case, **known):
 
 def known_after(registry, case, *rows):
     known = best_known([case], registry)
-    return merged(known, lowest_exact(rows, known))[case.name]
+    return lowest_exact(rows, known)[case.name]
 
 
 @pytest.mark.parametrize("method", ["refined", "mcp"])
@@ -62,9 +55,9 @@ def test_a_lower_exact_state_is_kept_with_its_method(registry, case, method):
 def test_a_pass_alone_is_no_measure_of_others(case):
     """It looks for no low state: where nothing else is known of the scene, its own is not the lowest."""
     one_pass = exact(case, method="mcp", load_factor=0.15)
-    assert lowest_exact([one_pass]) == {}
+    assert lowest_exact([one_pass], {}) == {}
     searched = exact(case, load_factor=0.151)
-    assert lowest_exact([one_pass, searched])[case.name] == BestKnown(0.15, "mcp")
+    assert lowest_exact([one_pass, searched], {})[case.name] == BestKnown(0.15, "mcp")
 
 
 @pytest.mark.parametrize(
@@ -95,7 +88,7 @@ def test_a_changed_scene_has_no_best_known_state_but_words_do_not_change_it(regi
 
 def test_a_lower_state_is_told_and_nothing_else_is(registry, case):
     known = best_known([case], registry)
-    best = merged(known, lowest_exact([exact(case, load_factor=0.15)], known))
+    best = lowest_exact([exact(case, load_factor=0.15)], known)
     (message,) = lower_states(known, best, registry)
     assert "0.15, found by refined" in message
     assert f"{registry} has 0.16" in message
@@ -120,11 +113,15 @@ def test_a_broken_registry_is_one_clear_error(registry, case):
 
 
 def test_the_lower_of_known_and_found_counts():
-    known, found = {"a": BestKnown(0.2, "x"), "b": BestKnown(0.2, "x")}, {"a": BestKnown(0.1, "y")}
-    assert merged(known, found | {"b": BestKnown(0.3, "y"), "c": BestKnown(1.0, "y")}) == {
-        "a": BestKnown(0.1, "y"),
+    known = {"a": BestKnown(0.2, "x"), "b": BestKnown(0.2, "x")}
+    rows = [
+        line(scene=name, method="refined", load_factor=found)
+        for name, found in zip("abc", (0.1, 0.3, 1.0), strict=True)
+    ]
+    assert lowest_exact(rows, known) == {
+        "a": BestKnown(0.1, "refined"),
         "b": BestKnown(0.2, "x"),
-        "c": BestKnown(1.0, "y"),
+        "c": BestKnown(1.0, "refined"),
     }
 
 

@@ -9,8 +9,8 @@ from masonry_opt.drawing.colours import SERIES
 from masonry_opt.studies.charts import NamedChart, pictures
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.charts import charts
+from masonry_opt.studies.compare.judge import BestKnown
 
 #: One scene: Clarabel at two tolerances in 1 s and 2 s; Pyomo with HiGHS certified, and killed after 60 s.
 #: Then Coulomb states, above and below the best exact one of 0.8.

@@ -14,11 +14,11 @@ import masonry_opt as mo
 from masonry_opt.cli.app import app
 from masonry_opt.studies.compare import comparison, frames
 from masonry_opt.studies.compare.charts import charts
-from masonry_opt.studies.compare.comparison import RunLimits, run_plan
+from masonry_opt.studies.compare.comparison import compare, run_plan, write_report
+from masonry_opt.studies.compare.frames import RunLimits
 from masonry_opt.studies.compare.judge import FAILED, VerdictReason
 from masonry_opt.studies.compare.page import page
-from masonry_opt.studies.compare.plan import find_scenes, plan
-from masonry_opt.studies.compare.report import compare, write_report
+from masonry_opt.studies.compare.runs import find_scenes, plan
 from masonry_opt.studies.journal import NAME
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, TIME_LIMIT, TaskEnd
 from masonry_opt.studies.writing import in_words

@@ -8,12 +8,12 @@ from lines import line
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Status
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.judge import (
     CERTIFIED,
     FAILED,
     NAMED,
     WRONG,
+    BestKnown,
     VerdictReason,
     judge,
     reason_text,

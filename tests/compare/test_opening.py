@@ -12,7 +12,7 @@ from scenes_in_space import pushed_box
 
 import masonry_opt as mo
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.comparison import Comparison
+from masonry_opt.studies.compare.frames import Comparison
 from masonry_opt.studies.compare.page import TableCell, opening, page
 
 

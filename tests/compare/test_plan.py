@@ -8,7 +8,7 @@ import pytest
 
 import masonry_opt as mo
 from masonry_opt.solvers.registry import SOLVERS
-from masonry_opt.studies.compare.plan import Pair, plan
+from masonry_opt.studies.compare.runs import Pair, plan
 
 
 def test_everything_admissible_is_planned_at_every_tolerance():

@@ -13,8 +13,7 @@ import pytest
 from scenes import CASES, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.studies.compare.plan import Pair
-from masonry_opt.studies.compare.runs import run_pair
+from masonry_opt.studies.compare.runs import Pair, run_pair
 from masonry_opt.studies.runner import FINISHED, REFUSED, run_alone
 
 

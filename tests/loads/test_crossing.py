@@ -18,7 +18,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.road import Road
 from masonry_opt.scene.axles import SETS
 from masonry_opt.studies.crossing.crossing import _passages
-from masonry_opt.studies.crossing.search import MovingLoad, PassageSolver, least_associative
+from masonry_opt.studies.crossing.search import MovingLoad, PassageTrials, least_associative
 
 ROAD = [(-5, 1), (5, 1)]
 WEIGHT = 12.0
@@ -104,7 +104,8 @@ def test_positions_without_an_answer_are_told_and_end():
         turning = float(live.reshape(-1, 3)[:, 2].sum())
         return exact(live) if turning >= 0 else Solution(Status.SOLVER_FAILED, Kind.ASSOCIATIVE)
 
-    found = least_associative(PassageSolver(passage, fails_on_the_right), 0.25, 1e-3)
+    found = PassageTrials(passage, fails_on_the_right)
+    least_associative(found, 0.25, 1e-3)
     undecided = found.positions[np.isnan(found.load_factors)]
     assert len(undecided) > 1
     assert (undecided > 0).all()

@@ -10,8 +10,7 @@ import pytest
 from scipy import stats
 
 from masonry_opt.errors import OptionError
-from masonry_opt.studies.many.distributions import distribution, lognormal, parse
-from masonry_opt.studies.many.draws import SEQUENCES, scores
+from masonry_opt.studies.many.draws import SEQUENCES, distribution, lognormal, parse, scores
 
 
 def test_a_lognormal_has_the_mean_and_deviation_given():

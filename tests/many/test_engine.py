@@ -9,7 +9,7 @@ import pytest
 from scenes import block_on_floor
 
 from masonry_opt.methods.registry import HowToSolve
-from masonry_opt.studies.many.runs import COLUMNS, RunSolver, Study, StudyRun, row
+from masonry_opt.studies.many.runs import COLUMNS, Study, StudyRun, row, run_solver
 from masonry_opt.studies.runner import REFUSED, Workers
 
 STUDY = Study(block_on_floor(), HowToSolve("static"))
@@ -22,7 +22,7 @@ def rows(ends):
 
 @pytest.fixture(scope="module")
 def alone():
-    solve = RunSolver(STUDY)
+    solve = run_solver(STUDY)
     without = dict.fromkeys(COLUMNS)
     return {number: dict(run.values) | without | solve(run) for number, run in enumerate(RUNS)}
 
@@ -38,12 +38,12 @@ def test_a_row_says_what_was_found(alone):
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_rows_are_those_of_one_process(alone, count):
-    with Workers(partial(RunSolver, STUDY), count) as workers:
+    with Workers(partial(run_solver, STUDY), count) as workers:
         assert rows(workers.map(iter(RUNS))) == alone
 
 
 def test_a_lost_worker_costs_nothing_but_time(alone, tmp_path):
-    with Workers(partial(hogs.Mortal, partial(RunSolver, STUDY), tmp_path), 2) as workers:
+    with Workers(partial(hogs.Mortal, partial(run_solver, STUDY), tmp_path), 2) as workers:
         assert rows(workers.map(RUNS)) == alone
     assert len(list(tmp_path.iterdir())) >= 3  # two may die at once
 
@@ -52,7 +52,7 @@ def test_what_cannot_be_a_scene_is_a_row():
     wrong = [(STUDY, StudyRun({"joints.friction": -1.0}), "joints.friction = -1")]
     wrong += [(Study(None, HowToSolve("static")), StudyRun({"x": 1.0}, block_on_floor(live=(0, 0))), "live")]
     for study, run, said in wrong:
-        with Workers(partial(RunSolver, study), 1) as workers:
+        with Workers(partial(run_solver, study), 1) as workers:
             ((_, end),) = workers.map([run])
         found = row(run, end)
         assert (found["status"], found["load_factor"]) == (REFUSED, None)

@@ -32,10 +32,10 @@ MEMORY = """
 import gc, os, sys
 from scenes import block_on_floor
 from masonry_opt.methods.registry import HowToSolve
-from masonry_opt.studies.many.runs import RunSolver, Study, StudyRun
+from masonry_opt.studies.many.runs import run_solver, Study, StudyRun
 
 runs, keeps, kept = int(sys.argv[1]), int(sys.argv[2]), []
-solve = RunSolver(Study(block_on_floor(), HowToSolve(sys.argv[3])))
+solve = run_solver(Study(block_on_floor(), HowToSolve(sys.argv[3])))
 
 def run(first, last):
     for number in range(first, last):

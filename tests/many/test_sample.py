@@ -13,8 +13,7 @@ from scipy import stats
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.studies.many.distributions import lognormal
-from masonry_opt.studies.many.draws import Draws
+from masonry_opt.studies.many.draws import Draws, lognormal
 from masonry_opt.studies.many.runs import COLUMNS, framed
 
 FRICTION, SLENDER = lognormal(0.4, 0.1), 0.5

@@ -10,7 +10,7 @@ from scenes import CASES, block_on_floor, run_command
 import masonry_opt as mo
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies import journal
-from masonry_opt.studies.many.runs import ManyRuns, Study
+from masonry_opt.studies.many.runs import Study, run_many
 from masonry_opt.studies.many.sweep import grid, said
 
 FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
@@ -57,7 +57,7 @@ def test_the_load_to_expect_is_a_column(swept):
 def test_order_and_workers_change_nothing(swept):
     same(sweep(workers=2), swept)
     points = grid(VARY)[::-1]
-    frame = ManyRuns(workers=2).table(Study(block_on_floor(), HowToSolve("static")), points)
+    frame = run_many(Study(block_on_floor(), HowToSolve("static")), points, workers=2)
     same(frame[::-1].reset_index(drop=True), swept)
 
 

@@ -10,8 +10,7 @@ import typer
 from typer.testing import CliRunner
 
 from masonry_opt.cli.app import COMMANDS, load
-from masonry_opt.cli.shared import Case, numbers
-from masonry_opt.cli.signatures import Given, command
+from masonry_opt.cli.command import Case, Given, command, numbers
 from masonry_opt.errors import OptionError
 
 

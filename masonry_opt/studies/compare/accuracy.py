@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 from scipy.optimize import linprog
@@ -24,7 +23,6 @@ from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.standing.diagnosis import falling_mechanism
 
 #: (upper − lower) / |λ| that is close enough: until then the next solver is asked.
 CLOSE = 1e-9
@@ -147,6 +145,8 @@ class _Convex:
 
     def interior(self) -> np.ndarray | None:
         """The point with the largest slack everywhere (at most 1); None if no point has any."""
+        import cvxpy as cp  # which takes seconds
+
         x, margin = cp.Variable(self.G.shape[1]), cp.Variable()
         room = [self.A @ x == self.b, self.G @ x + self.g >= margin, margin <= 1]
         if self.cones is not None:
@@ -184,6 +184,8 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     stands. HiGHS decides whether λ of a small scene is limited: in space by the sides inside the cones, so
     that one which is not, by these, is by no law.
     """
+    from masonry_opt.standing.diagnosis import falling_mechanism  # with modelling languages, as above
+
     scaled = in_units_of_load(problem)
     problem = scaled.problem.by_cone
     conic, by_sides = problem.by_friction.conic, _statics(problem)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -207,13 +208,12 @@ def _success(summary: pd.DataFrame) -> list[NamedChart]:
 def _looks(summary: pd.DataFrame, pairs: pd.Series) -> pd.DataFrame:
     """Looks of each pair drawn: the colour of its solver, the shape of its method; marks are full and lines
     whole for CVXPY, else open and broken."""
-    solvers, methods = list(dict.fromkeys(summary["solver"])), list(METHODS)
-    rows = []
-    for run in summary[summary["pair"].isin(pairs)].drop_duplicates("pair").itertuples():
-        colour, full = SERIES[solvers.index(run.solver) % len(SERIES)], run.model == "cvxpy"
-        shape = SHAPES[methods.index(str(run.method)) % len(SHAPES)]
-        rows.append((run.pair, colour, colour if full else "white", shape, not full))
-    return pd.DataFrame(rows, columns=["pair", "stroke", "fill", "shape", "broken"])
+    runs = summary[summary["pair"].isin(pairs)].drop_duplicates("pair")
+    looks = runs[["pair"]].assign(broken=runs["model"] != "cvxpy")
+    colours = dict(zip(summary["solver"].unique(), cycle(SERIES), strict=False))
+    looks["stroke"] = runs["solver"].map(colours)
+    looks["fill"] = looks["stroke"].mask(looks["broken"], "white")
+    return looks.assign(shape=runs["method"].map(dict(zip(METHODS, cycle(SHAPES), strict=False))))
 
 
 def _tooltip(columns: Iterable[str]) -> list[Any]:

@@ -1,7 +1,10 @@
-"""A comparison of methods and solvers: makes the runs that are missing, keeps each, judges all."""
+"""``compare``: makes the runs that are missing, keeps each, judges all, and writes its files: results.csv,
+summary.csv, pictures, report.html."""
 
 from __future__ import annotations
 
+import contextlib
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass
 from functools import partial
@@ -11,112 +14,148 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.answer.thresholds import APART
-from masonry_opt.errors import counted, printable
-from masonry_opt.studies.compare import frames, runs
+from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.scene.case_file import case_folder
+from masonry_opt.solvers.registry import LANGUAGES
+from masonry_opt.studies.compare import frames, judge, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.best_known import BestKnown, best_known, lower_states, lowest_exact, merged
-from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE, COULOMB, TARGET, question_of
-from masonry_opt.studies.compare.plan import CaseScene, Pair, RunPlan
-from masonry_opt.studies.journal import Journal, digest
-from masonry_opt.studies.machine import versions_hash
-from masonry_opt.studies.runner import DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
-from masonry_opt.studies.writing import in_words
-
-#: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
-REPEATED_BELOW = 5.0
+from masonry_opt.studies.compare.runs import CaseScene, Pair, RunPlan, find_scenes, plan
+from masonry_opt.studies.journal import Journal, digest, versions_hash
+from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
+from masonry_opt.studies.writing import csv_text, write_files
 
 #: Seconds that what is computed once for a scene may take at least.
 _SCENE_TIME = 120.0
 
+#: Defaults: the methods that take seconds on a wall of Table 1, the solvers of the package, a loose tolerance
+#: and the package's own.
+METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
+SOLVERS = ("clarabel", "highs", "highs-ipm")
+TOLERANCES = (1e-6, 1e-9)
 
-@dataclass(frozen=True)
-class RunLimits:
-    """Seconds and MB that a run may take, and how often it is repeated."""
-
-    time: float = 60.0
-    memory: float = 4000.0
-    repeats: int = 3
+#: Folder of results and report.
+OUT = Path("results/compare")
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """Results of a comparison; ``print`` shows the report.
+class NoRunEndedError(MasonryError):
+    """Every run of a comparison crashed or died."""
 
-    Attributes
+    exit_code = 1
+
+
+def compare(
+    scenes: str | Path | Sequence[str | Path] = (),
+    *,
+    methods: str | Sequence[str] = METHODS,
+    models: str | Sequence[str] = LANGUAGES,
+    solvers: str | Sequence[str] = SOLVERS,
+    tolerances: Sequence[float] = TOLERANCES,
+    repeats: int = frames.RunLimits.repeats,
+    time_limit: float = frames.RunLimits.time,
+    memory_limit: float = frames.RunLimits.memory,
+    out: str | Path = OUT,
+    cases: str | Path | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> frames.Comparison:
+    """Time methods and solvers on scenes, judge their answers, write tables, charts and a page.
+
+    Runs that ``out`` holds already are not made again: an interrupted comparison (Ctrl-C) is reported with
+    what it has, and continues when it is called again.
+
+    Raises CaseError if a case file or a registry is missing or wrong; OptionError if an argument is wrong,
+    nothing is left to compare, or ``out`` holds other runs; OutputError if ``out`` cannot be written;
+    NoRunEndedError if every run crashed or died (the report is written nevertheless).
+
+    Parameters
     ----------
-    bounds: certified bounds of the associative load factor, by scene name.
-    best: lowest exact Coulomb state known, by scene name.
-    to_expect: load factor to expect, by scene name, where Coulomb methods are compared; None: there is none.
-    results: one row a run (see :data:`~.runs.COLUMNS`).
-    summary: one row a scene and pair (see :func:`~.frames.summary`), with the load factor to expect.
-    notes: further remarks, a line each.
-    interrupted: whether runs are missing.
+    scenes: case files, or names of those in the folder ``cases``.
+    cases: folder of the case files; see :func:`~masonry_opt.scene.case_file.case_folder`.
+    tolerances: asked of the solvers that take one.
+    repeats: runs of each; times are medians.
+    time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
+    out: folder of results and report.
+    progress: called with a line before each run.
     """
+    if repeats < 1:
+        raise OptionError(f"repeats must be at least 1, not {repeats}")
+    planned = plan(
+        _listed("methods", methods), _listed("models", models), _listed("solvers", solvers), tolerances
+    )
+    folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
+    named = _listed("scenes", scenes)
+    if not named:
+        raise OptionError("nothing to compare: name case files")
+    limits, registry = frames.RunLimits(time_limit, memory_limit, repeats), folder / judge.FILE
+    found = find_scenes(named, folder)
+    comparison = run_plan(found, planned, limits, out, progress, registry)
+    progress("report")
+    write_report(comparison, out)
+    ended = comparison.results["ended"]
+    if len(ended) and ended.isin((CRASHED, DIED)).all() and not comparison.interrupted:
+        ends = Counter(zip(ended, comparison.results["message"], strict=True))
+        (((how, why), count),) = ends.most_common(1)
+        said = f"{count} of {len(ended)} {how}: {why}"
+        raise NoRunEndedError(f"no run ended: {said}; see {out / 'summary.csv'}")
+    return comparison
 
-    scenes: tuple[CaseScene, ...]
-    plan: RunPlan
-    limits: RunLimits
-    bounds: dict[str, CertifiedBounds]
-    best: dict[str, BestKnown]
-    to_expect: dict[str, float | None]
-    results: pd.DataFrame
-    summary: pd.DataFrame
-    notes: tuple[str, ...] = ()
-    interrupted: bool = False
 
-    def __str__(self) -> str:
-        """The success table, scenes whose Coulomb load factors differ, combinations left out, notes."""
-        lines = []
-        if len(self.summary):
-            columns = ("method", "model", "solver", "tolerance", "scenes", *frames.SUCCESS[1:])
-            success = in_words(frames.success(self.summary), frames.FORMATS, columns)
-            lines.append(success.rename(columns=frames.HEADINGS).to_string(index=False))
-            lines.append(
-                f"\n{counted(len(self.scenes), 'scene')}; success: certified or named correctly;\n"
-                f"on target: certified, with an error of at most {TARGET[ASSOCIATIVE]:g} (associative), "
-                f"{TARGET[COULOMB]:g} (Coulomb: gap to the best exact state);\n"
-                "median time, largest error and violation (1e-10 at least): of the certified answers, each a "
-                f"median of {counted(self.limits.repeats, 'run')} (of one where a run takes over "
-                f"{REPEATED_BELOW:g} s)"
-            )
-        if len(apart := frames.spread(self.summary)):
-            lines.append(f"\ncertified Coulomb λ more than {APART:.0%} apart:")
-            lines.append(in_words(apart, frames.FORMATS).to_string(index=False))
-        if self.plan.left_out:
-            lines.append("\nnot applicable:")
-            lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]
-        if self.notes:
-            lines += ["\nnotes:", *(f"  {note}" for note in self.notes)]
-        return printable("\n".join(lines))
+def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
+    """Names; a name by itself is a list of one."""
+    if isinstance(names, str | Path):
+        return [names]
+    if not isinstance(names, Sequence):
+        raise OptionError(f"{what} must be a list of names (found {names!r})")
+    return names
+
+
+def write_report(comparison: frames.Comparison, folder: Path) -> list[Path]:
+    """Write results.csv, summary.csv and, where the extra "studies" is installed, charts (PNG and SVG) and
+    report.html; returns their paths.
+
+    Raises OutputError if the folder cannot be written.
+    """
+    files: dict[str, str | bytes] = {
+        "results.csv": csv_text(comparison.results),
+        "summary.csv": csv_text(comparison.summary),
+    }
+    with contextlib.suppress(OptionError):  # the tables need no extra
+        # Charts and pages are slow to import: only when they are needed.
+        from masonry_opt.studies.charts import pictures
+        from masonry_opt.studies.compare.charts import charts
+        from masonry_opt.studies.compare.page import page
+
+        drawn = charts(comparison.summary)
+        files |= pictures(drawn) | {"report.html": page(comparison, drawn)}
+    return write_files(folder, files)
 
 
 def run_plan(
     scenes: Sequence[CaseScene],
-    plan: RunPlan,
-    limits: RunLimits,
+    planned: RunPlan,
+    limits: frames.RunLimits,
     folder: Path,
     progress: Callable[[str], None],
     registry: Path | None = None,
-) -> Comparison:
-    """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`~.report.compare`), Coulomb
+) -> frames.Comparison:
+    """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`), Coulomb
     states by those that ``registry`` has."""
-    known = best_known(scenes, registry)
+    known = judge.best_known(scenes, registry)
     notes: list[str] = []
     made = _JournalRuns(Journal(folder, {"columns": digest(runs.COLUMNS)}), limits, progress, notes)
     bounds: dict[str, CertifiedBounds] = {}
     to_expect: dict[str, float | None] = {}
-    coulomb = any(question_of(pair.method) == COULOMB for pair in plan.pairs)
+    coulomb = any(judge.question_of(pair.method) == judge.COULOMB for pair in planned.pairs)
     rows: list[dict[str, Any]] = []
     interrupted = False
     try:
         for scene in scenes:
-            known_without = scene.expected.get(ASSOCIATIVE, ANSWER) != ANSWER  # then there is no λ to bound
-            if not known_without and (found := made.once(scene, "certified bounds", runs.bound_scene)):
+            # Without one there is no λ to bound.
+            may_have_one = scene.expected.get(judge.ASSOCIATIVE, judge.ANSWER) == judge.ANSWER
+            if may_have_one and (found := made.once(scene, "certified bounds", runs.bound_scene)):
                 bounds[scene.name] = CertifiedBounds(**found)
             if coulomb and (found := made.once(scene, "load to expect", runs.scene_to_expect)):
                 to_expect[scene.name] = found["load_factor"]
-        for row in made.runs(scenes, plan.pairs):
+        for row in made.runs(scenes, planned.pairs):
             rows.append(row)  # those before an interrupt stay
     except KeyboardInterrupt:
         interrupted = True
@@ -126,14 +165,14 @@ def run_plan(
             "static and kinematic with a conic solver crush joints by the parabola, all other runs and the "
             f"certified bounds by chords inside it: no error is given for the former on {', '.join(bent)}"
         )
-    best = merged(known, lowest_exact(rows, known))
-    notes += lower_states(known, best, registry)
+    best = judge.lowest_exact(rows, known)
+    notes += judge.lower_states(known, best, registry)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
     if len(summary):
         summary["to_expect"] = summary["scene"].map(to_expect).astype(float)
     results = pd.DataFrame(rows, columns=runs.COLUMNS)
-    return Comparison(
-        tuple(scenes), plan, limits, bounds, best, to_expect, results, summary, tuple(notes), interrupted
+    return frames.Comparison(
+        tuple(scenes), planned, limits, bounds, best, to_expect, results, summary, tuple(notes), interrupted
     )
 
 
@@ -142,7 +181,7 @@ class _JournalRuns:
     """Runs read from a journal, or made and kept there; notes of what could not be made."""
 
     journal: Journal
-    limits: RunLimits
+    limits: frames.RunLimits
     progress: Callable[[str], None]
     notes: list[str]
 
@@ -166,7 +205,7 @@ class _JournalRuns:
                 row = runs.row_of(columns, end, limits.time, limits.memory)
                 if end.how != DIED:  # the system may have killed it
                     self.journal.add(key, row)
-            if row["wall"] > REPEATED_BELOW or row["ended"] != FINISHED:
+            if row["wall"] > frames.REPEATED_BELOW or row["ended"] != FINISHED:
                 long.add((scene.name, pair))
             yield row
 
@@ -186,7 +225,7 @@ class _JournalRuns:
         return found
 
 
-def _ended_by_less(row: dict[str, Any], limits: RunLimits) -> bool:
+def _ended_by_less(row: dict[str, Any], limits: frames.RunLimits) -> bool:
     """Whether a run was killed at a limit that is higher now."""
     now = {TIME_LIMIT: limits.time > row["time_limit"], MEMORY_LIMIT: limits.memory > row["memory_limit"]}
     return now.get(row["ended"], False)

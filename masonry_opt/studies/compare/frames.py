@@ -1,8 +1,9 @@
-"""The tables behind charts and reports: medians, Pareto fronts, success."""
+"""What a comparison found, and the tables behind its charts and reports: medians, Pareto fronts, success."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,11 @@ import pandas as pd
 
 from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.thresholds import APART, SAME
+from masonry_opt.errors import counted, printable
+from masonry_opt.studies.compare import judge
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.judge import CERTIFIED, COULOMB, GAP_FLOOR, NAMED, TARGET, VERDICTS, judge
-from masonry_opt.studies.compare.runs import RESIDUALS, pair_of
+from masonry_opt.studies.compare.runs import RESIDUALS, CaseScene, RunPlan, pair_of
+from masonry_opt.studies.writing import in_words
 
 _PAIR = ["method", "model", "solver", "tolerance"]
 
@@ -22,7 +24,7 @@ _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_s
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]
 
 #: Columns of the success table, and headings that are not their names.
-SUCCESS = ["tolerance", "success", *VERDICTS, "on target", "time", "largest error", "largest violation"]
+SUCCESS = ["tolerance", "success", *judge.VERDICTS, "on target", "time", "largest error", "largest violation"]
 SUCCESS += ["peak_memory"]
 HEADINGS = {"time": "median time (s)", "peak_memory": "peak (MB)"}
 
@@ -36,14 +38,17 @@ FORMATS = {
     **dict.fromkeys(("error", "violation", "largest error", "largest violation"), "{:.1e}"),
     **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
     **dict.fromkeys(("iterations", "lp_solves", "peak_memory", "blocks", "joints"), "{:.0f}"),
-    **dict.fromkeys(("scenes", *VERDICTS), "{}"),
+    **dict.fromkeys(("scenes", *judge.VERDICTS), "{}"),
 }
+
+#: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
+REPEATED_BELOW = 5.0
 
 
 def summary(
     rows: Iterable[dict[str, Any]],
     bounds: Mapping[str, CertifiedBounds],
-    best: Mapping[str, BestKnown],
+    best: Mapping[str, judge.BestKnown],
     expected: Mapping[str, Mapping[str, str]],
 ) -> pd.DataFrame:
     """One row a scene and pair: medians of the repeats' times, and the worst verdict of the repeats.
@@ -55,7 +60,7 @@ def summary(
     for row in rows:
         shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
         scene = row["scene"]
-        verdict = judge(row, bounds.get(scene), best.get(scene), expected.get(scene, {}))
+        verdict = judge.judge(row, bounds.get(scene), best.get(scene), expected.get(scene, {}))
         judged.append(row | {"pair": pair_of(row).label, "time": row["wall"] - shared} | verdict)
     frame = pd.DataFrame(judged)
     if frame.empty:
@@ -64,7 +69,7 @@ def summary(
     numbers += ["joints", "blocks"]
     frame[numbers] = frame[numbers].astype(float)
     repeats = frame.groupby(["scene", *_PAIR], dropna=False, sort=False)
-    frame["of"], frame["badness"] = repeats.ngroup(), frame["verdict"].map(VERDICTS.index)
+    frame["of"], frame["badness"] = repeats.ngroup(), frame["verdict"].map(judge.VERDICTS.index)
     frame["repeats"] = repeats["scene"].transform("size")
     frame[_MEDIANS] = repeats[_MEDIANS].transform("median")
     worst = frame.sort_values(["of", "badness"], kind="stable").drop_duplicates("of", keep="last")
@@ -84,20 +89,21 @@ def answers(frame: pd.DataFrame) -> pd.DataFrame:
     runs = frame.groupby(["scene", "method"], sort=False)
     frame = frame.assign(of=runs.ngroup(), runs=runs["scene"].transform("size"))
     frame["alike"] = frame.groupby(["of", "verdict"])["scene"].transform("size")
-    near = frame["error"] <= GAP_FLOOR
+    near = frame["error"] <= judge.GAP_FLOOR
     frame["gap"] = frame["error"].mask(near, 0.0).mask(frame["below"] & ~near, -frame["error"])
-    certified = frame["verdict"] == CERTIFIED
+    certified = frame["verdict"] == judge.CERTIFIED
     lowest = frame["load_factor"].where(certified).groupby(frame["of"]).transform("min")
     above = (frame["load_factor"] - lowest) / lowest.abs().clip(lower=SMALLEST)
-    distance = frame["error"].where(frame["question"] != COULOMB, above).fillna(np.inf).clip(lower=SAME)
-    frame["rank"], frame["distance"] = frame["verdict"].map(VERDICTS.index), distance.where(certified, 0.0)
+    distance = frame["error"].where(frame["question"] != judge.COULOMB, above).fillna(np.inf).clip(lower=SAME)
+    frame["rank"] = frame["verdict"].map(judge.VERDICTS.index)
+    frame["distance"] = distance.where(certified, 0.0)
     order = ["of", "rank", "distance", "time"]
     return frame.sort_values(order, kind="stable").drop_duplicates("of").drop(columns=order[:3])
 
 
 def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.DataFrame:
     """The certified rows that no other such row beats in both columns, cheapest first."""
-    known = frame[(frame["verdict"] == CERTIFIED) & frame[error].notna()].sort_values([cost, error])
+    known = frame[(frame["verdict"] == judge.CERTIFIED) & frame[error].notna()].sort_values([cost, error])
     before = known[error].cummin().shift(fill_value=np.inf)
     return known[known[error] < before]
 
@@ -111,16 +117,16 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
     """
     if frame.empty:
         return frame
-    certified = frame["verdict"] == CERTIFIED
+    certified = frame["verdict"] == judge.CERTIFIED
     marked = frame.assign(
-        **{verdict: (frame["verdict"] == verdict).astype(int) for verdict in VERDICTS},
-        success=frame["verdict"].isin((CERTIFIED, NAMED)),
-        target=certified & (frame["error"] <= frame["question"].map(TARGET)),
+        **{verdict: (frame["verdict"] == verdict).astype(int) for verdict in judge.VERDICTS},
+        success=frame["verdict"].isin((judge.CERTIFIED, judge.NAMED)),
+        target=certified & (frame["error"] <= frame["question"].map(judge.TARGET)),
         **{name: frame[name].where(certified) for name in ("time", "error", "violation")},
     )
     columns: dict[str, Any] = {
         "scenes": ("scene", "size"),
-        **{verdict: (verdict, "sum") for verdict in VERDICTS},
+        **{verdict: (verdict, "sum") for verdict in judge.VERDICTS},
         "success": ("success", "mean"),
         "on target": ("target", "mean"),
         "time": ("time", "median"),
@@ -143,7 +149,7 @@ def spread(frame: pd.DataFrame) -> pd.DataFrame:
     if frame.empty:
         return pd.DataFrame(columns=columns)
     lines = []
-    certified = frame[(frame["verdict"] == CERTIFIED) & (frame["question"] == COULOMB)]
+    certified = frame[(frame["verdict"] == judge.CERTIFIED) & (frame["question"] == judge.COULOMB)]
     for scene, group in certified.groupby("scene", sort=False):
         lowest, highest = group["load_factor"].min(), group["load_factor"].max()
         share = (highest - lowest) / max(abs(lowest), SMALLEST)
@@ -155,6 +161,68 @@ def spread(frame: pd.DataFrame) -> pd.DataFrame:
 
 def _who_ended(group: pd.DataFrame, load_factor: float) -> str:
     """The pairs that ended at a load factor: the first, and how many others."""
-    near = (group["load_factor"] - load_factor).abs() <= GAP_FLOOR * max(abs(load_factor), SMALLEST)
+    near = (group["load_factor"] - load_factor).abs() <= judge.GAP_FLOOR * max(abs(load_factor), SMALLEST)
     first, *others = group.loc[near, "pair"].unique()
     return f"{first} and {len(others)} more" if others else str(first)
+
+
+@dataclass(frozen=True)
+class RunLimits:
+    """Seconds and MB that a run may take, and how often it is repeated."""
+
+    time: float = 60.0
+    memory: float = 4000.0
+    repeats: int = 3
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Results of a comparison; ``print`` shows the report.
+
+    Attributes
+    ----------
+    bounds: certified bounds of the associative load factor, by scene name.
+    best: lowest exact Coulomb state known, by scene name.
+    to_expect: load factor to expect, by scene name, where Coulomb methods are compared; None: there is none.
+    results: one row a run (see :data:`~.runs.COLUMNS`).
+    summary: one row a scene and pair (see :func:`summary`), with the load factor to expect.
+    notes: further remarks, a line each.
+    interrupted: whether runs are missing.
+    """
+
+    scenes: tuple[CaseScene, ...]
+    plan: RunPlan
+    limits: RunLimits
+    bounds: dict[str, CertifiedBounds]
+    best: dict[str, judge.BestKnown]
+    to_expect: dict[str, float | None]
+    results: pd.DataFrame
+    summary: pd.DataFrame
+    notes: tuple[str, ...] = ()
+    interrupted: bool = False
+
+    def __str__(self) -> str:
+        """The success table, scenes whose Coulomb load factors differ, combinations left out, notes."""
+        lines = []
+        if len(self.summary):
+            columns = ("method", "model", "solver", "tolerance", "scenes", *SUCCESS[1:])
+            ended = in_words(success(self.summary), FORMATS, columns)
+            lines.append(ended.rename(columns=HEADINGS).to_string(index=False))
+            on_target = judge.TARGET[judge.ASSOCIATIVE], judge.TARGET[judge.COULOMB]
+            lines.append(
+                f"\n{counted(len(self.scenes), 'scene')}; success: certified or named correctly;\n"
+                f"on target: certified, with an error of at most {on_target[0]:g} (associative), "
+                f"{on_target[1]:g} (Coulomb: gap to the best exact state);\n"
+                "median time, largest error and violation (1e-10 at least): of the certified answers, each a "
+                f"median of {counted(self.limits.repeats, 'run')} (of one where a run takes over "
+                f"{REPEATED_BELOW:g} s)"
+            )
+        if len(apart := spread(self.summary)):
+            lines.append(f"\ncertified Coulomb λ more than {APART:.0%} apart:")
+            lines.append(in_words(apart, FORMATS).to_string(index=False))
+        if self.plan.left_out:
+            lines.append("\nnot applicable:")
+            lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]
+        if self.notes:
+            lines += ["\nnotes:", *(f"  {note}" for note in self.notes)]
+        return printable("\n".join(lines))

@@ -1,22 +1,31 @@
-"""The verdict on a run, by its certificate and by what is known of its scene."""
+"""The verdict on a run, by its certificate and by what is known of its scene: bounds, claims by hand, and the
+lowest exact Coulomb state, of a registry or another run."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterable, Mapping
 from enum import StrEnum
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.thresholds import SAME
+from masonry_opt.answer.thresholds import SAME, is_lower
+from masonry_opt.errors import CaseError
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.runs import by_sides, residuals_over_limit
+from masonry_opt.studies.compare.runs import CaseScene, by_sides, residuals_over_limit
 from masonry_opt.studies.runner import FINISHED, REFUSED
 from masonry_opt.words.sentences import numeral
+
+#: Name of the registry of best known states, in the folder of the case files.
+FILE = "best_known.toml"
+
+#: The kinds of answer that can be exact: in the loop's, sliding may contract.
+_EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
 
 #: The two questions: the load factor with normal flow, and with Coulomb's.
 ASSOCIATIVE, COULOMB = "associative", "Coulomb"
@@ -70,6 +79,63 @@ _TEXTS = {
     VerdictReason.ABOVE_BOUND: "λ above its certified bound",
     VerdictReason.BELOW_BOUND: "λ below its certified bound",
 }
+
+
+class BestKnown(NamedTuple):
+    """The lowest exact load factor of a scene, and the method that found it."""
+
+    load_factor: float
+    method: str
+
+
+def best_known(scenes: Iterable[CaseScene], registry: Path | None) -> dict[str, BestKnown]:
+    """The best known states of scenes in a registry, by scene name; none of a scene that has changed since.
+
+    Raises CaseError if the registry is no TOML or an entry is not as written here.
+    """
+    if registry is None or not registry.exists():
+        return {}
+    try:
+        entries = tomllib.loads(registry.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise CaseError(f"{registry}: cannot be read: {error}") from None
+    found = {}
+    for scene in scenes:
+        entry = entries.get(key := f"{scene.name}.toml")
+        try:
+            if entry is not None and entry["content"] == scene.content:
+                found[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
+        except (KeyError, TypeError, ValueError):
+            raise CaseError(f"{registry}: '{key}' needs load_factor, method and content") from None
+    return found
+
+
+def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
+    """The lowest exact Coulomb states, by scene name: those known, or of runs, in space by the cone.
+
+    A single pass ends in any exact state: it counts only where a low one is known or was searched for.
+    """
+    able = (row for row in rows if row["load_factor"] is not None and row["kind"] in _EXACT_KINDS)
+    exact = [row for row in able if not by_sides(row) and not residuals_over_limit(row, Kind.EXACT)]
+    low = {*known, *(row["scene"] for row in exact if row["kind"] != Kind.ONE_PASS)}
+    best = dict(known)
+    for row in exact:
+        scene, found = row["scene"], row["load_factor"]
+        if scene in low and (scene not in best or is_lower(found, best[scene].load_factor)):
+            best[scene] = BestKnown(found, row["method"])
+    return best
+
+
+def lower_states(
+    known: Mapping[str, BestKnown], best: Mapping[str, BestKnown], registry: Path | None
+) -> list[str]:
+    """Lines on the states that are lower than those known, which the registry has."""
+    return [
+        f"{name}.toml: lower exact state {best[name].load_factor:.9g}, found by {best[name].method}; "
+        f"{registry} has {before.load_factor:.9g}"
+        for name, before in known.items()
+        if best[name] != before
+    ]
 
 
 def known_claims(

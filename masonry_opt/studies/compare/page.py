@@ -18,9 +18,9 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.case_file import load
 from masonry_opt.studies.charts import NamedChart, script
 from masonry_opt.studies.compare import frames, judge
-from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
+from masonry_opt.studies.compare.frames import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.runs import RESIDUALS
-from masonry_opt.studies.machine import machine, versions
+from masonry_opt.studies.journal import machine, versions
 from masonry_opt.studies.writing import frame_table, render, table
 from masonry_opt.words.sentences import numeral
 

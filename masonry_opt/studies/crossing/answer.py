@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import cycle
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from masonry_opt.answer.frames import unsigned
 from masonry_opt.drawing.colours import HATCH, LIVE, MARKED, SERIES
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, save_as, style
@@ -21,18 +20,15 @@ from masonry_opt.drawing.page import notebook_html
 from masonry_opt.drawing.pictures import draw_mechanism
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.result import Result
-from masonry_opt.studies.crossing.passage import Passage
-from masonry_opt.studies.crossing.search import CrossedPassage, PassageTrials
-from masonry_opt.studies.many.runs import COLUMNS, columns
+from masonry_opt.studies.crossing.search import Passage, PassageTrials
+from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, study_page
+from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
 #: Columns of the table on a page, and how their numbers are written.
 _SHOWN = ("axles", "direction", "position", "load_factor", "mechanism", "status")
 _FORMATS = dict.fromkeys(("position", "load_factor"), "{:.6g}")
-
-#: Positions without an answer that are named in words; the table has all.
-_NAMED = 5
 
 #: Inches: width of the axes, height of the chart, room beside, below, between and above them; most of the
 #: bridge's height.
@@ -58,7 +54,7 @@ class Crossing(StudyAnswer):
     """
 
     worst: Result
-    passages: tuple[CrossedPassage, ...] = field(repr=False)
+    passages: tuple[PassageTrials, ...] = field(repr=False)
     interrupted: bool = False
 
     @property
@@ -71,7 +67,7 @@ class Crossing(StudyAnswer):
         return self.worst.required()
 
     @property
-    def least(self) -> CrossedPassage | None:
+    def least(self) -> PassageTrials | None:
         """The passage with the worst position; None of a scene that does not stand."""
         return min(self.passages, key=lambda one: one.least, default=None)
 
@@ -99,12 +95,12 @@ class Crossing(StudyAnswer):
     def resolution(self) -> float | None:
         """How finely the worst position was sought: the larger distance from it to the next positions solved
         on either side."""
-        return self.least.found.resolution(self.least.position) if self.least else None
+        return self.least.resolution(self.least.position) if self.least else None
 
     @property
     def bound(self) -> float | None:
         """What the load factor at no position is below, proven, with associative flow; else None."""
-        bounds = [None if self.interrupted else one.found.bound for one in self.passages]
+        bounds = [None if self.interrupted else one.bound for one in self.passages]
         return min((one for one in bounds if one is not None), default=None) if None not in bounds else None
 
     @property
@@ -126,20 +122,19 @@ class Crossing(StudyAnswer):
         rows = [
             _place(one.passage, position) | columns(one.passage.loaded(one.passage.live(position)), answer)
             for one in self.passages
-            for position, answer in one.found.answers.items()
+            for position, answer in sorted(one.answers.items(), key=itemgetter(0))
         ]
-        types = {"axles": "object", "direction": "object", "position": "float64"} | COLUMNS
-        del types["seconds"]
-        return unsigned(pd.DataFrame(rows, columns=[*types]).astype(types))
+        where = {"axles": "object", "direction": "object", "position": "float64"}
+        return framed(rows, where).drop(columns="seconds")
 
     @cached_property
     def envelope(self) -> pd.DataFrame:
         """One row a position: ``axles``, ``direction``, ``position`` and ``associative``, the load factor
         with associative flow (NaN where it carries any load), which no Coulomb answer exceeds."""
         rows = [
-            _place(one.passage, x) | {"associative": value if math.isfinite(value) else math.nan}
+            _place(one.passage, x) | {"associative": value}
             for one in self.passages
-            for x, value in zip(one.associative.positions, one.associative.load_factors, strict=True)
+            for x, value in zip(one.associative.positions, _finite(one.associative), strict=True)
         ]
         return pd.DataFrame(rows, columns=["axles", "direction", "position", "associative"])
 
@@ -167,7 +162,8 @@ class Crossing(StudyAnswer):
         if self.bound is not None:
             told["bound"] = f"λ is nowhere on the road less than {numeral(self.bound, '.6f')}"
         if self.undecided:
-            named = _named(self.undecided_at)
+            at = "{position:.6g} ('{axles}', {direction})"
+            named = some([at.format(**one) for one in self.undecided_at])
             told["undecided"] = f"{counted(self.undecided, 'position')}, at which λ may be less: {named}"
         if self.interrupted:
             told["interrupted"] = "λ may be less at positions that were not solved"
@@ -199,7 +195,7 @@ class Crossing(StudyAnswer):
             if worst.load_factor is not None:
                 draw_mechanism(worst, bridge)
             low, high = bridge.get_xlim()
-            positions = np.concatenate([one.found.positions for one in self.passages])
+            positions = np.concatenate([one.positions for one in self.passages])
             low, high = min(low, positions.min()), max(high, positions.max())
             bottom, top = bridge.get_ylim()
             arrow = _ARROW * (high - low)
@@ -229,18 +225,14 @@ class Crossing(StudyAnswer):
         values: list[float] = []
         for one, colour in zip(self.passages, cycle(SERIES), strict=False):
             name = printable(f"'{one.passage.axles.name}', travelling {one.passage.direction}")
-            proven = one.associative is one.found
-            if not proven:
-                axes.plot(
-                    one.associative.positions, _finite(one.associative), color=HATCH, linewidth=0.8, zorder=2
-                )
-            known = _finite(one.found)
-            look: dict[str, Any] = (
-                {"linewidth": 1.1} if proven else {"linestyle": "none", "marker": ".", "markersize": 7}
-            )
-            axes.plot(one.found.positions, known, color=colour, label=name, zorder=3, **look)
+            look: dict[str, Any] = {"linewidth": 1.1}
+            if one.beside:
+                axes.plot(one.beside.positions, _finite(one.beside), color=HATCH, linewidth=0.8, zorder=2)
+                look = {"linestyle": "none", "marker": ".", "markersize": 7}
+            known = _finite(one)
+            axes.plot(one.positions, known, color=colour, label=name, zorder=3, **look)
             values += known[np.isfinite(known)].tolist()
-        if self.passages[0].associative is not self.passages[0].found:
+        if self.passages[0].beside:
             axes.plot([], [], color=HATCH, linewidth=0.8, label="associative")
         axes.set_ylabel("load factor λ")
         axes.set_xlabel("position of the first axle")
@@ -265,12 +257,6 @@ class Crossing(StudyAnswer):
         rows = frame_table(self.table, _FORMATS, _SHOWN, position="first axle at", load_factor="λ")
         title, tables = title_of(self.worst.assembly.scene), {"Every position solved": rows}
         return study_page(title, self.facts(), pictures, parts, tables)
-
-
-def _named(places: list[dict[str, Any]]) -> str:
-    """The first few positions, in words."""
-    first = [f"{one['position']:.6g} ('{one['axles']}', {one['direction']})" for one in places[:_NAMED]]
-    return ", ".join(first) + (f" and {len(places) - _NAMED} more" if len(places) > _NAMED else "")
 
 
 def _place(passage: Passage, position: float) -> dict[str, Any]:

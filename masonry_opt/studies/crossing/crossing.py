@@ -22,7 +22,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import Crossing as Crossing  # its home for readers
-from masonry_opt.studies.crossing.passage import Passage
+from masonry_opt.studies.crossing.search import Passage
 
 #: Distance of the least load factor from what is proven, relative, where anything is.
 WITHIN = 1e-3
@@ -83,23 +83,21 @@ def crossing(
     if undecided or result.status is Status.UNSTABLE:
         return Crossing(worst=result, passages=())
     associative = search.MovingLoad(replace(first.assembly.problem, live=first.live(start)), effort)
-    crossed, interrupted, proves = [], False, session.method.associative
+    crossed: list[search.PassageTrials] = []
+    interrupted, proves = False, session.method.associative
     own = session.how.model is None and session.how.solver is None
-    for passage in passages:
-        solve = _solve(many, passage, effort)
-        plain = own and proves and not len(passage.assembly.problem.crushing)
-        solving = search.PassageSolver(passage, associative if plain else solve, progress)
-        envelope = solving if proves else search.PassageSolver(passage, associative)
-        try:
-            beside = search.least_associative(envelope, _longest(passage), WITHIN)
-            found = beside if proves else search.least_coulomb(solving, beside, WITHIN)
-        except KeyboardInterrupt:
-            interrupted, found = True, solving.found()
-            beside = found if proves else envelope.found()
-        if found.answers:
-            crossed.append(search.CrossedPassage(passage, found, beside))
-        if interrupted:
-            break
+    try:
+        for passage in passages:
+            plain = own and proves and not len(passage.assembly.problem.crushing)
+            solve = associative if plain else _solve(many, passage, effort)
+            beside = None if proves else search.PassageTrials(passage, associative)
+            crossed.append(search.PassageTrials(passage, solve, progress, beside))
+            search.least_associative(crossed[-1].associative, _longest(passage), WITHIN)
+            if beside:
+                search.least_coulomb(crossed[-1], WITHIN)
+    except KeyboardInterrupt:
+        interrupted = True
+    crossed = [trials.ended() for trials in crossed if trials.answers]
     if not crossed:
         raise KeyboardInterrupt
     worst = min(crossed, key=lambda one: one.least)

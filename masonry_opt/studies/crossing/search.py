@@ -1,13 +1,17 @@
-"""The least load factor of a passage: proven where it can be, else sought where it may be."""
+"""A group of axles on its way over a road, as live loads by position, and where the load factor is least:
+proven where it can be, else sought where it may be."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+import shapely
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import certified
@@ -15,14 +19,22 @@ from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_static import CvxpyStatic
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.road import Road
+from masonry_opt.scene.axles import Axles, TravelDirection
+from masonry_opt.scene.loads import Load
+from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
-from masonry_opt.studies.crossing.passage import Passage
 
 #: The answer under a live load, shape (3b,).
 SolveLive = Callable[[np.ndarray], Solution]
+
+#: Share of the road's length beside a break of the loads at which they are taken there, on either side: at
+#: the break itself they may jump.
+_BESIDE = 1e-9
 
 #: Share of the loads, by their largest entry, that is nothing.
 _ROUNDING = 1e-7
@@ -37,52 +49,77 @@ _FIRST, _MARGIN, _ROUNDS = 25, 0.005, 10
 
 
 @dataclass(frozen=True)
-class PassageTrials:
-    """Answers of a passage by rising position, and what no load factor at any position is below, proven; None
-    where nothing is."""
+class Passage:
+    """A group of axles that travels in one direction over a road of a scene with whatever other live loads.
+    Its position is the abscissa of its first axle; the others follow."""
 
-    answers: dict[float, Solution] = field(repr=False)
-    bound: float | None = None
+    axles: Axles
+    direction: TravelDirection
+    assembly: Assembly
+    road: Road
 
-    @property
-    def positions(self) -> np.ndarray:
-        return np.array([*self.answers])
+    @cached_property
+    def offsets(self) -> np.ndarray:
+        """Abscissae of the axles from the position, shape (axles,)."""
+        behind = np.cumsum([0.0, *self.axles.group.distances])
+        return -behind if self.direction == "right" else behind
 
-    @property
-    def load_factors(self) -> np.ndarray:
-        return np.array([*map(load_factor, self.answers.values())])
+    def live(self, position: float) -> np.ndarray:
+        """Live load f_L of all axles that are on the road, by their factor of a load case, and of whatever
+        else is live, in the problem's units, shape (3b,)."""
+        problem, movable = self.assembly.problem, self.assembly.movable
+        factor = self.assembly.scene.factor_of_axles
+        forces = factor * self._on_blocks(position)[movable] / problem.force_unit
+        forces[:, 2] /= problem.length_unit
+        return problem.live + forces.ravel()
 
-    def resolution(self, position: float) -> float:
-        """The larger distance from a position to the next ones on either side that were solved, other than
-        those across a jump of the loads."""
-        aside = self.positions - position
-        aside = aside[np.abs(aside) > _FINEST**2 * np.ptp(self.positions)]
-        sides = aside[aside < 0], aside[aside > 0]
-        return max((float(np.abs(side).min()) for side in sides if len(side)), default=0.0)
+    def loaded(self, live: np.ndarray) -> Assembly:
+        """The assembly with that live load."""
+        return replace(self.assembly, problem=replace(self.assembly.problem, live=live))
 
+    def scene(self, position: float) -> Scene:
+        """The scene with the axles there as loads of its blocks, one a block, and none that move."""
+        scene, shapes = self.assembly.scene, self.assembly.geometry
+        loads, group = list(scene.loads), None
+        changed: dict[str, Any] = {"loads": loads, "axles": []}
+        case = scene.load_case
+        if case is not None:
+            group = f"axles '{self.axles.name}'"
+            live = {name: factor for name, factor in case.live.items() if name != "axles"}
+            case = case.replace(live=live | {group: scene.factor_of_axles})
+            changed["load_cases"] = [case if one.name == case.name else one for one in scene.load_cases]
+        forces = self._on_blocks(position)
+        for block in np.flatnonzero(forces[:, 1]):
+            _, down, moment = forces[block]
+            x = shapes.centroid[block, 0] + moment / down
+            _, low, _, high = shapes.polygons[block].bounds
+            met = shapely.intersection(
+                shapes.polygons[block], shapely.linestrings([[x, low - 1.0], [x, high + 1.0]])
+            )
+            at = np.array([x, high if met.is_empty else met.bounds[3]]) + shapes.origin
+            where = {"block": scene.blocks[block].name, "at": tuple(map(float, at))}
+            loads.append(Load(**where, live=(0.0, float(down)), group=group))
+        return scene.replace(**changed).read_from(scene.called).with_load_case(case)
 
-@dataclass(frozen=True)
-class CrossedPassage:
-    """A passage with its answers, and those of associative flow at all positions looked at."""
+    def pieces(self, longest: float) -> list[tuple[float, float]]:
+        """Ranges of positions, from left to right, in which loads do not jump and some axle is on a movable
+        block, none longer than that."""
+        beside = _BESIDE * float(self.road.breaks[-1] - self.road.breaks[0])
+        breaks = np.unique(self.road.breaks[:, None] - self.offsets)
+        found: list[tuple[float, float]] = []
+        for start, end in zip(breaks[:-1] + beside, breaks[1:] - beside, strict=True):
+            if end - start > beside:
+                ends = np.linspace(start, end, 1 + int(np.ceil((end - start) / longest))).tolist()
+                found += pairwise(ends)
+        return [ends for ends in found if any(self.carried(x) for x in (*ends, sum(ends) / 2))]
 
-    passage: Passage
-    found: PassageTrials
-    associative: PassageTrials = field(repr=False)
+    def carried(self, position: float) -> bool:
+        """Whether any axle there loads a block that can move."""
+        return bool(self._on_blocks(position).any())
 
-    @property
-    def least(self) -> float:
-        """The least load factor; infinite without one."""
-        known = self.found.load_factors
-        return float(np.nanmin(known)) if not np.isnan(known).all() else math.inf
-
-    @property
-    def position(self) -> float:
-        """Where it is least, the first of several with an axle on a block that can move."""
-        return min(self.found.answers, key=self._least_first)
-
-    def _least_first(self, position: float) -> tuple[float, bool]:
-        found = load_factor(self.found.answers[position])
-        return (found, False) if math.isfinite(found) else (math.inf, not self.passage.carried(position))
+    def _on_blocks(self, position: float) -> np.ndarray:
+        loads = np.array(self.axles.group.loads)
+        return self.road.on_blocks(position + self.offsets, loads)
 
 
 def load_factor(answer: Solution) -> float:
@@ -129,33 +166,84 @@ class MovingLoad:
 _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANISM),))
 
 
-@dataclass
-class PassageSolver:
-    """Answers of a passage so far, each position solved once; whoever is interrupted finds them here.
-    ``progress`` is called with a position and the load factor found there (NaN without one)."""
+@dataclass(eq=False)
+class PassageTrials:
+    """A passage and its answers, each position solved once; whoever is interrupted finds them here.
+
+    Attributes
+    ----------
+    solve: the answer under a live load; None once all are solved (see :meth:`ended`).
+    progress: called with a position solved, and the load factor found there (NaN without one).
+    beside: the trials of associative flow, where these are not.
+    bound: what no load factor at any position is below, proven; None where nothing is.
+    """
 
     passage: Passage
-    solve: SolveLive
-    progress: Callable[[float, float], None] = lambda *_: None
-    answers: dict[float, Solution] = field(default_factory=dict)
-    load_factors: dict[float, float] = field(default_factory=dict)
+    solve: SolveLive | None = field(repr=False)
+    progress: Callable[[float, float], None] | None = field(default=None, repr=False)
+    beside: PassageTrials | None = field(default=None, repr=False)
+    bound: float | None = None
+    answers: dict[float, Solution] = field(default_factory=dict, repr=False)
 
     def at(self, position: float) -> float:
         """λ at a position."""
         if position not in self.answers:
             live = self.passage.live(position)
-            self.answers[position] = self.solve(live) if live.any() else _UNLOADED
-            self.load_factors[position] = load_factor(self.answers[position])
-            self.progress(position, self.load_factors[position])
-        return self.load_factors[position]
+            self.answers[position] = self.of(live) if live.any() else _UNLOADED
+            if self.progress:
+                self.progress(position, load_factor(self.answers[position]))
+        return load_factor(self.answers[position])
 
-    def found(self, bound: float | None = None) -> PassageTrials:
-        return PassageTrials(dict(sorted(self.answers.items(), key=lambda one: one[0])), bound)
+    def of(self, live: np.ndarray) -> Solution:
+        """The answer under a live load, which is not kept."""
+        assert self.solve is not None
+        return self.solve(live)
+
+    def ended(self) -> PassageTrials:
+        """The same without what solves, which holds programs that cannot be sent between processes."""
+        return replace(self, solve=None, progress=None, beside=self.beside and self.beside.ended())
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Those solved, from left to right."""
+        return np.array(sorted(self.answers))
+
+    @property
+    def load_factors(self) -> np.ndarray:
+        """λ at these."""
+        return np.array([self.at(position) for position in sorted(self.answers)])
+
+    @property
+    def associative(self) -> PassageTrials:
+        return self.beside or self
+
+    def resolution(self, position: float) -> float:
+        """The larger distance from a position to the next ones on either side that were solved, other than
+        those across a jump of the loads."""
+        aside = self.positions - position
+        aside = aside[np.abs(aside) > _FINEST**2 * np.ptp(self.positions)]
+        sides = aside[aside < 0], aside[aside > 0]
+        return max((float(np.abs(side).min()) for side in sides if len(side)), default=0.0)
+
+    @property
+    def least(self) -> float:
+        """The least load factor; infinite without one."""
+        return float(np.nanmin([*self.load_factors, math.inf]))
+
+    @property
+    def position(self) -> float:
+        """Where it is least, the first of several with an axle on a block that can move."""
+
+        def least_first(position: float) -> tuple[float, bool]:
+            found = self.at(position)
+            return (found, False) if math.isfinite(found) else (math.inf, not self.passage.carried(position))
+
+        return min(sorted(self.answers), key=least_first)
 
 
-def least_associative(solved: PassageSolver, longest: float, within: float) -> PassageTrials:
-    """The least associative load factor of a passage, and a bound below it, no farther than ``within``
-    (relative) where one can be had; no two positions solved are farther apart than ``longest``.
+def least_associative(solved: PassageTrials, longest: float, within: float) -> None:
+    """Look for the least associative load factor of a passage, and a bound below it, no farther than
+    ``within`` (relative) where one can be had; no two positions solved are farther apart than ``longest``.
 
     Loads that a standing scene carries are a convex set with zero in it: 1/λ, by which a load must shrink to
     lie in it, is a convex function of the load. Between two positions where loads follow a line, λ is
@@ -169,16 +257,16 @@ def least_associative(solved: PassageSolver, longest: float, within: float) -> P
     finest = _FINEST * (ranges[-1][2] - ranges[0][1]) if ranges else 0.0
     done = []
     while ranges:
-        greatest = max(map(_inverse, solved.load_factors.values()))
+        greatest = max(map(_inverse, solved.load_factors))
         open_ = [one for one in ranges if one[0] > greatest * (1 + within) and one[2] - one[1] > finest]
         done += [one[0] for one in ranges if one not in open_]
         halves = [(start, (start + end) / 2, end) for _, start, end in open_]
         ranges = [(_needed(solved, *ends), *ends) for three in halves for ends in pairwise(three)]
     most = float(np.max(done, initial=0.0))  # NaN where any is
-    return solved.found(1 / most if 0 < most < math.inf else None)
+    solved.bound = 1 / most if 0 < most < math.inf else None
 
 
-def _needed(solved: PassageSolver, start: float, end: float) -> float:
+def _needed(solved: PassageTrials, start: float, end: float) -> float:
     """What 1/λ does not exceed between two positions; NaN where a load that says so has no answer."""
     first, quarter, middle, last = (
         solved.passage.live(start + share * (end - start)) for share in (0.0, 0.25, 0.5, 1.0)
@@ -188,8 +276,8 @@ def _needed(solved: PassageSolver, start: float, end: float) -> float:
     scale = _ROUNDING * np.abs(middle).max()
     found = [solved.at(start), solved.at(end)]
     if np.abs(corner - mean).max() > scale:
-        found.append(load_factor(solved.solve(corner)))
-    beside = load_factor(solved.solve(off)) if np.abs(off).max() > scale else math.inf
+        found.append(load_factor(solved.of(corner)))
+    beside = load_factor(solved.of(off)) if np.abs(off).max() > scale else math.inf
     if any(math.isnan(one) for one in (*found, beside)):
         return math.nan
     return max(_inverse(one) for one in found) + 2 * _inverse(beside)
@@ -200,29 +288,29 @@ def _inverse(known: float) -> float:
     return 1 / max(known, 1e-300) if math.isfinite(known) else 0.0
 
 
-def least_coulomb(solved: PassageSolver, associative: PassageTrials, within: float) -> PassageTrials:
-    """The least load factor of a method that nothing bounds from below, where it may be.
+def least_coulomb(solved: PassageTrials, within: float) -> None:
+    """Look for the least load factor of a method that nothing bounds from below, where it may be.
 
     It is asked at a few positions, and then wherever it could be the least if its share of the associative
     load factor, known at all of them, were between two positions little less than at both; last beside the
     least. That is no proof.
     """
-    at, most = associative.positions, associative.load_factors
+    at, most = solved.associative.positions, solved.associative.load_factors
     first = {*np.linspace(0, len(at) - 1, min(_FIRST, len(at))).round().astype(int).tolist()}
     if np.isfinite(most).any():
         first.add(int(np.nanargmin(most)))
     for index in sorted(first):
         solved.at(float(at[index]))
     while True:
-        found = np.array([solved.load_factors.get(x, math.nan) for x in at.tolist()])
+        asked = [x in solved.answers for x in at.tolist()]
+        found = np.array([solved.at(x) if x in solved.answers else math.nan for x in at.tolist()])
         may_be = (1 - _MARGIN) * _estimates(most, found)
-        may_be[[x in solved.answers for x in at.tolist()]] = math.inf
+        may_be[asked] = math.inf
         index, least = int(np.argmin(may_be)), found[~np.isnan(found)].min(initial=math.inf)
         if may_be[index] >= least or not math.isfinite(may_be[index]):
             break
         solved.at(float(at[index]))
     _halve(solved, at, within)
-    return solved.found()
 
 
 def _estimates(most: np.ndarray, found: np.ndarray) -> np.ndarray:
@@ -241,10 +329,10 @@ def _estimates(most: np.ndarray, found: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(most), np.minimum(lesser, 1.0) * np.where(np.isfinite(most), most, 0.0), own)
 
 
-def _halve(solved: PassageSolver, at: np.ndarray, within: float) -> None:
+def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
     """Ask between the least and the positions beside it, while that finds less."""
     for _ in range(_ROUNDS):
-        decided = {x: found for x, found in solved.load_factors.items() if math.isfinite(found)}
+        decided = {x: found for x in solved.answers if math.isfinite(found := solved.at(x))}
         if not decided:
             return
         best = min(decided, key=decided.__getitem__)

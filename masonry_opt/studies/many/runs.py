@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -23,8 +23,7 @@ from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
-from masonry_opt.studies.journal import NAME, Journal, digest
-from masonry_opt.studies.machine import versions
+from masonry_opt.studies.journal import NAME, Journal, digest, versions
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 from masonry_opt.studies.runner import FINISHED, REFUSED, TaskEnd, Workers
 from masonry_opt.studies.writing import csv_text, write_files
@@ -99,88 +98,85 @@ class StudyRun:
         return digest((values, None if self.scene is None else _of_scene(self.scene)))
 
 
-class RunSolver:
-    """Solves the runs of one study in one process, and keeps what does not change between them."""
+def run_solver(study: Study) -> Callable[[StudyRun], dict[str, Any]]:
+    """What solves the runs of one study in one process, to columns, and keeps what does not change between
+    them."""
+    parameters = None if study.scene is None else Parameters(study.scene)
+    session = Session(study.how, Kept(keeps=True))
 
-    def __init__(self, study: Study) -> None:
-        self._parameters = None if study.scene is None else Parameters(study.scene)
-        self._session = Session(study.how, Kept(keeps=True))
-
-    def __call__(self, run: StudyRun) -> dict[str, Any]:
-        """The columns of a run's solution."""
+    def solve(run: StudyRun) -> dict[str, Any]:
         scene = run.scene
         if scene is None:
-            assert self._parameters is not None  # the study has a scene where its runs have none
-            scene = self._parameters.at(run.values)
-        return columns(*self._session.answer(scene, lambda _: None, Effort()))
+            assert parameters is not None  # the study has a scene where its runs have none
+            scene = parameters.at(run.values)
+        return columns(*session.answer(scene, lambda _: None, Effort()))
+
+    return solve
 
 
-@dataclass(frozen=True)
-class ManyRuns:
-    """Where many runs are made, and kept: in a folder with ``runs.csv`` and the journal of finished runs,
-    which are not made again; without one nothing is. Attributes as of :func:`~.sweep.sweep`."""
+def run_many(
+    study: Study,
+    points: Sequence[Mapping[str, float]],
+    make: Maker | None = None,
+    *,
+    out: str | Path | None = None,
+    force: bool = False,
+    workers: int | None = None,
+    dask: str | None = None,
+    progress: RunProgress = lambda done, of: None,
+) -> pd.DataFrame:
+    """One row a point, in the order of the points, which are values by name: see :func:`~.sweep.sweep`,
+    errors and other parameters too. ``make`` makes the scene of a point where the study has none, in this
+    process. Finished runs are kept in a journal beside the table, and not made again."""
+    study.how.refuse_functions()
+    journal = None if out is None else _journal(Path(out), force, study, points)
+    rows: dict[int, dict[str, Any]] = {}
+    under_way: list[tuple[int, StudyRun]] = []
 
-    out: str | Path | None = None
-    force: bool = False
-    workers: int | None = None
-    dask: str | None = None
-    progress: RunProgress = lambda done, of: None
+    def missing() -> Iterator[StudyRun]:
+        for index in _neighbours_together(points):
+            values = points[index]
+            try:
+                run = StudyRun(values, make(values) if make else None)
+            except CaseError as error:
+                rows[index] = row(StudyRun(values), TaskEnd(REFUSED, str(error)))
+                continue
+            found = journal.find(run.key) if journal else None
+            if found is None:
+                under_way.append((index, run))
+                yield run
+            else:
+                rows[index] = found
 
-    def table(
-        self, study: Study, points: Sequence[Mapping[str, float]], make: Maker | None = None
-    ) -> pd.DataFrame:
-        """One row a point, in the order of the points, which are values by name: see :func:`~.sweep.sweep`,
-        errors too. ``make`` makes the scene of a point where the study has none, in this process."""
-        study.how.refuse_functions()
-        journal = self._journal(study, points)
-        rows: dict[int, dict[str, Any]] = {}
-        under_way: list[tuple[int, StudyRun]] = []
-
-        def missing() -> Iterator[StudyRun]:
-            for index in _neighbours_together(points):
-                values = points[index]
-                try:
-                    run = StudyRun(values, make(values) if make else None)
-                except CaseError as error:
-                    rows[index] = row(StudyRun(values), TaskEnd(REFUSED, str(error)))
-                    continue
-                found = journal.find(run.key) if journal else None
-                if found is None:
-                    under_way.append((index, run))
-                    yield run
-                else:
-                    rows[index] = found
-
-        with Workers(partial(RunSolver, study), self.workers, self.dask) as made:
-            for number, end in made.map(missing()):
-                index, run = under_way[number]
-                under_way[number] = (index, StudyRun({}))  # scenes are not kept
-                rows[index] = row(run, end)
-                # A run that crashed or died is made again by the same command: memory may have been short.
-                if journal and end.how in (FINISHED, REFUSED):
-                    journal.add(run.key, rows[index])
-                self.progress(len(rows), len(points))
-        self.progress(len(rows), len(points))
-        frame = framed([rows[index] for index in range(len(points))], list(points[0]))
-        if self.out is not None:
-            write_files(Path(self.out), {_TABLE: csv_text(frame)})
-        return frame
-
-    def _journal(self, study: Study, points: Sequence[Mapping[str, float]]) -> Journal | None:
-        """That of these runs. Raises OptionError if the folder holds others."""
-        if self.out is None:
-            return None
-        # A journal of other runs is refused first; none is begun beside a table that stays.
-        folder = Path(self.out)
-        journal = Journal(folder, study.identity()) if (folder / NAME).exists() else None
-        if not self.force:
-            _refuse_losing(folder / _TABLE, points)
-        return journal or Journal(folder, study.identity())
+    with Workers(partial(run_solver, study), workers, dask) as made:
+        for number, end in made.map(missing()):
+            index, run = under_way[number]
+            under_way[number] = (index, StudyRun({}))  # scenes are not kept
+            rows[index] = row(run, end)
+            # A run that crashed or died is made again by the same command: memory may have been short.
+            if journal and end.how in (FINISHED, REFUSED):
+                journal.add(run.key, rows[index])
+            progress(len(rows), len(points))
+    progress(len(rows), len(points))
+    frame = framed([rows[index] for index in range(len(points))], list(points[0]))
+    if out is not None:
+        write_files(Path(out), {_TABLE: csv_text(frame)})
+    return frame
 
 
-def framed(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> pd.DataFrame:
-    """Rows of runs as a frame: numbers of the scene by these names, then COLUMNS. No zero has a sign."""
-    types = dict.fromkeys(names, "float64") | COLUMNS
+def _journal(folder: Path, force: bool, study: Study, points: Sequence[Mapping[str, float]]) -> Journal:
+    """That of these runs. Raises OptionError if the folder holds others, or a table that would lose some."""
+    # A journal of other runs is refused first; none is begun beside a table that stays.
+    journal = Journal(folder, study.identity()) if (folder / NAME).exists() else None
+    if not force:
+        _refuse_losing(folder / _TABLE, points)
+    return journal or Journal(folder, study.identity())
+
+
+def framed(rows: Sequence[Mapping[str, Any]], before: Iterable[str] | Mapping[str, str]) -> pd.DataFrame:
+    """Rows of runs as a frame: before COLUMNS numbers of the scene by these names, or what has these types.
+    No zero has a sign."""
+    types = (dict(before) if isinstance(before, Mapping) else dict.fromkeys(before, "float64")) | COLUMNS
     return unsigned(pd.DataFrame(rows, columns=[*types]).astype(types))
 
 

@@ -22,7 +22,8 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.load_factor_axis import ends
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.runs import EXPECTED, ManyRuns, RunProgress, Study
+from masonry_opt.studies.many.runs import EXPECTED, RunProgress, Study, run_many
+from masonry_opt.studies.runner import whole
 from masonry_opt.studies.writing import StudyAnswer, csv_text, records, write_files
 from masonry_opt.words.sentences import numeral
 
@@ -341,15 +342,13 @@ def sample(
     force, workers, dask, progress: As of ``mo.sweep``.
     """
     scene = as_scene(scene)
-    for name, value, least in (("n", n, 1), ("seed", seed, 0)):
-        if not isinstance(value, int) or isinstance(value, bool) or value < least:
-            raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
+    n, seed = whole("n", n, 1), whole("seed", seed, 0)
     draws = Draws(scene, distributions, by, correlation)
     values = draws.table(n, seed, sequence)
     how = prepare(method, **options).how
     study, make = (Study(None, how), draws.scene) if draws.varied else (Study(scene, how), None)
     points: list[Any] = values.to_dict("records")
-    table = ManyRuns(out, force, workers, dask, progress).table(study, points, make)
+    table = run_many(study, points, make, out=out, force=force, workers=workers, dask=dask, progress=progress)
     found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if out is not None:
         write_files(Path(out), {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})

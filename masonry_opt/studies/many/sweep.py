@@ -19,7 +19,7 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, Maker, ManyRuns, RunProgress, Study, at_least
+from masonry_opt.studies.many.runs import COLUMNS, Maker, RunProgress, Study, at_least, run_many
 from masonry_opt.words.sentences import numeral
 
 
@@ -76,7 +76,7 @@ def sweep(
         of = as_scene(scene)
         Parameters(of).check_names(vary)
     study = Study(of, prepare(method, **options).how)
-    frame = ManyRuns(out, force, workers, dask, progress).table(study, points, make)
+    frame = run_many(study, points, make, out=out, force=force, workers=workers, dask=dask, progress=progress)
     if out is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.charts import write_charts

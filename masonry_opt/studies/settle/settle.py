@@ -37,6 +37,9 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, study_page
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
+#: Columns of a table of reactions, beside the end.
+_COLUMNS = ("kind", "reaction", "status", "moves")
+
 #: What a legend says of the arrows on supports.
 _WAY = "way in which the support moves"
 
@@ -94,15 +97,11 @@ class Bound:
 
     def rows(self) -> list[dict[str, Any]]:
         """Reaction, status and moving blocks of each of the results."""
-        return [
-            {
-                "kind": kind,
-                "reaction": self._reaction(of.load_factor),
-                "status": str(of.status),
-                "moves": _moving(of),
-            }
+        rows = (
+            (kind, self._reaction(of.load_factor), str(of.status), _moving(of))
             for kind, of in self.results.items()
-        ]
+        )
+        return [dict(zip(_COLUMNS, row, strict=True)) for row in rows]
 
     def _reaction(self, load_factor: float | None) -> float | None:
         if load_factor is None:
@@ -166,8 +165,7 @@ class Settlement(StudyAnswer):
         "expected", "associative"), ``reaction`` (NaN where there is none), ``status``, ``moves`` (names of
         blocks, fastest first)."""
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
-        frame = pd.DataFrame(rows, columns=["end", "kind", "reaction", "status", "moves"])
-        return frame.astype({"reaction": float})
+        return pd.DataFrame(rows, columns=["end", *_COLUMNS]).astype({"reaction": float})
 
     def facts(self) -> dict[str, str]:
         along = ", ".join(numeral(part, ".6g") for part in self.direction)

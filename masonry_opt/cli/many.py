@@ -1,4 +1,4 @@
-"""The command `masonry-opt sweep`."""
+"""The commands `masonry-opt sweep`, `compare` and `reproduce`."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from typing import Annotated
 import numpy as np
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import masonry_opt as mo
-from masonry_opt.cli.shared import Case, LoadCaseName
-from masonry_opt.cli.signatures import Given, command
+from masonry_opt.cli.command import Case, Given, LoadCaseName, command, numbers
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.studies.many.distributions import parse
-from masonry_opt.studies.many.draws import BY
+from masonry_opt.studies.compare.comparison import OUT
+from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import said
 from masonry_opt.studies.process import ended_by_kill
+from masonry_opt.studies.reproduce import reproduce as rebuild
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
@@ -34,6 +35,9 @@ _SAMPLE = (
     "In place of --vary, NAME=lognormal:MEAN:DEVIATION (of the number itself; or 15% of the mean), "
     "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated."
 )
+_SCENES = typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
+_SOLVERS = "Also: highs-hipo, and what CVXPY finds: osqp, scs, ..."
+_EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
 
 
 def _values(text: str) -> tuple[str, list[float]]:
@@ -94,14 +98,12 @@ def sweep(
         raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
     options = given.rest(mo.sweep if vary else mo.sample)
     scene = as_scene(case, load_case)
-    errors, done = Console(stderr=True), 0
+    errors = Console(stderr=True)
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
         shown = bar.add_task("sweep", total=None)
 
         def progress(count: int, of: int) -> None:
-            nonlocal done
-            done = count
             bar.update(shown, completed=count, total=of)
 
         try:
@@ -111,9 +113,53 @@ def sweep(
                 else:
                     told = said(mo.sweep(scene, values, out=out, progress=progress, **options), list(values))
         except KeyboardInterrupt:
+            done = counted(int(bar.tasks[0].completed), "run")
             raise InterruptedByUserError(
-                f"interrupted: {counted(done, 'run')} kept, and the same command goes on from there"
+                f"interrupted: {done} kept, and the same command goes on from there"
             ) from None
     print_text(told)
     beside = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
     errors.print(f"written: {out / 'runs.csv'}{beside}", markup=False, soft_wrap=True)
+
+
+def _names(text: str) -> list[str]:
+    names = [name.strip().lower() for name in text.split(",") if name.strip()]
+    return list(dict.fromkeys(names))
+
+
+@command(
+    mo.compare,
+    methods=typer.Option(help="Separated by commas; also: global.", parser=_names),
+    solvers=typer.Option(help=_SOLVERS, parser=_names),
+    models=typer.Option(help="Modelling languages.", parser=_names),
+    tolerances=typer.Option(
+        parser=numbers("--tolerances '{}': numbers separated by commas, such as 1e-6,1e-9")
+    ),
+    repeats=typer.Option(min=1),
+    time_limit=typer.Option(min=0.1),
+    memory_limit=typer.Option(min=1),
+    cases=typer.Option(help="Folder of the case files. Default: cases/ here, or else those of the package."),
+)
+def compare(given: Given, scenes: Annotated[list[str] | None, _SCENES] = None) -> None:
+    """An interrupted comparison continues where it stopped. Exit code 0: done; 1: every run crashed or died;
+    130: interrupted; 2: wrong case file or option.
+    """
+    errors = Console(stderr=True)
+    with errors.status("comparing") as status, ended_by_kill():
+        comparison = mo.compare(scenes or [], progress=lambda line: status.update(escape(line)), **given)
+    print_text(str(comparison))
+    folder = given.get("out", OUT)
+    page, table = folder / "report.html", folder / "summary.csv"
+    written = f"{page}, tables and pictures beside it" if page.exists() else f"{table}; {NEEDED}"
+    errors.print(f"written: {written}", markup=False, soft_wrap=True)
+    if comparison.interrupted:
+        raise InterruptedByUserError("interrupted: the same command continues where it stopped")
+
+
+@command(rebuild)
+def reproduce(given: Given, example: Annotated[str, typer.Argument(help=_EXAMPLE)] = "") -> None:
+    """Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
+    example or folder, or an extra is missing.
+    """
+    if not rebuild(example, **given):
+        raise typer.Exit(1)
