@@ -4,8 +4,6 @@ No voussoirs and no program: weights of the ring and of strips of fill, the live
 earth are integrated along the curves, and the mechanism of the least load factor is sought.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property

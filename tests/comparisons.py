@@ -1,7 +1,5 @@
 """A comparison that no solver made, with every kind of end, on two scenes of the case files."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pandas as pd

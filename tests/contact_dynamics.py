@@ -5,8 +5,6 @@ remembered, and nothing is known of paths: :func:`load_carried` loads a wall by 
 rest under each; :func:`onset` raises the loads of several scenes side by side, slowly, and while they rest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Closed forms of the semicircular arch of infinitely many voussoirs, under its own weight."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

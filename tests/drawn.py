@@ -1,7 +1,5 @@
 """Elements of scenes and results by their names, in the case's coordinates."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

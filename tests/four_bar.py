@@ -4,8 +4,6 @@ Independent of the package: bodies are bars A–B, B–C, C–D from ground to g
 given, C follows as a point of two circles, and velocities from those of B and C.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

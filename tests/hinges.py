@@ -1,7 +1,5 @@
 """Collapse of arches by enumeration: the thrust through four hinges that stays within the arch (Heyman)."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Functions for processes that must be stopped."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

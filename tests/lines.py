@@ -1,7 +1,5 @@
 """Lines of results.csv that no solver made."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from masonry_opt.studies.compare.runs import COLUMNS

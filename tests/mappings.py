@@ -1,7 +1,5 @@
 """What leaves a scene the same: moved, turned, mirrored, renumbered, its supports split."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

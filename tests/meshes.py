@@ -1,7 +1,5 @@
 """Files of meshes in the forms that modellers write: OBJ, PLY, STL."""
 
-from __future__ import annotations
-
 import struct
 from itertools import pairwise
 

@@ -3,8 +3,6 @@
 After D. M. Gay, Writing .nl Files (2005): ten lines of counts, then segments, each begun by a letter.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Pages in a browser: opened, read, and moved by their sliders."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """The paper's examples, as scripts of the guide's gallery."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 from masonry_opt.studies.reproduce import scripts

@@ -1,7 +1,5 @@
 """Residuals of a state in the equations of a declared complementarity problem."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

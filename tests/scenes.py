@@ -1,7 +1,5 @@
 """Scenes, paths and solves that several tests share."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from typing import Any

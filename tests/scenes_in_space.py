@@ -1,7 +1,5 @@
 """Scenes of solids that several tests share, and what a solid encloses."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

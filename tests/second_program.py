@@ -7,8 +7,6 @@ computes of equilibrium or yield. What is round (cones of friction, parabolas of
 polygons inside and outside of it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf
 

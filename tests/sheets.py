@@ -1,7 +1,5 @@
 """What drawings of tests hold, and how they are read."""
 
-from __future__ import annotations
-
 import masonry_opt as mo
 
 FLOOR = [(-9, -1), (9, -1), (9, 0), (-9, 0)]

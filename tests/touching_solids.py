@@ -1,7 +1,5 @@
 """Solids for scenes in which it matters where they touch, and such scenes moved, mirrored and redrawn."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import ConvexHull
 

@@ -1,13 +1,11 @@
 """Method "global": what its lower bound claims, and on which scenes the bracket closes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
-from mappings import SAME, mapped
+from mappings import SAME
 from scenes import CASES, WALLS, small_wall, solved, two_blocks, values_of
 
 import masonry_opt as mo
@@ -15,9 +13,8 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import bracket, rising
 from masonry_opt.methods.bracket.bounds import bounds_of, tightened
-from masonry_opt.methods.bracket.relaxation import RADII, BoundStep, Distances, relaxed
+from masonry_opt.methods.bracket.relaxation import BoundStep, Distances, relaxed
 from masonry_opt.methods.exact.refiner import Refiner
-from masonry_opt.methods.mcp import method
 from masonry_opt.methods.refined import Refinement
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.highs import HighsSession
@@ -49,7 +46,6 @@ def test_small_scenes_are_proved_without_any_assumption(path):
         (1, 4, 0.479263),
         (1, 6, 0.338028),
         pytest.param(2, 5, 0.611296, marks=pytest.mark.slow),
-        pytest.param(2, 6, 0.545055, marks=pytest.mark.slow),
         pytest.param(3, 4, 0.65, marks=pytest.mark.slow),
     ],
 )
@@ -74,18 +70,6 @@ def test_limits_of_forces_that_are_assumed_leave_nothing_proven(monkeypatch):
     assert values_of(result, Code.WITHIN_IMPOSED)["forces"]
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
     assert result.range == (None, result.load_factor)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("seconds", "least"), [(3.0, 0.0), (300.0, 0.25)])
-def test_a_wall_is_bounded_however_long_the_solver_is_given(seconds, least):
-    """What multipliers prove holds wherever time ends the solver; in the end they prove .276 of wall 1."""
-    problem = assemble(mo.load(WALLS[0])).problem
-    highest, effort = 0.638982 * 1.0001, Effort()
-    near, moves = Distances(problem).within(RADII[0])
-    of = bounds_of(problem, highest, 100.0, effort)
-    bound = relaxed(problem, highest, of, near, moves, seconds, effort)[0]
-    assert least <= bound < 0.638982
 
 
 @pytest.mark.slow
@@ -160,30 +144,15 @@ def test_every_program_is_told_and_begins_where_the_last_ended(monkeypatch):
     assert (np.diff(bounds) > 0).all()
 
 
-WRITTEN = SAME | {
-    "in centimetres and newtons": lambda scene: mapped(
-        scene, lambda v: (100 * v[0], 100 * v[1]), dead=1000, live=1000, length=100
-    )
-}
-
-
-@pytest.mark.parametrize("changed", WRITTEN.values(), ids=WRITTEN)
-def test_the_bound_does_not_depend_on_how_a_scene_is_written(changed):
+@pytest.mark.parametrize("name", ["turned by 37°", "renumbered", "in newtons"])
+def test_the_bound_does_not_depend_on_how_a_scene_is_written(name):
     scene = small_wall(3, 1)
-    assert mo.solve(changed(scene), "global").bound == pytest.approx(
-        solved(scene, "global").bound, rel=2 * CLOSED
-    )
+    found = mo.solve(SAME[name](scene), "global").bound
+    assert found == pytest.approx(solved(scene, "global").bound, rel=2 * CLOSED)
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed"),
-    [
-        pytest.param("wall", 0, marks=pytest.mark.slow),
-        ("stack", 1),
-        ("stack", 4),
-        ("arch", 2),
-        pytest.param("arch", 3, marks=pytest.mark.slow),
-    ],
+    ("kind", "seed"), [("stack", 1), ("arch", 2), pytest.param("wall", 0, marks=pytest.mark.slow)]
 )
 def test_no_bound_exceeds_a_known_state(kind, seed):
     """The default ends in a state of its own, which the bracket has not seen."""
@@ -217,26 +186,16 @@ def test_a_bound_without_a_state_is_no_answer(monkeypatch):
     assert result.bound > 0
 
 
-def test_limits_hold_for_every_method_and_fall_with_the_load():
-    scene = small_wall(3, 2)
-    result = solved(scene, "static")
-    problem = result.assembly.problem
-    of = bounds_of(problem, result.load_factor, 100.0, Effort())
-    assert of.forces_derived
-    for name in ("static", "nonassociative", "mcp"):
-        n = problem.normal_forces(solved(scene, name).solution.q)
-        assert (n <= of.normal + 1e-4 * of.normal.max()).all()
-    tighter = bounds_of(problem, 0.5 * result.load_factor, 100.0, Effort())
-    assert (tighter.normal <= of.normal + 1e-9).all()
-    assert tighter.normal.sum() < of.normal.sum()
-
-
 def test_forces_have_less_room_above_a_bound_and_every_known_state_keeps_its_own():
     scene = small_wall(3, 2)
     states = [solved(scene, name) for name in ("static", "nonassociative", "mcp")]
     problem, highest = states[0].assembly.problem, states[0].load_factor
     of = bounds_of(problem, highest, 100.0, Effort())
     lowest = 0.99 * min(state.load_factor for state in states)
+    assert of.forces_derived
+    lower = bounds_of(problem, 0.5 * highest, 100.0, Effort())
+    assert (lower.normal <= of.normal + 1e-9).all()
+    assert lower.normal.sum() < of.normal.sum()
     above = tightened(of, problem, lowest, highest, Effort())
     assert above.normal.sum() < 0.9 * of.normal.sum()
     assert (above.forces <= of.forces).all()
@@ -245,14 +204,13 @@ def test_forces_have_less_room_above_a_bound_and_every_known_state_keeps_its_own
         assert (n <= above.normal + 1e-4 * above.normal.max()).all()
 
 
-@pytest.mark.parametrize("share", [0.5, 0.9])
-def test_where_lower_states_are_left_out_the_same_products_prove_more(share):
+def test_where_lower_states_are_left_out_the_same_products_prove_more():
     problem, least = assemble(small_wall(4, 1)).problem, 0.479263
     highest, effort = least * 1.0001, Effort()
     of = bounds_of(problem, highest, 100.0, effort)
     near, moves = Distances(problem).within((0, 0))
     first = relaxed(problem, highest, of, near, moves, 10.0, effort)[0]
-    above = tightened(of, problem, share * least, highest, effort)
+    above = tightened(of, problem, 0.5 * least, highest, effort)
     second = relaxed(problem, highest, above, near, moves, 10.0, effort)[0]
     assert first + 0.05 * least < second <= least
 
@@ -278,36 +236,3 @@ def test_a_face_is_at_rest_only_where_a_ray_says_so(monkeypatch):
     problem = assemble(two_blocks()).problem
     monkeypatch.setattr(HighsSession, "contradiction", lambda session: (1.0, np.array([1e-8])))
     assert not bounds_of(problem, 0.2, 100.0, Effort()).rates_derived
-
-
-@pytest.mark.parametrize(("seconds", "programs"), [(0.5, 1), (600.0, 2)])
-def test_limits_of_forces_are_found_only_for_a_program_that_follows(monkeypatch, seconds, programs):
-    """The first program raises the bound by next to all of the gap, the next by nothing."""
-    called = []
-
-    def raised(problem, highest, of, *rest):
-        called.append("program")
-        return 0.149, [], None
-
-    def counted(*of):
-        called.append("limits")
-        return tightened(*of)
-
-    monkeypatch.setattr(rising, "relaxed", raised)
-    monkeypatch.setattr(rising, "tightened", counted)
-    monkeypatch.setattr(rising, "RADII", RADII[:1])
-    monkeypatch.setattr(method, "_PRODUCTS_UP_TO", 0)
-    mo.solve(TWO_BLOCKS, "global", time_limit=seconds)
-    assert called == ["program", "limits", "program"][: 2 * programs - 1]
-
-
-@pytest.mark.parametrize("method", ["mcp", "refined", "global"])
-def test_a_stone_that_friction_alone_holds_between_walls_has_no_load_factor(method):
-    """By hand: dead load and live load act alike, so statics carry any multiple, and sliding none but -1."""
-    stone = mo.Block(name="stone", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(0, -1))
-    walls = [
-        mo.Block(name=name, vertices=[(x, 0), (x + 1, 0), (x + 1, 1), (x, 1)], fixed=True)
-        for name, x in (("left", -1), ("right", 1))
-    ]
-    result = mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[stone, *walls]), method)
-    assert (result.status, result.load_factor) == (mo.Status.UNSTABLE, None)

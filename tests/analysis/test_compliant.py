@@ -1,7 +1,5 @@
 """The load to expect: rays and plateaus, closed forms, contact dynamics, and what does not move it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
@@ -29,8 +27,6 @@ STIFFNESS = 1e-3
 CARRIED, FELLS = (0.25, 0.5, 0.75, 0.9, 0.95, 0.99), 1.01
 #: A wall with an exact state at a seventh of what it carries from rest.
 OTHER = 77006
-#: Joints of half the length are half as stiff, each.
-SPLIT = 1e-3
 
 
 def code(result):
@@ -72,17 +68,6 @@ def test_closed_forms_where_forces_are_determinate(name):
     assert result.load_factor == pytest.approx(expected, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", SAME)
-def test_the_load_to_expect_is_unmoved(name):
-    """By moving, turning, mirroring, other units, another order, and a vertex in the middle of an edge."""
-    base = small_wall(6, 4)
-    one, other = (solved(scene, "compliant") for scene in (base, SAME[name](base)))
-    assert other.load_factor == pytest.approx(
-        one.load_factor, rel=SPLIT if name == "supports split" else 1e-10
-    )
-    assert code(one) is code(other) is Code.RAY
-
-
 def test_nothing_collapses_where_the_load_presses_blocks_down():
     scene = random_scene("wall", 77010)
     assert solved(scene, "compliant").load_factor is None
@@ -110,18 +95,6 @@ def test_where_nearly_all_work_stays_elastic_that_is_the_reason(monkeypatch, wit
     assert (result.load_factor, code(result)) == (None, Code.STILL_ELASTIC)
     assert values_of(result, Code.STILL_ELASTIC)["elastic"] == 0.9
     assert result.associative is not None
-
-
-@pytest.mark.slow
-def test_a_large_facade_collapses_though_soft_contacts_show_nothing_but_springs():
-    """3 × 9 openings, associative .21383. Rounding decides with how stiff contacts a pass ends; that the
-    load factor grows without end is never said."""
-    result = mo.solve(CASES / "gilbert/facade_3x9.toml", "compliant")
-    if result.load_factor is None:
-        assert code(result) is Code.STILL_ELASTIC
-    else:
-        assert code(result) in (Code.PLATEAU, Code.NO_PLATEAU)
-        assert 0.19 < result.load_factor < 0.2138
 
 
 def test_a_stated_compliance_is_taken():
@@ -178,7 +151,7 @@ def test_a_curve_ends_in_the_load_to_expect(number):
     assert "does not fall" in result.summary
 
 
-@pytest.mark.parametrize("name", [name for name in SAME if name != "supports split"])
+@pytest.mark.parametrize("name", ["moved", "turned by 37°", "mirrored", "in millimetres"])
 def test_a_curve_is_unmoved(name):
     """On other axes its states are others, which begin in the same branch, straight to some parts in 10⁴."""
     base = small_wall(6, 4)
@@ -219,14 +192,14 @@ def pile(boxes, friction):
 @pytest.mark.parametrize(
     "scene",
     [
-        *(pytest.param(mo.load(path), id=path.stem, marks=pytest.mark.slow) for path in WALLS),
+        *(pytest.param(mo.load(WALLS[n]), id=f"wall_{n + 1}", marks=pytest.mark.slow) for n in (1, 4)),
         # It slips under the dead load; exact states from 1.3 on.
         pytest.param(mo.load(CASES / "closed_forms" / "pulled_stone.toml"), id="pulled_stone"),
         *(
             pytest.param(
                 random_scene("wall", seed), id=str(seed), marks=[] if seed == OTHER else pytest.mark.slow
             )
-            for seed in (77000, 77001, 77002, 77003, 77004, 77005, OTHER, 77007, 77008, 77009, 77011)
+            for seed in (77000, 77004, OTHER, 77011)
         ),
     ],
 )
@@ -238,19 +211,15 @@ def test_contact_dynamics_carries_it(scene):
     ("boxes", "friction", "expected"),
     [
         # A box b × h: λ = min(μ, b/h).
-        ([(1, 2, 1, 1)], 0.3, 0.3),
         ([(1, 2, 1, 1)], 0.8, 0.5),
         # Two in a pile, both pushed: they slide, or turn about the lower's foot at b / 2h. The upper alone
         # slides, or turns about its own foot at b / h or with the lower about its foot at b / (3 h / 2). The
         # lower alone takes the upper with it at 2 μ.
-        ([(1, 0.8, 1, 1), (1, 0.8, 1, 1)], 0.6, 0.6),
         ([(1, 0.8, 1, 1), (1, 0.8, 1, 1)], 0.65, 0.625),
-        ([(1, 0.8, 1, 0), (1, 0.8, 1, 1)], 0.6, 0.6),
         ([(1, 0.8, 1, 0), (1, 0.8, 1, 1)], 0.9, 2 * 0.5 / 1.2),
         ([(1, 0.8, 1, 1), (1, 0.8, 1, 0)], 0.3, 0.6),
         # A slender one on a wide one: both slide, or the slender one turns at b/h. With weights 3 and 2 under
         # live loads 6 and 1 both slide at 7 λ = 5 μ; the slender one would turn at 1.
-        ([(3, 1, 3, 3), (1, 2, 2, 2)], 0.3, 0.3),
         ([(3, 1, 3, 3), (1, 2, 2, 2)], 0.6, 0.5),
         ([(3, 1, 3, 6), (1, 2, 2, 1)], 0.6, 5 * 0.6 / 7),
     ],
@@ -261,15 +230,6 @@ def test_piles_slide_or_overturn(boxes, friction, expected):
     scene = pile(boxes, friction)
     for method in ("compliant", "mcp"):
         assert solved(scene, method).load_factor == pytest.approx(expected, rel=1e-6)
-    assert is_carried_to_a_hundredth(scene, expected)
-
-
-@pytest.mark.slow
-def test_a_block_pulled_from_between():
-    """Between a block on it and the floor; exact states from 1.5 μ to 2.5 μ, by dilatancy's sign (Fig. 7)."""
-    scene = two_blocks()
-    expected = solved(scene, "compliant").load_factor
-    assert 0.15 < expected < 0.25
     assert is_carried_to_a_hundredth(scene, expected)
 
 

@@ -1,13 +1,10 @@
 """The default: an exact state near the load to expect, at or below the associative λ, and the ways to it."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
-from atlas.small_scenes import four_in_a_point
 from scenes import (
     CASES,
     WALLS,
@@ -30,8 +27,6 @@ from masonry_opt.methods.mcp import method
 from masonry_opt.methods.push.push import Elastic, Ended, Pushed
 
 WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
-FACADE = CASES / "gilbert" / "facade_1x3.toml"
-
 #: What "exact" means: every part of the certificate.
 EXACT = 1e-8
 #: What interior points leave of complementarity, over λ.
@@ -124,14 +119,6 @@ def test_walls_that_end_at_the_published_least(number):
     assert solved(scene).load_factor == pytest.approx(scene.reference["mpec"].value, abs=5e-6)
 
 
-def test_wedges_in_closed_form():
-    """Section 5.1: 1 + (t(9°) − t(1°)) / (t(9°) + t(19°)); the only Coulomb state."""
-    t9, t1, t19 = np.tan(np.radians([9, 1, 19]))
-    least = 1 + (t9 - t1) / (t9 + t19)
-    assert solved(WEDGES).load_factor == pytest.approx(1.280338, abs=5e-7)
-    assert solved(WEDGES).load_factor == pytest.approx(least, rel=CLOSED_FORM)
-
-
 @pytest.mark.parametrize("share", [0.0, -0.5])
 def test_two_blocks_end_at_the_least_of_their_states(share):
     """Fig. 6d: without dilatancy B may press on A by 0.25 to 0.75, λ = μ (1 + 2 n)."""
@@ -140,21 +127,13 @@ def test_two_blocks_end_at_the_least_of_their_states(share):
     assert result.load_factor == pytest.approx(0.15, rel=CLOSED_FORM)
 
 
-@pytest.mark.parametrize("dilatancy", [1e-8, 1e-7, 1e-6, 5e-6, 1e-3])
+@pytest.mark.parametrize("dilatancy", [1e-8, 5e-6, 1e-3])
 def test_two_blocks_that_hardly_dilate_end_at_their_only_state(dilatancy):
     """Fig. 6d: as A slides B rises, however little, and turns about the far end of its support: n = 0.75,
     λ = 2.5 μ."""
     result = solved(dilating(two_blocks(), dilatancy / 0.1))
     assert_exact(result)
     assert result.load_factor == pytest.approx(0.25, rel=1e-5)
-
-
-@pytest.mark.parametrize("friction", [1e-3, 1e-2, 0.3, 0.6])
-def test_four_blocks_slide_or_overturn(friction):
-    """Two columns of two cubes that lean on each other: λ = μ, or w/h at the least (0.532 with dilatancy)."""
-    result = solved(four_in_a_point(friction)(CASES))
-    assert_exact(result)
-    assert result.load_factor == pytest.approx(min(friction, 0.5), rel=CLOSED_FORM)
 
 
 @pytest.mark.parametrize("friction", [0.8, float("inf")])
@@ -182,7 +161,7 @@ def test_shears_that_nothing_determines_stall_no_pass():
 # Dilatancy ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [name for name in SCENES if name != "cohesion"])
+@pytest.mark.parametrize("name", ["wall_1", "wall_5", "wedges", "two blocks", "irregular"])
 def test_dilatancy_equal_to_friction_is_the_associative_problem(name):
     scene = scene_of(name)
     result = solved(dilating(scene, 1.0))
@@ -245,7 +224,7 @@ def test_the_first_state_will_do_if_asked_for():
     assert_exact(first)
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", ["wall_2", "wall_6", "cohesion", "irregular", "wedges"])
 def test_interior_points_in_turn_end_near_where_simplex_does(name):
     """From the state that a push ends with: exact but for complementarity."""
     simplex, pushed = solved(scene_of(name)), solved(scene_of(name), "compliant")
@@ -258,22 +237,13 @@ def test_interior_points_in_turn_end_near_where_simplex_does(name):
     assert -ALTERNATED <= above <= IN_TURN.get(name, ALTERNATED)
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", ["wall_2", "arch", "irregular", "cohesion"])
 def test_where_simplex_takes_long_programs_lead_lower_than_the_push(name, no_simplex):
     result = mo.solve(scene_of(name))
     assert codes(result) == [Code.ONE_PASS, Code.EXACT]
     assert result.certificate.worst <= EXACT
     assert result.load_factor <= result.end * (1 + 1e-9)
     assert result.end == pytest.approx(solved(scene_of(name), "compliant").load_factor, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_a_facade_is_answered_by_the_exact_state_of_its_push():
-    result = solved(FACADE, expected=True)
-    assert result.size.joints > 500
-    assert codes(result)[0] is Code.ONE_PASS
-    assert result.certificate.worst <= EXACT
-    assert result.load_factor <= result.end <= result.expected
 
 
 def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
@@ -297,19 +267,9 @@ def test_scenes_without_load_factor_end_as_the_loop_s_do(scene):
     assert codes(result) == codes(loop)
 
 
-def test_a_scene_that_falls_needs_no_step():
-    assert solved(overhanging()).history.empty
-
-
 @pytest.mark.slow
 def test_friction_jams_where_the_push_does():
     """A ray on which λ grows proves it."""
     result = solved(random_scene("wall", 70003), expected=True)
     assert (result.status, result.load_factor, result.expected) == (mo.Status.JAMMED, None, None)
     assert codes(result)[:2] == [Code.JAMS, Code.CARRIES_ANY]
-
-
-def test_its_solver_may_be_named():
-    named, plain = solved(two_blocks(), solver="newton"), solved(two_blocks())
-    assert named.load_factor == plain.load_factor
-    assert solved(two_blocks(), model="matrices").load_factor == plain.load_factor

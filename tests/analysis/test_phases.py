@@ -1,13 +1,11 @@
 """What an analysis tells of its phases as they begin, before and between its steps."""
 
-from __future__ import annotations
-
 import io
 import sys
 import threading
 
 import pytest
-from scenes import CASES, WALLS, block_on_floor, overhanging, run_command, small_wall
+from scenes import CASES, WALLS, block_on_floor, run_command, small_wall
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
@@ -20,10 +18,6 @@ FIRST = ["reading blocks", "finding joints", "does it stand under its dead load?
 def phases_of(scene, method, **options):
     told = []
     return mo.solve(scene, method, phases=told.append, **options), told
-
-
-def test_a_linear_program_has_one_phase():
-    assert phases_of(block_on_floor(), "static")[1] == [*FIRST, "method 'static'"]
 
 
 def test_each_sub_problem_is_told_before_it_is_solved():
@@ -48,12 +42,6 @@ def test_a_push_and_what_follows_it():
         "exact states nearby",
         "associative load factor",
     ]
-
-
-def test_of_what_falls_no_method_is_told():
-    result, told = phases_of(overhanging(), "mcp")
-    assert result.status is mo.Status.UNSTABLE
-    assert told == [*FIRST, "what falls, and what would hold it"]
 
 
 def test_an_interrupt_between_steps_goes_through():

@@ -1,9 +1,7 @@
 """Scenes on which the loop fails at first: which remedy helps, and what is said of it."""
 
-from __future__ import annotations
-
 import pytest
-from atlas.small_scenes import confined, ferris_tinloi
+from atlas.small_scenes import confined
 from atlas.solver_failures import STEPPED, TWO_PATHS
 from scenes import CASES, WALLS, solved, values_of
 
@@ -19,7 +17,7 @@ SWINGING = {"alpha": 0.0, "alpha_min": 0.0, "beta": 1.0}
 
 #: A scene that each remedy rescues: the way the first run fails, the options, and the last remedy.
 RESCUED = {
-    "less slope": (ferris_tinloi(6), {"solver": "highs"}, Status.NO_STATE, "alpha=0.011"),
+    "less slope": (STEPPED, {"solver": "clarabel"}, Status.NO_STATE, "alpha=0.0012"),
     "less damping": (
         TWO_PATHS,
         {"beta": 1.0, "finish": False, "alpha_min": 1e-4},
@@ -78,12 +76,6 @@ def test_what_was_tried_in_vain_is_said_and_each_entry_is_tried_once():
     assert result.lp_solves >= len(result.history)
 
 
-def test_accurate_sub_problems_that_reach_their_number_end_there():
-    result = mo.solve(WALL_6, "nonassociative", max_iterations=2)
-    assert (result.status, result.load_factor) == (Status.ITERATION_LIMIT, None)
-    assert len(result.history) == 2
-
-
 def test_a_load_factor_without_an_exact_state_says_so(monkeypatch):
     """Where λ of accurate programs stands still without an exact state, by another solver too, the first is
     given, with what its certificate leaves."""
@@ -105,19 +97,8 @@ def test_what_a_bare_loop_leaves_is_in_its_certificate():
     assert raw.certificate.complementarity > LIMITS[Kind.LOOP].complementarity * raw.load_factor
 
 
-def test_a_cycle_with_an_exact_state_says_both():
-    result = mo.solve(TWO_PATHS(CASES), "nonassociative", **SWINGING)
-    assert result.status is Status.CONVERGED
-    low, high = sorted(result.history["load_factor"].iloc[-2:])
-    assert values_of(result, Code.REPEATS) == {"period": 2, "lowest": low, "highest": high, "exact": True}
-    assert max(result.certificate.equilibrium, result.certificate.yield_) < 1e-8
-    assert result.certificate.complementarity < 1e-6
-    # The exact state is near the swing, and not above it.
-    assert low - 1e-3 < result.load_factor < high
-
-
 def test_a_cycle_without_an_exact_state_says_what_of_it_is_certified():
-    result = mo.solve(WALL_6, "nonassociative", **SWINGING, finish=False, remedies="none")
+    result = mo.solve(TWO_PATHS(CASES), "nonassociative", **SWINGING, finish=False, remedies="none")
     assert result.status is Status.CYCLING
     assert result.load_factor is None
     assert result.certificate is None
@@ -142,21 +123,3 @@ def test_the_lowest_certified_load_factor_of_a_loop_without_end_is_said():
     assert least in set(met)
     # Published MPEC; certified to 1e-3.
     assert least == pytest.approx(0.355817, rel=1e-3)
-
-
-def test_the_iteration_limit_is_one():
-    result = solved(WALL_6, "nonassociative", max_iterations=5, remedies="none")
-    assert result.status is Status.ITERATION_LIMIT
-    assert result.load_factor is None
-    assert len(result.history) == 5
-    assert values_of(result, Code.STILL_CHANGES)["count"] == 5
-
-
-@pytest.mark.slow
-def test_the_loop_begins_again_with_less_slope_and_says_so():
-    """Section 5.3: with β = 0.2 wall 6 takes many iterations (85 in the paper) to the same end."""
-    result = mo.solve(WALL_6, "nonassociative", beta=0.2)
-    assert values_of(result, Code.BEGAN_AGAIN)["remedies"] == ["alpha=0.1", "alpha=0.033"]
-    assert len(result.history) > 60
-    assert result.lp_solves > len(result.history)
-    assert result.load_factor == pytest.approx(0.29649, rel=1e-3)

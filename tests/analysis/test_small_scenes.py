@@ -1,7 +1,5 @@
 """Small scenes of many states: the default goes on to further starts, and says what it met."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -99,12 +97,12 @@ def test_copies_of_walls_moved_by_rounding_end_in_one_state():
     """Seeds that played no part in choosing what breaks ties; four copies of each wall, of which one
     may differ: seed 700001, where the bracket's program leads one copy less low (.5864 for .5858)."""
     apart = []
-    for seed in range(700_000, 700_012):
+    for seed in range(700_000, 700_006):
         scene = random_scene("wall", seed)
         found = [solved(moved(scene, copy)).load_factor for copy in range(4)]
         if None not in found:
             apart.append(max(found) / min(found) - 1)
-    assert len(apart) > 8
+    assert len(apart) > 4
     assert sum(each > 1e-6 for each in apart) <= 1
 
 
@@ -112,7 +110,7 @@ def test_copies_of_walls_moved_by_rounding_end_in_one_state():
 def test_of_random_scenes_one_in_a_hundred_ends_above_the_lowest_state_known():
     """Seeds that played no part in choosing how many starts there are; held against searches of a second."""
     above = []
-    for seed in range(300_000, 300_015):
+    for seed in range(300_000, 300_008):
         for kind in ("wall", "arch", "stack", "tessellation"):
             scene = random_scene(kind, seed)
             if not 3 <= sum(not block.fixed for block in scene.blocks) <= 10:
@@ -121,6 +119,6 @@ def test_of_random_scenes_one_in_a_hundred_ends_above_the_lowest_state_known():
             lowest = mo.solve(scene, "refined", search=1).load_factor
             if lowest is not None:
                 above.append(found.required() / lowest - 1)
-    assert len(above) > 25
+    assert len(above) > 12
     assert max(above) < 1.0
     assert sum(each > 1e-2 for each in above) <= 1

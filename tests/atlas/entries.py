@@ -1,8 +1,6 @@
 """The failure atlas: small scenes, each built so that a named method fails, and what every method and
 solver must answer. Adding a failure is one entry in one of its parts."""
 
-from __future__ import annotations
-
 from atlas import scene_failures, solver_failures
 from atlas.entry import Entry
 

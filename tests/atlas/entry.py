@@ -1,7 +1,5 @@
 """What an entry of the failure atlas is made of, and how a run is held against its expectation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Runs that many entries of the atlas share: the same answer of every method, or of every solver."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from atlas.entry import Expectation

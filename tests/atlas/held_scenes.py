@@ -1,7 +1,5 @@
 """Random scenes under fill, and held by ties and props, each from its seed."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -4,8 +4,6 @@ Each comes from its number of stones, which it has to within 10 %, and its seed.
 their own weight; of some thousands that were checked all do.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import chain, pairwise

@@ -3,8 +3,6 @@
 They are written as case files, so that each run reads its scene in its own process, as it does any other.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

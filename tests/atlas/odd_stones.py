@@ -1,7 +1,5 @@
 """Random scenes of odd stones: notched ones, some that stand on corners, joints that crush."""
 
-from __future__ import annotations
-
 import numpy as np
 import shapely
 from atlas.random_scenes import Points, Rng, assembled

@@ -1,7 +1,5 @@
 """Random scenes: walls, arches, stacks and irregular convex tessellations, each from its seed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import pairwise
@@ -96,10 +94,7 @@ def arch(rng: Rng) -> Scene:
         return [(r * math.cos(angle), r * math.sin(angle)) for r, angle in ring]
 
     outlines = [voussoir(start, end) for start, end in pairwise(angles)]
-    feet = {
-        "right": voussoir(angles[0] - 0.2, angles[0]),
-        "left": voussoir(angles[-1], angles[-1] + 0.2),
-    }
+    feet = {"right": voussoir(angles[0] - 0.2, angles[0]), "left": voussoir(angles[-1], angles[-1] + 0.2)}
     return assembled(rng, outlines, feet)
 
 

@@ -1,7 +1,5 @@
 """Random scenes in space: leaves of boxes, rings of wedges, corners and piers, each from its seed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Atlas, second part: scenes that have no answer, or whose numbers are extreme."""
 
-from __future__ import annotations
-
 from atlas.entry import Entry, Expectation
 from atlas.expectations import (
     COARSE,
@@ -130,10 +128,7 @@ ENTRIES: tuple[Entry, ...] = (
             *loops(Status.NO_STATE, solvers=("highs",), why=reason(Code.SUB_PROBLEM_EMPTY)),
             # A corner that bears nothing slides along in an exact state: no friction is at work in it.
             Expectation(
-                Status.CONVERGED,
-                "mcp",
-                load_factor=(1.7575, 20 / 10.5),
-                source="a state at 1.7575, or w / h",
+                Status.CONVERGED, "mcp", load_factor=(1.7575, 20 / 10.5), source="a state at 1.7575, or w / h"
             ),
         ),
     ),

@@ -1,7 +1,5 @@
 """The small scenes of the failure atlas."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import inf
 from pathlib import Path

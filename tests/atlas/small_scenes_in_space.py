@@ -1,7 +1,5 @@
 """Small random scenes in space that stand or fall, some of them hardly: each from its seed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Atlas, first part: failures of the loop, its parameters and the solvers, on scenes that have an answer."""
 
-from __future__ import annotations
-
 from atlas.entry import Entry, Expectation
 from atlas.expectations import (
     AGAIN,
@@ -15,11 +13,7 @@ from atlas.expectations import (
     loops,
     references,
 )
-from atlas.small_scenes import (
-    block,
-    bonded,
-    ferris_tinloi,
-)
+from atlas.small_scenes import block, bonded, ferris_tinloi
 
 from masonry_opt.answer.reasons import Code, Status, reason
 

@@ -1,7 +1,5 @@
 """The page of a result in a browser: what fits, what moves, and what a joint tells."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
@@ -11,7 +9,7 @@ from scenes import WALLS, block_on_floor, overhanging
 
 import masonry_opt as mo
 from masonry_opt.answer.motion import fastest, yielded_on
-from masonry_opt.drawing.elements import START, result_elements
+from masonry_opt.drawing.elements import result_elements
 from masonry_opt.drawing.marks import moved
 from masonry_opt.drawing.svg import SIDE, Canvas
 from masonry_opt.drawing.way import way_motions, way_of
@@ -79,24 +77,6 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(browser, wall, width):
             assert moved == pytest.approx(expected * [1, -1], abs=2.0)
 
 
-def test_keys_move_the_slider_and_labels_tell_what_it_does(browser, wall):
-    from selenium.webdriver.common.keys import Keys
-
-    _, path = wall
-    page = show(browser, path, 1280)
-    slider = found(page, "#moved")
-    assert float(slider.get_property("value")) == START
-    assert slider.accessible_name
-    moving = fastest_block(wall[0])
-    before = transform(page, moving)
-    slider.send_keys(Keys.HOME)
-    assert at_rest(page, moving)
-    slider.send_keys(Keys.ARROW_RIGHT)
-    assert not np.allclose(transform(page, moving), before)
-    for control in page.find_elements("css selector", "input"):
-        assert control.accessible_name
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 def test_keys_move_along_the_push_and_the_mechanism_comes_back(browser, wall, width):
     """Blocks are where keyframes have them, joints that have yielded are marked, so is the curve."""
@@ -109,7 +89,7 @@ def test_keys_move_along_the_push_and_the_mechanism_comes_back(browser, wall, wi
     canvas = Canvas(elements, elements.all_marks)
     motions, moves = canvas.motions(way_motions(result, way)), yielded_on(result.assembly, way)
     slider, moving = found(page, "#pushed"), fastest_block(result)
-    assert slider.accessible_name
+    assert all(control.accessible_name for control in page.find_elements("css selector", "input"))
     before = transform(page, moving)
     told = set()
     for key, at in ((Keys.ARROW_RIGHT, 1), (Keys.END, 59), (Keys.ARROW_LEFT, 58), (Keys.PAGE_DOWN, None)):
@@ -156,10 +136,7 @@ def test_focus_on_a_joint_tells_its_forces_and_moves_nothing_else(browser, wall,
         row = result.joints.iloc[joint]
         for name in ("n", "s", "m", "slip", "opening"):
             assert cell(page, name) == pytest.approx(row[name], rel=1e-4, abs=1e-5)
-        assert (found(page, "#first").text, found(page, "#second").text) == (
-            row["first"],
-            row["second"],
-        )
+        assert (found(page, "#first").text, found(page, "#second").text) == (row["first"], row["second"])
         assert len(page.find_elements("css selector", ".blocks .first, .blocks .second")) == 2
         number.send_keys(Keys.ARROW_UP)
     assert page.execute_script(height) == tall
@@ -239,11 +216,3 @@ def test_pages_without_a_load_factor_and_with_odd_names_work(browser, tmp_path_f
         assert found(page, "#first").text == result.joints["first"][0]
         assert found(page, '[data-of="n"]').text == "–"
         assert quiet(page)
-
-
-def test_no_error_and_no_request(browser, wall):
-    _, path = wall
-    page = show(browser, path, 1280)
-    found(page, 'input[value="thrust"]').click()
-    found(page, "#joint").send_keys("5")
-    assert quiet(page)

@@ -1,7 +1,5 @@
 """The page of `compare` as a browser lays it out: on a desk, and on a telephone."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
@@ -126,24 +124,3 @@ def test_charts_are_drawn_whole(browser, charts_page, width):
         assert len(ticks) > 1
         assert all(one[2] < other[0] for one, other in itertools.pairwise(ticks))
     assert [line for line in chromium.get_log("browser") if line["level"] == "SEVERE"] == []
-
-
-@pytest.mark.slow
-def test_a_name_of_a_legend_fades_the_others(browser, charts_page):
-    chromium = opened(browser, charts_page, 1280)
-    faded = "return document.querySelectorAll('#chart_3 path[opacity=\"0.1\"]').length"
-    entry = chromium.find_element("css selector", "#chart_3 .role-legend-label text")
-    assert chromium.execute_script(faded) == 0
-    entry.click()
-    assert chromium.execute_script(faded) > 0
-
-
-@pytest.mark.slow
-def test_each_scene_has_its_panel(browser, charts_page):
-    chromium = opened(browser, charts_page, 1280)
-    marks = "return document.querySelector('#chart_5 svg').innerHTML"
-    first = chromium.execute_script(marks)
-    select = chromium.find_element("css selector", "#chart_5 select")
-    *_, last = select.find_elements("css selector", "option")
-    last.click()
-    assert chromium.execute_script(marks) != first

@@ -1,7 +1,5 @@
 """Static against kinematic, CVXPY against Pyomo, and each model's duals as the other's unknowns."""
 
-from __future__ import annotations
-
 import pytest
 from scenes import ALL_CASES, CASES, KINDS_OF_JOINTS, small_wall, solved
 

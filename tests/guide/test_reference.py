@@ -1,7 +1,5 @@
 """The reference: what Sphinx is given of docstrings."""
 
-from __future__ import annotations
-
 import inspect
 from pathlib import Path
 
@@ -57,11 +55,3 @@ def test_types_and_defaults_are_those_of_the_class(records):
     assert signature.startswith(
         "(*, width, height, drums, name=None, at=(0, 0), live_per_weight=(0, 0), live=(0, 0)"
     )
-
-
-def test_absolute_values_are_no_substitutions(records):
-    assert records._without_substitutions("|m| ≤ n, but ``|m|``") == r"\|m\| ≤ n, but ``|m|``"
-
-
-def test_results_are_not_called(records):
-    assert records._call(None, "class", "", mo.Result, None, "(case, ...)", "") == ("", None)

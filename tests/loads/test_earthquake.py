@@ -9,8 +9,6 @@ pressed on its base by N = W (1 + r λ). It turns about an edge where λ W h/2 =
 A mass m at height y over the middle that is no dead load pushes too: λ (W h/2 + m y − r (W + m) b/2) = W b/2.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -137,20 +135,3 @@ def test_a_scene_turned_in_plan_with_its_earthquake_has_the_same_coefficient(deg
         vector = tuple((turn @ [math.cos(math.radians(push)), math.sin(math.radians(push)), -0.4]).tolist())
         after = quake(turned, "static", direction=vector, vertical=-0.2)
         assert after == pytest.approx(before, rel=1e-7)  # what of it is along gravity does not count
-
-
-def test_an_earthquake_is_the_push_by_weight_that_case_files_wrote_so_far():
-    scene = block_on_floor(1.0, 3.0, live=(0.0, 0.0), live_per_weight=(1.0, -0.3))
-    assert quake(scene, direction="right", vertical=0.3) == pytest.approx(
-        mo.solve(scene).load_factor, rel=1e-9
-    )
-
-
-def test_associative_coefficients_bound_a_convex_region():
-    """What is carried from two sides is carried from between, in proportion."""
-    found = mo.directions(corner_wall(2, 2, 3), "static", every=30).table
-    rays = np.radians(found["direction"].to_numpy(dtype=float))
-    tips = found["load_factor"].to_numpy() * np.array([np.cos(rays), np.sin(rays)])
-    along = np.roll(tips, -1, axis=1) - tips
-    turns = along[0] * np.roll(along[1], -1) - along[1] * np.roll(along[0], -1)
-    assert (turns > -1e-7).all()

@@ -1,7 +1,5 @@
 """Fill: its weight by hand and by loads along edges, the edges it touches, and what it cannot lie on."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -94,29 +92,6 @@ def test_weight_over_an_arch_is_the_area_between_road_and_extrados():
     assert (acting[:, 2] + at * acting[:, 1]).sum() == pytest.approx(about, rel=1e-10)
 
 
-def test_many_loads_along_edges_come_to_the_same():
-    """A second formulation: the depth at both ends of each of n parts of every edge by hand, as uniform
-    `EdgeLoad`s of the mean. Depth is linear, so forces are the same at any n, and moments within 1 / n²."""
-    made = scene([LOW, SLOPED], [fill([(0, 2.5), (4, 4)])])
-    expected, off = of_fill(made), []
-    for n in (5, 20, 80):
-        loads = []
-        for start, end in (((0, 1), (2, 1)), ((2, 2), (4, 1))):
-            at = np.linspace(start, end, n + 1)
-            depth = 2.5 + 1.5 / 4 * at[:, 0] - at[:, 1]
-            mean = (depth[1:] + depth[:-1]) / 2 * 2 / math.dist(start, end)
-            loads += [
-                mo.EdgeLoad(start=tuple(a), end=tuple(b), force=(0, -GAMMA * each))
-                for a, b, each in zip(at[:-1].tolist(), at[1:].tolist(), mean.tolist(), strict=True)
-            ]
-        bare = made.model_copy(update={"fills": [], "edge_loads": loads})
-        acting = forces_of(assemble(bare)) - forces_of(assemble(bare.model_copy(update={"edge_loads": []})))
-        np.testing.assert_allclose(acting[:, :2], expected[:, :2], atol=1e-10)
-        off.append(np.abs(acting[:, 2] - expected[:, 2]).max())
-    assert off[0] / off[1] == pytest.approx(16, rel=1e-3)
-    assert off[1] / off[2] == pytest.approx(16, rel=1e-3)
-
-
 def test_the_edges_that_fill_touches():
     """Tops, the step between the blocks, the free side of the last and the ground beside; not the other."""
     made = scene([LOW, SLOPED], [fill([(0, 3), (5, 3)])])
@@ -129,16 +104,6 @@ def test_the_edges_that_fill_touches():
         ("sloped", [[4, 0], [4, 1]]),
     ]
     assert [piece.depth.tolist() for _, piece in names(made)][-2:] == [[1, 2], [3, 2]]
-
-
-def test_a_wall_beside_a_road_is_touched_up_to_the_road():
-    """The road begins at the wall's face, lower than its top."""
-    wall = block("wall", [(0, 0), (1, 0), (1, 4), (0, 4)])
-    made = scene([wall], [fill([(1, 3), (3, 3)])])
-    (on_ground, on_face) = names(made)
-    assert on_ground[0] == "base"
-    assert on_face[0] == "wall"
-    assert on_face[1].depth.tolist() == [3, 0]
 
 
 def test_what_an_overhang_hides_is_not_touched():
@@ -301,13 +266,6 @@ def test_pressure_balances_over_a_symmetric_arch():
     assert limits[0, 0] > 0  # the left half is pushed to the right
 
 
-def test_thin_fill_is_no_force_of_other_units():
-    """A road 1e-4 above the block: what little that weighs raises no warning."""
-    pushed = LOW.model_copy(update={"live": (1.0, 0.0)})
-    made = scene([pushed], [fill([(0, 1.0001), (2, 1.0001)])])
-    assert not mo.solve(made, "static").warnings
-
-
 BRIDGE = mo.load(CASES / "bridges" / "arch_with_fill.toml")
 
 
@@ -340,41 +298,6 @@ def test_a_bridge_s_fill_by_edge_loads_and_loads_comes_to_the_same():
     assert again.load_factor == pytest.approx(found.load_factor, rel=1e-6)
 
 
-def test_a_bridge_in_a_mirror():
-    def mirrored(points):
-        return [(-x, y) for x, y in points][::-1]
-
-    blocks = [
-        block.model_copy(
-            update={
-                "vertices": mirrored(block.vertices),
-                "weight_at": mirrored([block.weight_at])[0] if block.weight_at else None,
-            }
-        )
-        for block in BRIDGE.blocks
-    ]
-    road = [(-5.0, 2.9), (0.5, 2.85), (5.0, 3.2)]
-    (earth,), (load,) = BRIDGE.fills, BRIDGE.loads
-    first = BRIDGE.model_copy(update={"fills": [earth.model_copy(update={"road": road})]})
-    fills = [earth.model_copy(update={"road": mirrored(road)})]
-    loads = [load.model_copy(update={"at": mirrored([load.at])[0]})]
-    second = BRIDGE.model_copy(update={"blocks": blocks, "fills": fills, "loads": loads})
-    one, other = (mo.solve(made, "static", solver="highs") for made in (first, second))
-    assert one.load_factor == pytest.approx(other.load_factor, rel=1e-9)
-
-
-def test_programs_gain_a_column_and_two_faces_for_each_face_that_is_pressed():
-    bare = assemble(BRIDGE.model_copy(update={"fills": []})).problem
-    for keys, faces in (({"pressure": False}, 0), ({}, 52)):
-        earth = BRIDGE.fills[0].model_copy(update=keys)
-        problem = assemble(BRIDGE.model_copy(update={"fills": [earth]})).problem
-        assert problem.B.shape == (bare.B.shape[0], bare.B.shape[1] + faces)
-        assert len(problem.slacks(np.zeros(problem.B.shape[1]))) == (
-            len(bare.slacks(np.zeros(bare.B.shape[1]))) + 2 * faces
-        )
-        assert (problem.B[:, : bare.B.shape[1]] != bare.B).nnz == 0
-
-
 def test_pictures_have_the_fill_and_what_it_presses():
     result = mo.solve(BRIDGE, "static")
     elements = result_elements(result)
@@ -384,3 +307,26 @@ def test_pictures_have_the_fill_and_what_it_presses():
     (arrows,) = [marks for marks in elements.layers["thrust"] if marks.name == "earth"]
     assert len(arrows.points) == len(result.pressures) == 52
     assert result.ties.empty
+
+
+def test_many_loads_along_edges_come_to_the_same():
+    """A second formulation: the depth at both ends of each of n parts of every edge by hand, as uniform
+    `EdgeLoad`s of the mean. Depth is linear, so forces are the same at any n, and moments within 1 / n²."""
+    made = scene([LOW, SLOPED], [fill([(0, 2.5), (4, 4)])])
+    expected, off = of_fill(made), []
+    for n in (5, 20, 80):
+        loads = []
+        for start, end in (((0, 1), (2, 1)), ((2, 2), (4, 1))):
+            at = np.linspace(start, end, n + 1)
+            depth = 2.5 + 1.5 / 4 * at[:, 0] - at[:, 1]
+            mean = (depth[1:] + depth[:-1]) / 2 * 2 / math.dist(start, end)
+            loads += [
+                mo.EdgeLoad(start=tuple(a), end=tuple(b), force=(0, -GAMMA * each))
+                for a, b, each in zip(at[:-1].tolist(), at[1:].tolist(), mean.tolist(), strict=True)
+            ]
+        bare = made.model_copy(update={"fills": [], "edge_loads": loads})
+        acting = forces_of(assemble(bare)) - forces_of(assemble(bare.model_copy(update={"edge_loads": []})))
+        np.testing.assert_allclose(acting[:, :2], expected[:, :2], atol=1e-10)
+        off.append(np.abs(acting[:, 2] - expected[:, 2]).max())
+    assert off[0] / off[1] == pytest.approx(16, rel=1e-3)
+    assert off[1] / off[2] == pytest.approx(16, rel=1e-3)

@@ -1,8 +1,7 @@
 """Kinematic checks: a rocking block and a column of two masses by hand, and input that is wrong."""
 
-from __future__ import annotations
-
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from masonry_opt.errors import OptionError
 SPECTRUM = [(0.0, 0.2), (0.15, 0.5), (0.5, 0.5), (1.0, 0.25), (2.0, 0.125), (4.0, 0.03125)]
 
 
+@cache
 def rocking(b: float = 1.0, h: float = 2.0, **options: int) -> mo.Capacity:
     return mo.capacity(mo.solve(block_on_floor(b, h, friction=3.0), "static"), **options)
 
@@ -21,7 +21,7 @@ def rocking(b: float = 1.0, h: float = 2.0, **options: int) -> mo.Capacity:
 def test_the_kinematic_check_of_a_rocking_block():
     """One mass: e* = 1, M* = W/g; its centroid is d before the corner at (b/2 − d)/√(R² − (b/2 − d)²)."""
     b, h, g, FC = 0.6, 3.0, 9.81, 1.35
-    check = rocking(b, h, steps=400).check(SPECTRUM)
+    check = rocking(b, h, steps=200).check(SPECTRUM)
     assert check.mass_fraction == pytest.approx(1)
     assert check.mass == pytest.approx(1 / g)
     assert check.acceleration == pytest.approx(b / h / FC)

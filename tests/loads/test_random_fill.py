@@ -1,7 +1,5 @@
 """Random walls under fill that presses: certified, dual, and never above the associative load factor."""
 
-from __future__ import annotations
-
 import pytest
 from atlas.held_scenes import filled
 
@@ -9,7 +7,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Status
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(4))
 def test_static_and_kinematic_agree_and_coulomb_states_are_exact_and_no_higher(seed):
     scene = filled(seed)
     found = mo.solve(scene, expected=False)

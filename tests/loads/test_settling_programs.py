@@ -1,7 +1,5 @@
 """Supports that settle against second formulations: lines of thrust in arches, forces between rectangles."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -1,14 +1,10 @@
 """Ties and props: closed forms by hand, the same as loads by hand, in the plane and in space."""
 
-from __future__ import annotations
-
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from atlas.held_scenes import held
-from mappings import mirrored, turned
 from scenes import block_on_floor
 
 import masonry_opt as mo
@@ -43,13 +39,6 @@ def test_a_tie_adds_its_strength_by_its_lever(method, friction):
         assert result.ties["yields"].tolist() == [True]
 
 
-@pytest.mark.parametrize("solved", [("kinematic", "pyomo"), ("static", "pyomo"), ("mpec", None)])
-def test_other_languages_agree(solved):
-    method, model = solved
-    found = mo.solve(tied(0.9, strength=0.1), method=method, model=model).load_factor
-    assert found == pytest.approx(0.65, abs=CLOSE)
-
-
 def test_prestress_acts_against_a_load_the_other_way():
     """Pushed to the left the tie slackens to its prestress P: λ W h/2 = W b/2 − P y."""
     scene = tied(0.9, strength=0.4, prestress=0.05)
@@ -57,14 +46,6 @@ def test_prestress_acts_against_a_load_the_other_way():
     assert left.load_factor == pytest.approx(0.5 - 0.05 * 1.5, abs=CLOSE)
     assert left.ties["force"].tolist() == pytest.approx([0.05])
     assert left.ties["yields"].tolist() == [False]
-
-
-def test_of_a_scene_that_falls_no_force_of_a_tie_is_told():
-    pull = mo.Load(block="A", dead=(2.0, 0.0))
-    result = mo.solve(tied(0.9, strength=0.1).model_copy(update={"loads": [pull]}))
-    assert result.status is mo.Status.UNSTABLE
-    assert result.ties["force"].isna().all()
-    assert "tie '" not in result.summary
 
 
 def _pushed(block: mo.Block, side: float) -> mo.Block:
@@ -126,60 +107,6 @@ def test_a_limited_force_is_one_column_and_two_faces(space):
     np.testing.assert_allclose(one.D(one.friction).toarray(), one.C(one.friction).toarray().T)
 
 
-def test_forces_whose_limits_are_one_are_dead_loads():
-    fixed = mo.solve(tied(0.9, strength=0.1, prestress=0.1))
-    assert fixed.load_factor == pytest.approx(0.65, abs=CLOSE)
-    assert fixed.expected == pytest.approx(0.65, abs=CLOSE)
-
-
-def test_ties_share_as_they_yield():
-    """Two ties of other strengths, both yield: λ W h/2 = W b/2 + Σ T y."""
-    scene = tied(0.9, 1.5, strength=0.1)
-    scene = scene.model_copy(update={"ties": [*scene.ties, *tied(0.9, 1.0, strength=0.05).ties]})
-    result = mo.solve(scene)
-    assert result.load_factor == pytest.approx(0.5 + 0.15 + 0.05, abs=CLOSE)
-    assert result.ties["yields"].tolist() == [True, True]
-
-
-@pytest.mark.parametrize("kind", ["turned", "mirrored", "rescaled"])
-def test_moving_a_tied_scene_changes_nothing(kind):
-    scene, back = held("wall", 5), {"turned": turned(0.7), "mirrored": mirrored}.get(kind, lambda v: v)
-    length, force = (1000.0, 0.001) if kind == "rescaled" else (1.0, 1.0)
-
-    def at(point):
-        return tuple(length * x for x in back(point))
-
-    def push(vector):
-        return tuple(force * x for x in back(vector))
-
-    def strut(one):
-        limits = {key: force * v for key in ("strength", "prestress") if (v := getattr(one, key, None))}
-        return one.model_copy(update={"at": tuple(at(point) for point in one.at), **limits})
-
-    blocks = [
-        mo.Block(
-            name=b.name,
-            vertices=[at(v) for v in b.vertices],
-            weight=None if b.weight is None else force * b.weight,
-            live=push(b.live),
-            live_at=None if b.live_at is None else at(b.live_at),
-            fixed=b.fixed,
-        )
-        for b in scene.blocks
-    ]
-    joints = scene.joints.model_copy(update={"cohesion": scene.joints.cohesion * force / length})
-    moved = mo.Scene(
-        joints=joints,
-        gravity=back(scene.gravity),
-        blocks=blocks,
-        ties=[strut(tie) for tie in scene.ties],
-        props=[strut(prop) for prop in scene.props],
-    )
-    for method in ("static", "mcp"):
-        one, other = (mo.solve(s, method=method) for s in (scene, moved))
-        assert other.load_factor == pytest.approx(one.load_factor, rel=1e-6)
-
-
 def answer_beside_duality(scene):
     """The default's answer for a scene whose four associative programs agree; None where they have none."""
     try:
@@ -191,7 +118,7 @@ def answer_beside_duality(scene):
     return mo.solve(scene)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("kind", ["wall", "stack", "arch", "tessellation"])
 def test_duality_and_certificates_of_held_scenes(kind, seed):
     """Static and kinematic, both languages, agree; the Coulomb answer is exact, or named, and not above."""
@@ -206,10 +133,9 @@ def test_duality_and_certificates_of_held_scenes(kind, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("kind", ["boxes", "wedges", "piers"])
-def test_held_scenes_in_space(kind, seed):
-    result = answer_beside_duality(held(kind, seed, space=True))
+def test_held_scenes_in_space(kind):
+    result = answer_beside_duality(held(kind, 1, space=True))
     assert (
         result is None or result.load_factor is None or not is_lower(result.associative, result.load_factor)
     )
@@ -238,15 +164,6 @@ def test_a_tie_below_its_strength_does_not_yield_where_contacts_give(strength):
     result = mo.solve(mo.extrude(scene, 0.8), method="compliant")
     assert result.ties["force"].item() == pytest.approx(123.5476, abs=1e-3)
     assert not result.ties["yields"].any()
-
-
-def test_case_files_hold_ties(tmp_path):
-    scene = tied(0.9, strength=0.1, prestress=0.02)
-    prop = mo.Prop(between=("A", "floor"), at=((1, 1), (3, 0)), strength=0.5, name="shore")
-    scene = scene.model_copy(update={"props": [prop]})
-    for name in ("scene.toml", "scene.json"):
-        mo.save(scene, tmp_path / name)
-        assert mo.load(tmp_path / name) == scene
 
 
 @pytest.mark.parametrize(
@@ -283,23 +200,6 @@ def test_what_does_not_know_ties_says_so():
     blocks = [block.model_copy(update={"live": (0.0, 0.0)}) for block in scene.blocks]
     with pytest.raises(mo.CaseError, match="tie"):
         mo.Scene(joints=scene.joints, blocks=blocks, ties=scene.ties, tilt="right")
-
-
-def test_the_law_may_change_where_matrices_are_kept():
-    """Another friction on the same matrices keeps the limits of ties."""
-    problem = assemble(tied(0.9, strength=0.1)).problem
-    other = replace(problem, law=replace(problem.law, friction=0.5 * problem.friction))
-    np.testing.assert_array_equal(other.highest, problem.highest)
-    assert problem.same_program(other)
-    stronger = replace(problem, law=replace(problem.law, highest=2 * problem.highest))
-    assert not problem.same_program(stronger)
-
-
-@pytest.mark.parametrize("space", [False, True])
-def test_strengths_of_ties_are_swept(space):
-    scene = tied(0.9, strength=0.1)
-    table = mo.sweep(in_space(scene) if space else scene, {"tie.strength": [0.05, 0.1]}, method="static")
-    assert table["load_factor"].tolist() == pytest.approx([0.575, 0.65], abs=CLOSE)
 
 
 def test_ties_of_one_name_are_swept_one_by_one():

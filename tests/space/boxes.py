@@ -3,8 +3,6 @@
 Nothing of the package is used here. Boxes lie along the axes; gravity is −z.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

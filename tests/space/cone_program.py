@@ -3,8 +3,6 @@
 Greatest λ so that B q + λ live + dead = 0 with, at each contact point, n ≥ 0 and |(s, t)| ≤ c + μ n.
 """
 
-from __future__ import annotations
-
 import clarabel
 import highspy
 import numpy as np

@@ -8,8 +8,6 @@ Inelasticity, 1998, ch. 2, with the normal force of the end of the step). As the
 rest do not depend on k: it is 1 on the mean area of a point.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

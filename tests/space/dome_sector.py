@@ -6,8 +6,6 @@ and the height for coordinates, act at either end of a bed a normal force and a 
 its sides what the two hoop forces leave: a force outwards, 2 sin(π/n) of one of them.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.optimize import linprog
 

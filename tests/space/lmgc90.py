@@ -4,8 +4,6 @@ Needs compas_lmgc90 (0.1.11), no dependency of the tests. ``python -m space.lmgc
 tests/ prints what `reference_values` holds.
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

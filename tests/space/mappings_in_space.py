@@ -1,7 +1,5 @@
 """What leaves a scene in space the same: turned, mirrored, in other units, renumbered, faces in pieces."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -5,8 +5,6 @@
 to two on the larger walls).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 Nothing of the package is used but the corners and faces that a scene gives.
 """
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Blocks in space by hand: what slides, turns or overturns alone, and what stands on it."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import cos, hypot, inf, radians, sin
 

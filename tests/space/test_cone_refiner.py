@@ -1,7 +1,5 @@
 """Exact states by cones: what leads to them ends in time, and tells why it led to none."""
 
-from __future__ import annotations
-
 import pytest
 from scenes import values_of
 from scenes_in_space import corner_wall

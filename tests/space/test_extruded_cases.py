@@ -1,7 +1,5 @@
 """Case files of the plane, extruded: the same associative load factors by cones, and states that lift."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes import CASES, solved
@@ -26,15 +24,13 @@ TABLE_1 = {
 SMALL = [
     "beer_johnston/wedge_lowers",
     "casapulla_lauro/arch",
-    "closed_forms/dam_overturns",
     "closed_forms/dam_slides",
     "closed_forms/keystone",
+    "examples/segmental_arch_on_columns",
     "gilbert/two_blocks",
     "gilbert/wedge_blocks",
-    "gilbert/wedge_blocks_expanding",
     "goodman_bray/slope",
     "livesley/wedges",
-    "makris_vassiliou/rocking_frame",
     "oppenheim/seven_voussoirs",
     "paterson_zwick/best_3",
     "pippard_ashby/rib",
@@ -53,7 +49,7 @@ def path(name: str):
     return CASES / f"{name}.toml"
 
 
-@pytest.mark.parametrize("wall", [*list(TABLE_1)[:2], *slow(list(TABLE_1)[2:])])
+@pytest.mark.parametrize("wall", [*list(TABLE_1)[:2], *slow(["wall_6"])])
 def test_associative_column_of_table_1_by_cones(wall):
     found = mo.solve(mo.extrude(path(f"ferris_tinloi/{wall}"), THICKNESS), "static")
     assert found.load_factor == pytest.approx(TABLE_1[wall], abs=1e-5)
@@ -150,7 +146,7 @@ def test_exact_states_of_the_plane_are_exact_in_space(name):
         "gilbert/two_blocks",
         "gilbert/wedge_blocks",
         "livesley/wedges",
-        *slow([f"ferris_tinloi/wall_{number}" for number in (1, 2, 3, 5)]),
+        *slow(["ferris_tinloi/wall_2"]),
     ],
 )
 def test_the_loop_where_it_ends_is_near_that_of_the_plane(name):
@@ -161,14 +157,3 @@ def test_the_loop_where_it_ends_is_near_that_of_the_plane(name):
     else:
         plane = solved(path(name), "nonassociative")
         assert found.load_factor == pytest.approx(plane.load_factor, rel=5e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("wall", ["wall_4", "wall_6"])
-def test_the_loop_may_end_in_another_state_than_in_the_plane(wall):
-    """Which of many optimal states a program returns decides where it ends: on wall 4 by cones as by HiGHS in
-    the plane 16 % higher, on wall 6 1.5 %. It is a Coulomb state all the same."""
-    found = mo.solve(mo.extrude(path(f"ferris_tinloi/{wall}"), THICKNESS), "nonassociative")
-    plane = solved(path(f"ferris_tinloi/{wall}"), "nonassociative")
-    assert plane.load_factor * 1.005 < found.load_factor < TABLE_1[wall]
-    assert not found.solution.answer.failing(found.kind)

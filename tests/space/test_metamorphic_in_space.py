@@ -7,11 +7,9 @@ many, and rounding may choose another: what is certified of it is asserted, and 
 associative.
 """
 
-from __future__ import annotations
-
 import pytest
 from scenes import solved
-from scenes_in_space import corner_wall, facade, pushed_box
+from scenes_in_space import corner_wall, pushed_box
 from space.mappings_in_space import SAME, mapped
 
 import masonry_opt as mo
@@ -20,12 +18,12 @@ from masonry_opt.answer.acceptance import Kind
 #: Programs solved to 1e-9, twice; a pass to a gap of 1e-9, twice.
 ASSOCIATIVE, EXPECTED = 1e-7, 1e-6
 
-SCENES = {"box": pushed_box((1.0, 2.0, 3.0), 0.3, 20.0), "corner": corner_wall(2, 2, 3)}
 #: Joints without cohesion, and with.
+SCENES = {"box": pushed_box((1.0, 2.0, 3.0), 0.3, 20.0), "corner": corner_wall(2, 2, 3)}
 SCENES["cohesion"] = SCENES["corner"].model_copy(
     update={"joints": mo.JointDefaults(friction=0.5, cohesion=0.02)}
 )
-LARGER = {"corner of 20": corner_wall(3, 2, 4, 0.4), "façade": facade(4, 3, 3)}
+LARGER = {"corner of 20": corner_wall(3, 2, 4, 0.4)}
 
 
 def by_weight(scene: mo.Scene) -> mo.Scene:
@@ -45,8 +43,7 @@ def by_weight(scene: mo.Scene) -> mo.Scene:
 
 @pytest.mark.parametrize("name", SAME)
 @pytest.mark.parametrize(
-    "scene",
-    [*SCENES, *(pytest.param(larger, marks=pytest.mark.slow) for larger in LARGER)],
+    "scene", ["box", "cohesion", *(pytest.param(larger, marks=pytest.mark.slow) for larger in LARGER)]
 )
 def test_load_factors_are_unmoved(scene, name):
     one = by_weight((SCENES | LARGER)[scene])
@@ -63,19 +60,6 @@ def test_the_default_is_certified_all_the_same(name):
     result = solved(SAME[name](SCENES["corner"]))
     assert not result.solution.answer.failing(Kind.EXACT)
     assert result.load_factor < solved(SCENES["corner"], "static").load_factor * (1 + ASSOCIATIVE)
-
-
-@pytest.mark.parametrize("factor", [1e-3, 40.0])
-def test_a_live_load_so_many_times_larger_divides_the_load_factor(factor):
-    wall = SCENES["corner"]
-    blocks = [
-        block.model_copy(update={"live_per_weight": tuple(factor * f for f in block.live_per_weight)})
-        for block in wall.blocks
-    ]
-    larger = wall.model_copy(update={"blocks": blocks})
-    for method, tolerance in (("static", ASSOCIATIVE), ("compliant", EXPECTED)):
-        expected = solved(wall, method).load_factor / factor
-        assert solved(larger, method).load_factor == pytest.approx(expected, rel=tolerance, abs=0)
 
 
 def test_units_twice_as_large_change_no_bit():

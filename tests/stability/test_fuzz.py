@@ -1,7 +1,5 @@
 """Case files that went wrong: whatever is in them, a message comes out, never a traceback."""
 
-from __future__ import annotations
-
 import json
 import random
 import tomllib
@@ -46,12 +44,21 @@ friction = inf
 associative = { value = 0.5, source = "by hand", tolerance = 1e-3 }
 """
 WALL = """
+tilt = "left"
+thickness = 0.5
 [joints]
-friction = 0.65
+friction_angle = 35
+[[column]]
+name = "pier"
+at = [-3, 0]
+width = [1.5, 1]
+batter = "left"
+height = 2
+drums = 2
+unit_weight = 20
 [wall]
 block = [4, 1.75]
 weight = 1
-live = [1, 0]
 repeat = 2
 courses = ["H", [1, -0.25, 1], "H"]
 course = { H = [0.5, 1, 0.5] }
@@ -71,34 +78,6 @@ doors = [1]
 weight = 1
 lintel_weight = 1
 live = [0.1, 0]
-"""
-TILTED = """
-tilt = "left"
-thickness = 0.5
-[joints]
-friction_angle = 35
-[[column]]
-name = "pier"
-at = [-3, 0]
-width = [1.5, 1]
-batter = "left"
-height = 2
-drums = 2
-unit_weight = 20
-[[column]]
-at = [2, 0]
-width = 1
-height = 2
-drums = 2
-weight = 20
-[arch]
-at = [0, 2]
-span = 4
-rise = 3
-thickness = 0.8
-voussoirs = 6
-unit_weight = 20
-abutments = false
 """
 LOADED = """
 thickness = 0.5
@@ -160,7 +139,7 @@ strength = 5
 """
 #: Two published arches: point loads; skewbacks, and loads by name.
 ARCHES = [CASES / "pippard_ashby" / "rib.toml", CASES / "examples" / "segmental_arch_on_columns.toml"]
-SEEDS = [SMALL, WALL, FACADE, TILTED, LOADED, STONES, *(path.read_text("utf-8") for path in ARCHES)]
+SEEDS = [SMALL, WALL, FACADE, LOADED, STONES, *(path.read_text("utf-8") for path in ARCHES)]
 
 #: What is put in place of a value or a key: other types, edges of numbers, words a terminal or a file
 #: system would take for its own.
@@ -298,7 +277,7 @@ def test_mutated_case_files_end_in_a_message(tmp_path):
 
 @pytest.mark.slow
 def test_many_mutated_case_files_end_in_a_message(tmp_path):
-    assert len(list(outcomes(mutants(range(1000, 2000)), tmp_path))) == 1000
+    assert len(list(outcomes(mutants(range(1000, 1400)), tmp_path))) == 400
 
 
 #: Façades of thousands of blocks have the keys of the smallest, and take seconds a mutation.
@@ -317,4 +296,4 @@ def test_mutated_published_cases_end_in_a_message(path, tmp_path):
         mutate_tree(tree, random.Random(f"{path.name} {seed}"))
         return ".json", json.dumps(tree).encode()
 
-    assert len(list(outcomes(((seed, mutated(seed)) for seed in range(10)), tmp_path))) == 10
+    assert len(list(outcomes(((seed, mutated(seed)) for seed in range(4)), tmp_path))) == 4

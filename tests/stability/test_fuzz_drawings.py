@@ -1,7 +1,5 @@
 """Drawings that went wrong: whatever is in them, a scene or a message comes out, never a traceback."""
 
-from __future__ import annotations
-
 import copy
 import json
 import logging

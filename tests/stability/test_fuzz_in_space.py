@@ -1,8 +1,6 @@
 """Case files and records of solids that went wrong: a message comes out, never a traceback, never a wrong
 number."""
 
-from __future__ import annotations
-
 import json
 import random
 import time
@@ -184,7 +182,7 @@ def test_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
 
 @pytest.mark.slow
 def test_many_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
-    assert len(check(range(1000, 1600), tmp_path)) == 600
+    assert len(check(range(1000, 1200), tmp_path)) == 200
 
 
 def test_anything_in_place_of_keys_and_values_ends_in_a_message(tmp_path):

@@ -1,7 +1,5 @@
 """Ctrl-C at any time ends in one line and exit code 130, or in the lowest state of a search."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

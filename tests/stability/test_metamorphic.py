@@ -4,8 +4,6 @@ Of associative flow they are theorems (λ is the optimum of one linear program):
 of the solver. The loop is a heuristic: its λ depends on which of many optimal states a solver returns.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 
@@ -45,7 +43,7 @@ ANOTHER_MECHANISM = [(WALLS[1], 2e-3), (WALLS[5], 1.25e-2)]
 @pytest.mark.parametrize("name", SAME)
 @pytest.mark.parametrize(
     "wall",
-    [BASE, *(pytest.param(path, marks=pytest.mark.slow, id=path.stem) for path in WALLS)],
+    [BASE, *(pytest.param(WALLS[n], marks=pytest.mark.slow, id=f"wall_{n + 1}") for n in (1, 5))],
     ids=lambda wall: "wall",
 )
 def test_the_default_is_unmoved(wall, name):
@@ -65,13 +63,6 @@ def test_units_twice_as_large_change_no_bit(path):
     assert other.load_factor == one.load_factor
 
 
-def test_mirrored_wall_has_the_mirrored_mechanism():
-    one, other = solved(BASE, "static").blocks, solved(SAME["mirrored"](BASE), "static").blocks
-    np.testing.assert_allclose(one["vx"], -other["vx"], atol=1e-6)
-    np.testing.assert_allclose(one["vy"], other["vy"], atol=1e-6)
-    np.testing.assert_allclose(one["omega"], -other["omega"], atol=1e-6)
-
-
 def test_results_come_in_the_units_of_the_case():
     metres, millimetres = solved(BASE, "static"), solved(SAME["in millimetres"](BASE), "static")
     np.testing.assert_allclose(millimetres.joints["length"], 1e3 * metres.joints["length"])
@@ -81,7 +72,7 @@ def test_results_come_in_the_units_of_the_case():
     np.testing.assert_allclose(newtons.joints["n"], 2.3e4 * metres.joints["n"], atol=1e-2)
 
 
-@pytest.mark.parametrize("factor", [1e-7, 3.0, 1e6])
+@pytest.mark.parametrize("factor", [1e-12, 3.0, 1e12])
 @pytest.mark.parametrize(
     ("method", "tolerance"),
     [("static", EXACT), ("kinematic", EXACT), ("nonassociative", LOOP), ("mcp", SAME_WAY)],
@@ -93,12 +84,6 @@ def test_scaling_the_live_load_divides_the_load_factor(factor, method, tolerance
     assert result.load_factor == pytest.approx(expected, rel=tolerance, abs=0)
     if method == "mcp":
         assert result.reasons[0].code is Code.ONE_PASS
-
-
-def test_less_friction_never_helps_when_flow_is_associative():
-    factors = [mo.solve(small_wall(friction=mu), "static").load_factor for mu in (0.2, 0.4, 0.6, 0.8, 1.0)]
-    assert all(np.diff(factors) >= -1e-9)
-    assert factors[0] < factors[-1]
 
 
 def semicircle(voussoirs, friction):
@@ -120,7 +105,7 @@ def semicircle(voussoirs, friction):
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*ring, *feet])
 
 
-@pytest.mark.parametrize("voussoirs", [9, 13])
+@pytest.mark.parametrize("voussoirs", [9])
 @pytest.mark.parametrize("friction", [0.35, 0.42, 0.6])
 def test_arches_have_no_load_factor_above_the_associative_one(voussoirs, friction):
     """Section 5.2: for many single ring arches the flow rule has no influence."""

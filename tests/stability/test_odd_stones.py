@@ -4,8 +4,6 @@ Seeds 0 to 299 were all solved once: 254 ended in an exact state, 37 fall under 
 proven to have no load factor, and two were left undecided.
 """
 
-from __future__ import annotations
-
 import pytest
 from atlas.odd_stones import odd_scene
 from mappings import SAME, same
@@ -18,7 +16,7 @@ from masonry_opt.problem.assembly import assemble
 #: Programs solved to 1e-9, twice; sliver cells cost digits.
 RANDOM = 1e-6
 
-SEEDS = [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in (3, *range(300, 309)))]
+SEEDS = [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in (300, 303, 306))]
 
 
 def test_scenes_have_what_they_are_for():
@@ -55,7 +53,6 @@ def test_parabola_and_chords_hold_each_other(seed):
 
 
 @pytest.mark.parametrize("name", SAME)
-@pytest.mark.parametrize("seed", [1, pytest.param(4, marks=pytest.mark.slow)])
-def test_associative_load_factor_is_unmoved(seed, name):
-    scene = odd_scene(seed)
+def test_associative_load_factor_is_unmoved(name):
+    scene = odd_scene(1)
     same(mo.solve(scene, "static"), mo.solve(SAME[name](scene), "static"), RANDOM)

@@ -1,7 +1,5 @@
 """The tool under strain: full disks, odd files and paths end in one line and an exit code."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os
@@ -65,10 +63,6 @@ TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
     [
         ["solve", TWO_BLOCKS],
         ["check", TWO_BLOCKS],
-        ["draw", TWO_BLOCKS, "two.png"],
-        ["export", TWO_BLOCKS, "two.lp"],
-        ["convert", TWO_BLOCKS, "two.dxf"],
-        ["sweep", TWO_BLOCKS, "--vary", "joints.friction=0.1:0.2:2", "--out", "runs"],
         ["least", TWO_BLOCKS, "--vary", "joints.friction=0.01:1", "--load", "0.1"],
     ],
     ids=lambda arguments: arguments[0],
@@ -84,14 +78,12 @@ def test_reader_of_standard_output_went_away(monkeypatch, capsys, tmp_path, argu
     assert not re.search("Traceback|error", told)
 
 
-@pytest.mark.parametrize(
-    "arguments", [["solve", TWO_BLOCKS, "--json"], ["--version"]], ids=lambda arguments: arguments[0]
-)
-def test_a_process_ends_without_a_word_when_nobody_reads_its_output(tmp_path, arguments):
+def test_a_process_ends_without_a_word_when_nobody_reads_its_output(tmp_path):
     """As programs do that the signal for it ends; with all it says as it ends."""
     read, write = os.pipe()
     os.close(read)
-    command = [sys.executable, "-c", "from masonry_opt.cli import main; main()", *map(str, arguments)]
+    program = "from masonry_opt.cli import main; main()"
+    command = [sys.executable, "-c", program, "solve", str(TWO_BLOCKS), "--json"]
     of_this_tree = os.environ | {"PYTHONPATH": str(CASES.parent)}
     with os.fdopen(write, "w") as pipe:
         ended = subprocess.run(
@@ -228,11 +220,7 @@ ODD_FILES = {
     "deep lists": ("case.toml", "a = " + "[" * 50_000, ""),
     "deep tables": ("case.toml", "a = " + "{a=" * 50_000, ""),
     "dotted key": ("case.toml", ".".join(["a"] * 20_000) + " = 1", "line 1"),
-    "dotted table": (
-        "case.toml",
-        "\n[" + '"x]" . ' * 20 + "a]",
-        "line 2",
-    ),
+    "dotted table": ("case.toml", "\n[" + '"x]" . ' * 20 + "a]", "line 2"),
     "too large": ("case.toml", GOOD.replace("0.6", "1e400"), "1e400"),
     "too large in JSON": ("case.json", '{"joints": {"friction": 1e400}}', "1e400"),
     "long whole number": ("case.toml", GOOD.replace("0.6", "9" * 5000), ""),

@@ -3,8 +3,6 @@
 Of 1,000 scenes at once: ``python benchmarks/second_program.py``.
 """
 
-from __future__ import annotations
-
 import pytest
 from second_program import random_of_any_kind, told_of
 
@@ -14,7 +12,7 @@ FIRST = 910_000
 
 @pytest.mark.parametrize(
     "seed",
-    [*range(FIRST, FIRST + 8), *(pytest.param(FIRST + n, marks=pytest.mark.slow) for n in range(8, 64))],
+    [*range(FIRST, FIRST + 8), *(pytest.param(FIRST + n, marks=pytest.mark.slow) for n in range(8, 34))],
 )
 def test_no_verdict_is_wrong_or_left_open(seed):
     assert told_of(random_of_any_kind(seed)) in ("agrees", "on the edge")

@@ -1,7 +1,5 @@
 """Files that stand in the way: replaced where they bear this package's mark, else only by force."""
 
-from __future__ import annotations
-
 import json
 import os
 import tomllib
@@ -135,10 +133,3 @@ def test_commands_refuse_with_code_2_before_they_print(monkeypatch, capsys, tmp_
         code, _, err = run_command(monkeypatch, capsys, *given, *force)
         assert (code, err) == (0, "")
         assert out.read_bytes() != FOREIGN
-
-
-def test_force_without_a_picture_is_refused(monkeypatch, capsys, tmp_path):
-    mo.save(two_blocks(), tmp_path / "case.toml")
-    code, _, err = run_command(monkeypatch, capsys, "solve", tmp_path / "case.toml", "--force")
-    assert code == 2
-    assert "--plot" in err

@@ -1,7 +1,5 @@
 """The package as a whole: its names, what importing it loads, and what it needs to find its models."""
 
-from __future__ import annotations
-
 import ast
 import json
 import os

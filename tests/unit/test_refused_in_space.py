@@ -1,7 +1,5 @@
 """What scenes in space do not have is refused by name, and what works for them is not."""
 
-from __future__ import annotations
-
 import highspy
 import pytest
 from scenes_in_space import box_on_floor, corner_wall
@@ -60,13 +58,3 @@ def test_programs_are_exported_by_polygons(method, ending, tmp_path):
     # 7 joints of four points: n, s and t of each, and λ; or velocities of four blocks and rates of the faces.
     columns = {"static": 3 * 28 + 1, "kinematic": 6 * 4 + 25 * 28}
     assert solver.getNumCol() == columns[method]
-
-
-def test_joints_are_drawn_by_course():
-    """Joints of the ground, those between the blocks of each course, and those of the bed between them."""
-    drawn = mo.sample(
-        corner_wall(1, 1, 2), {"joints.friction": ("uniform", 0.5, 0.7)}, n=1, method="static", by="course"
-    )
-    assert [name for name in drawn.table.columns if name.startswith("course.")] == [
-        f"course.{number}.friction" for number in (1, 2, 3, 4)
-    ]

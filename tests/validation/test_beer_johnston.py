@@ -5,8 +5,6 @@ with its friction balance: R sin a = N, and R cos a = W + μ N where the block r
 The wedge takes the force R sin a + μ R cos a, as the floor rubs too.
 """
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -4,8 +4,6 @@ Load factors are held against an independent program, not against the tests: wha
 analysis stands in the guide, page "Bridges loaded to collapse", whose numbers are checked here too.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

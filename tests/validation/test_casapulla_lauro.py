@@ -1,7 +1,5 @@
 """The semicircular arch of section 5.2 and Fig. 9, against published values and closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -25,10 +23,7 @@ def variant(**changes):
 
 @pytest.mark.parametrize(
     ("weights", "references"),
-    [
-        ("sector", ["least_thickness", "least_thickness_sector"]),
-        ("straight", ["least_thickness_straight"]),
-    ],
+    [("sector", ["least_thickness", "least_thickness_sector"]), ("straight", ["least_thickness_straight"])],
 )
 def test_least_thickness_of_27_voussoirs(weights, references):
     """10.68 % of the radius (paper: four digits); 10.6776 % and 10.672 % by an independent computation."""

@@ -1,7 +1,5 @@
 """Every case file holds what its source published: each reference with a tolerance is met."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Table 1 of Gilbert, Casapulla & Ahmed (2006): values and tolerances stand in the case files."""
 
-from __future__ import annotations
-
 import pytest
 from scenes import WALLS, solved
 

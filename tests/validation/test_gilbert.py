@@ -1,7 +1,5 @@
 """Two blocks and their wedge variants: section 4.1, footnote 2, Fig. 6 (its script is in the guide)."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

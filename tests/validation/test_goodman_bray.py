@@ -12,8 +12,6 @@ In that state, of the largest bolt known at 0.65, columns 13 to 7 topple and 6 t
 textbook's 13 to 5 and 4 to 1.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -8,8 +8,6 @@ between the crown and a joint at the angle β weigh β, and their moment about t
 of voussoirs there is a joint at the crown, and β runs over the multiples of π/n.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

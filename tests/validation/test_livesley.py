@@ -1,7 +1,5 @@
 """Livesley's wedges: section 5.1 and Fig. 8."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -31,11 +29,12 @@ def test_associative(method, model):
 
 
 def test_coulomb():
-    """Proven least; the case file has twelve digits of tan 9° and tan 10°."""
+    """Proven least, and the only state; the case file has twelve digits of tan 9° and tan 10°."""
     assert coulomb == pytest.approx(1.28034, abs=5e-6)
     result = solved(WEDGES, "global")
     assert result.status is mo.Status.OPTIMAL
     assert result.load_factor == pytest.approx(coulomb, rel=1e-9)
+    assert solved(WEDGES).load_factor == pytest.approx(coulomb, rel=1e-9)
 
 
 def test_the_loop_ends_exactly_there():

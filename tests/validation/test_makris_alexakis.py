@@ -6,8 +6,6 @@ at least M(x) / (R₂ - y₁(x)); and it meets the springing within the extrados
 the least thickness the largest of the first is the second.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from itertools import pairwise

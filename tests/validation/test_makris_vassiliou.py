@@ -4,8 +4,6 @@ Turned by θ about its toe, a column of b × h lifts and pushes the beam by θ b
 half of each: the work of every weight under λ times itself vanishes at λ = b/h.
 """
 
-from __future__ import annotations
-
 import pytest
 from scenes import CASES, solved
 

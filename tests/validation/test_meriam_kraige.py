@@ -4,8 +4,6 @@ Nothing but weights presses the blocks on each other, so the normal forces are k
 friction. The middle block slides alone, or takes the bottom one along, whichever needs less.
 """
 
-from __future__ import annotations
-
 import math
 
 import pytest

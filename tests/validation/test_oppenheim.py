@@ -1,7 +1,5 @@
 """Oppenheim (1992), The masonry arch as a four-link mechanism under base motion: 0.370 g."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hinges import four_hinge_load_factors, radial_joints

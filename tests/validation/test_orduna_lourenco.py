@@ -1,7 +1,5 @@
 """The 792-block wall of Orduña & Lourenço, section 5.3 and Fig. 13."""
 
-from __future__ import annotations
-
 import pytest
 from scenes import CASES, solved
 

@@ -1,7 +1,5 @@
 """Paterson & Zwick (2009), Overhang: how far stacks of smooth blocks of length 1 reach beyond a table."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

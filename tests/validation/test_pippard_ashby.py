@@ -1,7 +1,5 @@
 """The arch rib of section 5.2: where do associative and Coulomb load factors coincide?"""
 
-from __future__ import annotations
-
 import pytest
 from paper_scripts import definitions
 from scenes import CASES, solved

@@ -1,7 +1,5 @@
 """Stones with notches, in parts, and on corners, against moments taken by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes import solved

@@ -1,7 +1,5 @@
 """Ground that is tilted until what stands on it falls: a block rocks at atan(b / h), slides at atan(μ)."""
 
-from __future__ import annotations
-
 import json
 import math
 
@@ -72,11 +70,7 @@ def test_other_scenes_have_no_tilt_angle():
 
 
 @pytest.mark.parametrize(
-    ("words", "keys"),
-    [
-        ("'live'", {"live": (1.0, 0.0)}),
-        ("'dead'", {"dead": (0.0, -1.0)}),
-    ],
+    ("words", "keys"), [("'live'", {"live": (1.0, 0.0)}), ("'dead'", {"dead": (0.0, -1.0)})]
 )
 def test_other_forces_do_not_tilt(words, keys):
     with pytest.raises(mo.CaseError, match=words):

@@ -1,13 +1,10 @@
 """What a result says of joints and blocks, in the units of the case."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from scenes import KINDS_OF_JOINTS, block_on_floor, pressed_down, small_wall, two_blocks
+from scenes import KINDS_OF_JOINTS, block_on_floor, pressed_down, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.answer.frames import joint_frame
@@ -38,14 +35,6 @@ def test_utilisation_is_force_over_limit(width, friction, cohesion, load_factor)
     assert joint["utilisation"] == pytest.approx(1.0)
 
 
-def test_idle_joints_have_no_utilisation_and_others_none_above_one():
-    frame = mo.solve(small_wall(6, 4), "static").joints
-    idle = frame["utilisation"].isna()
-    largest = frame["n"].max()
-    assert (frame.loc[idle, ["n", "s"]].abs() <= 1e-6 * largest).all(axis=None)
-    assert (frame.loc[~idle, "utilisation"] <= 1 + 1e-3).all()
-
-
 def test_sliding_block_moves_as_it_should():
     """Associative: it slides to the right and opens by μ per unit slip; live load moves at rate 1."""
     result = mo.solve(block_on_floor(4, 2, 0.5), "static")
@@ -62,29 +51,16 @@ def test_overturning_block_turns_about_its_toe():
     assert block[["vx", "vy", "omega"]].to_numpy(float) == pytest.approx([1, 0.5, -1], abs=1e-6)
 
 
-@pytest.mark.parametrize(("method", "unknown"), [("nonassociative", "alpha"), ("mcp", None)])
-def test_json_is_plain_and_without_nan(method, unknown):
+@pytest.mark.parametrize(
+    ("method", "kind", "code", "steps"),
+    [("nonassociative", "loop", "sub-problems", "count"), ("mcp", "exact", "one pass", "steps")],
+)
+def test_json_is_everything_a_result_says(method, kind, code, steps):
     result = mo.solve(two_blocks(), method)
     text = result.to_json()
     assert "NaN" not in text
     assert "Infinity" not in text
     answer = json.loads(text)
-    assert unknown is None or answer["history"][0][unknown] is None
-    assert answer["load_factor"] == result.load_factor
-    if method == "nonassociative":
-        assert np.isclose(answer["load_factor"], 0.15, rtol=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("method", "kind", "code", "steps"),
-    [
-        ("nonassociative", "loop", "sub-problems", "count"),
-        ("mcp", "exact", "one pass", "steps"),
-    ],
-)
-def test_json_is_everything_a_result_says(method, kind, code, steps):
-    result = mo.solve(two_blocks(), method)
-    answer = json.loads(result.to_json())
     assert answer["reasons"] == [reason.as_dict() for reason in result.reasons]
     assert (answer["reasons"][0]["code"], answer["reasons"][0][steps]) == (code, len(result.history))
     assert answer["kind"] == kind

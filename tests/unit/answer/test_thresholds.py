@@ -1,7 +1,5 @@
 """One table of thresholds: every room of an answer counts the same blocks, joints and load factors."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

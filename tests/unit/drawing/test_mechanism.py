@@ -1,11 +1,9 @@
 """Joints by how they move: what is drawn of each, and only of what occurs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawn import labels, marks, solved
-from scenes import CASES, WALLS, block_on_floor, overhanging, small_wall
+from scenes import CASES, WALLS, block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.answer.motion import fastest, joint_motion
@@ -56,14 +54,6 @@ def test_a_toe_that_crushes_is_crossed():
     assert "crushing joint" in labels(result)
 
 
-def test_a_joint_that_slides_and_crushes_is_marked_once():
-    result = mo.solve(small_wall(strength=3.0), "static")
-    moves, slip = joint_motion(result.assembly, result.solution), result.joints["slip"].abs().to_numpy()
-    assert (moves.crushes & (slip > 0.01 * slip.max())).any()
-    assert len(marks(result, "crushes")) == moves.crushes.sum()
-    assert len(marks(result, "slides")) == (moves.slides & ~moves.crushes).sum()
-
-
 def test_the_fastest_corner_moves_by_a_tenth_and_stays_in_the_picture():
     # A block of 1 × 2 overturns about its toe (1, 0): fastest is the corner furthest from it, (0, 2).
     elements = result_elements(mo.solve(block_on_floor(1, 2, 0.8)))
@@ -85,11 +75,3 @@ def test_joints_open_and_slip_as_the_motions_of_their_blocks_say(case):
     along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
     assert (apart * joints.normal).sum(axis=1) == pytest.approx(full * frame["opening"], abs=1e-9)
     assert (apart * along).sum(axis=1) == pytest.approx(full * frame["slip"], abs=1e-9)
-
-
-def test_blocks_that_fall_are_drawn_falling_and_named_so():
-    result = mo.solve(overhanging())
-    assert "no load factor" in result.plot().axes[0].get_title()
-    # About the edge of what bears the block.
-    assert marks(result, "hinges") == pytest.approx(np.array([[[0.5, 0]]]), abs=1e-6)
-    assert not len(marks(result, "separates"))

@@ -1,19 +1,24 @@
 """Pictures of every kind, in every format: the elements and nothing else, and what is refused."""
 
-from __future__ import annotations
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from drawn import solved
-from matplotlib import _pylab_helpers
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
+from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.quiver import Quiver
+from matplotlib.text import Text
 from scenes import CASES, WALLS, block_on_floor, overhanging, two_blocks
 
+import masonry_opt
 import masonry_opt as mo
+from masonry_opt.drawing import colours
+from masonry_opt.drawing.colours import SERIES
 from masonry_opt.drawing.elements import KINDS, START, legend, result_elements
+from masonry_opt.drawing.figure import NOTE, boxed
 
 BEGINS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-", "HTML": b"<!doctype html"}
 
@@ -50,8 +55,7 @@ def test_a_picture_has_the_elements_and_their_legend(case, kind):
     assert ["utilisation" in label for label in bars] == ([True] if kind == "utilisation" else [])
 
 
-@pytest.mark.parametrize("ending", BEGINS)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "ending"), zip([*KINDS, KINDS[0]], BEGINS, strict=True))
 def test_every_kind_is_written_in_every_format(result, kind, ending, tmp_path):
     """As the ending says; a page shows first the kind asked for."""
     result.save(tmp_path / f"picture.{ending}", kind)
@@ -89,11 +93,6 @@ def test_a_picture_shows_title_and_load_factor(tmp_path):
         assert words in text
 
 
-def test_titles_may_hold_anything(tmp_path):
-    scene = block_on_floor().model_copy(update={"title": "costs $\\frac{$ " + "very " * 40})
-    mo.solve(scene).save(tmp_path / "picture.png")
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_names_are_written_where_asked_for(result, kind):
     for names in (False, True):
@@ -108,7 +107,7 @@ def test_without_forces_the_picture_says_so(kind):
     assert [text.get_text() for text in axes.texts] == ["no forces were found to draw"]
 
 
-@pytest.mark.parametrize("height", [1, 4, 12, 20, 28, 60, 200])
+@pytest.mark.parametrize("height", [1, 20, 200])
 def test_the_scale_keeps_its_label_beside_slender_scenes(height):
     """The bar is up to 12 % of the height long: more than a slender column leaves free beside it."""
     blocks = [
@@ -124,11 +123,6 @@ def test_the_scale_keeps_its_label_beside_slender_scenes(height):
     box, axes = label.get_window_extent(), figure.axes[0].bbox
     assert axes.x0 <= box.x0 < box.x1 <= axes.x1
     assert axes.y0 <= box.y0 < box.y1 <= axes.y1
-
-
-def test_a_notebook_shows_a_picture_without_pyplot(result):
-    assert result.plot()._repr_png_().startswith(BEGINS["png"])
-    assert not _pylab_helpers.Gcf.get_all_fig_managers()
 
 
 @pytest.fixture(scope="module")
@@ -151,7 +145,7 @@ def test_a_curve_is_drawn_with_its_load_factor_and_the_first_joints_that_move(cu
     assert axes.get_xscale() == "log"
 
 
-@pytest.mark.parametrize("ending", BEGINS)
+@pytest.mark.parametrize("ending", ["png", "HTML"])
 def test_a_curve_is_written_in_every_format(curved, ending, tmp_path):
     curved.save(tmp_path / f"curve.{ending}", "curve")
     written = (tmp_path / f"curve.{ending}").read_bytes()
@@ -159,14 +153,56 @@ def test_a_curve_is_written_in_every_format(curved, ending, tmp_path):
     assert (b'src="data:image/svg+xml;base64,' in written) == (ending == "HTML")
 
 
-def test_without_a_curve_or_with_names_there_is_no_such_picture(result, curved):
-    with pytest.raises(mo.OptionError, match="curve=True"):
-        result.plot("curve")
-    with pytest.raises(mo.OptionError, match="names"):
-        curved.plot("curve", names=True)
+PACKAGE = Path(masonry_opt.__file__).parent
 
 
-def test_unknown_kinds_are_refused_and_the_known_ones_named(result):
-    with pytest.raises(mo.OptionError) as error:
-        result.plot("stress")
-    assert all(kind in str(error.value) for kind in ("stress", *KINDS))
+def test_no_other_module_has_colours_of_its_own():
+    named = {colours.BLUE, colours.VERMILION, colours.BLUISH_GREEN, colours.REDDISH_PURPLE, colours.ORANGE}
+    named |= {colours.SKY_BLUE, colours.BLACK}
+    assert set(SERIES) == named
+    assert len(SERIES) == len(named) == 7
+    home = PACKAGE / "drawing" / "colours.py"
+    others = [path for path in PACKAGE.rglob("*.py") if path != home]
+    assert len(others) > 100
+    repeated = named - {colours.BLACK}
+    assert not [
+        path for path in others if any(colour in path.read_text("utf-8").upper() for colour in repeated)
+    ]
+
+
+#: Of DejaVu Sans, which matplotlib brings, the first two are none.
+MISSING, THERE = "石塔", "Gewölbe λ ≥ « مرحبا »"
+
+
+def named(name):
+    scene = block_on_floor()
+    blocks = [scene.blocks[0].model_copy(update={"name": name}), scene.blocks[1]]
+    return scene.model_copy(update={"title": name, "blocks": blocks})
+
+
+def texts(figure):
+    return [text.get_text() for text in figure.findobj(Text) if text.get_text()]
+
+
+@pytest.fixture(autouse=True)
+def usual_font():
+    with mpl.rc_context({"font.family": ["DejaVu Sans"]}):
+        yield
+
+
+def test_boxes_stand_for_what_the_font_lacks():
+    letters = get_font(findfont(FontProperties())).get_charmap()
+    assert not any(ord(letter) in letters for letter in MISSING)
+    assert boxed(f"{MISSING}\n{THERE}") == f"□□\n{THERE}"
+
+
+@pytest.mark.parametrize("kind", ["mechanism", "thrust", "utilisation"])
+@pytest.mark.filterwarnings("error")
+def test_a_picture_has_a_note_of_them(tmp_path, kind):
+    result = mo.solve(named(MISSING), "static")
+    figure = result.plot(kind, names=True)
+    assert any(NOTE.split(":")[1][:20] in text for text in texts(figure))
+    assert "□□" in texts(figure)  # the block's
+    for ending in ("png", "svg", "pdf"):
+        result.save(tmp_path / f"a.{ending}", kind, names=True)
+    assert not any("□" in text for text in texts(mo.solve(named(THERE), "static").plot(kind, names=True)))

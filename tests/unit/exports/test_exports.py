@@ -1,7 +1,5 @@
 """Exported programs: other readers find the numbers that the methods find, under names that can be traced."""
 
-from __future__ import annotations
-
 import re
 
 import highspy
@@ -23,6 +21,9 @@ from scenes import (
 import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError, OutputError
 from masonry_opt.exports.export import EPSILON
+from masonry_opt.exports.program_files import legal, names_in, readable, unique
+from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
+from masonry_opt.problem.assembly import assemble
 
 FORMATS = {
     "static": (".lp", ".mps", ".nl"),
@@ -89,9 +90,7 @@ def test_highs_finds_the_least_load_factor_of_two_blocks_by_binaries(tmp_path, e
 SOLVED_FROM_REST = {
     "two blocks": two_blocks(),
     "wedges": mo.load(CASES / "livesley" / "wedges.toml"),
-    "irregular": irregular(),
     "corner on an edge": KINDS_OF_JOINTS["corner on an edge"],
-    "wall": small_wall(courses=3, length=2),
 }
 
 
@@ -104,12 +103,6 @@ def test_ipopt_finds_the_load_factor_of_mpec(tmp_path, name):
     result = mo.solve(scene, "mpec")
     lower = EPSILON * result.assembly.problem.faces / times(path.read_text())
     assert result.required() - lower <= found <= result.required() + 1e-7
-
-
-@pytest.mark.parametrize("method", ["static", "kinematic"])
-def test_ipopt_finds_the_associative_load_factor_of_two_blocks(tmp_path, method):
-    path, *_ = mo.export(two_blocks(), tmp_path / "two.nl", method)
-    assert abs(solved_by_ipopt(path)) == pytest.approx(0.25, abs=1e-6)
 
 
 def solved_by_ipopt(path):
@@ -213,34 +206,6 @@ def test_mcp_pairs_each_slack_with_its_own_rate(tmp_path, name):
         assert np.isinf([file.lower[slack], file.upper[slack]]).all()
 
 
-def test_nl_files_count_binaries(tmp_path):
-    path, *_ = mo.export(two_blocks(), tmp_path / "two.nl", "global")
-    file = read_nl(path)
-    assert file.counts[5][0] == sum(name.startswith("y_") for name in file.columns) == 10
-    assert path.with_suffix(".row").read_text().splitlines()[-1] == "objective"
-
-
-def test_files_are_beside_each_other_and_the_same_twice(tmp_path):
-    first = mo.export(two_blocks(), tmp_path / "Two.NL", "mcp")
-    assert [path.name for path in first] == ["Two.NL", "Two.col", "Two.row"]
-    (tmp_path / "again").mkdir()
-    second = mo.export(two_blocks(), str(tmp_path / "again" / "Two.NL"), "mcp")
-    assert [path.read_text() for path in first] == [path.read_text() for path in second]
-
-
-def test_units_and_titles_stand_in_the_header_whatever_the_title(tmp_path):
-    titled = two_feet().model_copy(update={"title": 'Brücke \\* a "b"; $ontext\n*\\ End'})
-    for end in (".lp", ".mps"):
-        (path,) = mo.export(titled, tmp_path / f"program{end}", "static")
-        head = path.read_text().split("Source")[0]
-        # The median block weighs 1500; feet are 200 wide, blocks 500.
-        assert "movable blocks: 2, joints: 3" in head
-        assert "units: forces 1500.0, lengths 100.0" in head
-        assert "Br?cke" in head
-        found = abs(solved_by_highs(path).getInfo().objective_function_value) / times(head)
-        assert found == pytest.approx(mo.solve(two_feet(), "static").required(), rel=1e-6)
-
-
 @pytest.mark.parametrize(
     ("method", "end"), [(method, end) for method in FORMATS for end in FORMATS["static"]]
 )
@@ -254,25 +219,6 @@ def test_a_format_carries_a_program_or_is_refused_with_those_that_do(tmp_path, m
         mo.export(two_blocks(), path, method)
     assert all(other in str(refused.value) for other in FORMATS[method])
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("method", ["nonassociative", "refined", "simplex", 3])
-def test_methods_without_one_program_are_refused(tmp_path, method):
-    with pytest.raises(mo.OptionError, match="static, kinematic, global, mpec, mcp"):
-        mo.export(two_blocks(), tmp_path / "two.nl", method)
-
-
-@pytest.mark.parametrize(
-    "path",
-    ["two.txt", "two", "missing/two.lp", "file/two.lp", ".", "folder.lp", "\0.lp", f"{300 * 'x'}.lp", 3],
-    ids=repr,
-)
-def test_paths_that_cannot_be_written_are_refused(tmp_path, monkeypatch, path):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "folder.lp").mkdir()
-    (tmp_path / "file").write_text("")
-    with pytest.raises(mo.OptionError):
-        mo.export(two_blocks(), path, "static")
 
 
 def test_a_program_is_not_written_without_its_names(tmp_path):
@@ -311,3 +257,60 @@ def test_the_command_prints_the_files_written(monkeypatch, capsys, tmp_path):
     code, out, err = run_command(monkeypatch, capsys, "export", case, tmp_path / "two.lp", "--method", "mcp")
     assert (code, out) == (2, "")
     assert err.startswith("error: ")
+
+
+def test_units_and_titles_stand_in_the_header_whatever_the_title(tmp_path):
+    titled = two_feet().model_copy(update={"title": 'Brücke \\* a "b"; $ontext\n*\\ End'})
+    for end in (".lp", ".mps"):
+        (path,) = mo.export(titled, tmp_path / f"program{end}", "static")
+        head = path.read_text().split("Source")[0]
+        # The median block weighs 1500; feet are 200 wide, blocks 500.
+        assert "movable blocks: 2, joints: 3" in head
+        assert "units: forces 1500.0, lengths 100.0" in head
+        assert "Br?cke" in head
+        found = abs(solved_by_highs(path).getInfo().objective_function_value) / times(head)
+        assert found == pytest.approx(mo.solve(two_feet(), "static").required(), rel=1e-6)
+
+
+ODD_NAMES = ["a b", "a-b", "a_b", "a_b~2", "größe [m]", "e1", "x" * 199 + "1", "x" * 199 + "2", "n|a"]
+
+
+def row_of_stones(names=ODD_NAMES):
+    """Stones side by side on a ground, each named oddly."""
+    stones = [
+        mo.Block(name=name, vertices=[(i, 0), (i + 1, 0), (i + 1, 1), (i, 1)], weight=1, live=(1, 0))
+        for i, name in enumerate(names)
+    ]
+    ground = mo.Block(name="ground", vertices=[(-5, -1), (20, -1), (20, 0), (-5, 0)], fixed=True)
+    return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*stones, ground])
+
+
+def test_what_comes_again_is_numbered_past_what_is_taken():
+    assert unique(["a", "b", "a", "a~2", "a"]) == ["a", "b", "a~3", "a~2", "a~4"]
+
+
+@pytest.mark.parametrize("scene", [*KINDS_OF_JOINTS.values(), row_of_stones()])
+def test_every_row_and_column_has_a_name_of_its_own(scene):
+    assembly = assemble(scene)
+    problem, mcp = assembly.problem, PyomoMcp(assembly.problem)
+    with_pairs(mcp)
+    legal_names = {legal: r"[a-z][\w{}|.~]{0,249}", readable: None}
+    for labels, pattern in legal_names.items():
+        names = list(names_in(mcp.program, problem, labels(assembly)).values())
+        assert len(names) == 2 * (1 + 3 * problem.joints + 3 * problem.blocks + 2 * problem.faces)
+        assert len(set(names)) == len(names)
+        assert not pattern or all(re.fullmatch(pattern, name, re.ASCII) for name in names)
+
+
+@pytest.mark.parametrize("end", [".lp", ".mps"])
+def test_highs_reads_every_name(tmp_path, end):
+    """As many columns as forces and λ, under the names of the blocks, with what is not legal left out."""
+    scene = row_of_stones()
+    (path,) = mo.export(scene, tmp_path / f"stones{end}", "static")
+    highs = highspy.Highs()
+    highs.silent()
+    assert highs.readModel(str(path)) == highspy.HighsStatus.kOk
+    names = highs.getLp().col_names_
+    joints = 2 * len(ODD_NAMES) - 1
+    assert len(set(names)) == len(names) == 3 * joints + 1
+    assert {"n1{a_b|ground}", "n1{a_b|ground~2}", "n2{a_b|ground~3}", "n2{gr__e__m_|ground}"} <= set(names)

@@ -1,7 +1,5 @@
 """Solids written for other programs: readers of their own find blocks, mechanism and forces."""
 
-from __future__ import annotations
-
 import json
 from itertools import pairwise
 
@@ -188,18 +186,6 @@ def test_surfaces_look_outwards(blocks, tmp_path):
         assert inside / 6 == pytest.approx(volume)
 
 
-@pytest.mark.parametrize("ending", ["obj", "json"])
-def test_scenes_are_written_at_rest(ending, tmp_path):
-    (path,) = mo.export(box_on_floor((1.0, 2.0, 3.0)), tmp_path / f"a.{ending}")
-    if ending == "obj":
-        assert np.ptp(np.concatenate(objects(path)["A"]), axis=0) == pytest.approx([1, 2, 3])
-    else:
-        graph = json.loads(path.read_text())["data"]["graph"]["data"]
-        (interface,) = graph["edge"]["'A'"]["'floor'"]["interfaces"]
-        assert interface["data"]["size"] == pytest.approx(2.0)
-        assert interface["data"]["forces"] is None
-
-
 @pytest.mark.parametrize(
     ("what", "name", "how"),
     [
@@ -219,12 +205,6 @@ def test_what_cannot_be_written_is_refused_and_leaves_nothing(what, name, how, t
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("share", [float("inf"), "1", True])
-def test_no_share_is_refused(result, share, tmp_path):
-    with pytest.raises(mo.OptionError, match="moved"):
-        mo.export(result, tmp_path / "a.obj", moved=share)
-
-
 def test_what_does_not_move_is_written_at_rest_alone(tmp_path):
     pressed = mo.box("A", (0, 1), (0, 1), (0, 1), unit_weight=1, live=(0, 0, -1))
     floor = mo.box("floor", (-1, 2), (-1, 2), (-1, 0), fixed=True)
@@ -233,15 +213,3 @@ def test_what_does_not_move_is_written_at_rest_alone(tmp_path):
     mo.export(result, tmp_path / "a.obj")
     with pytest.raises(mo.OptionError, match="moved"):
         mo.export(result, tmp_path / "b.obj", moved=1.0)
-
-
-@pytest.mark.parametrize("ending", ["obj", "glb", "gltf", "json"])
-def test_files_of_others_are_not_replaced(result, ending, tmp_path):
-    if ending in ("glb", "gltf"):
-        pytest.importorskip("trimesh", reason="needs the extra meshes")
-    path = tmp_path / f"a.{ending}"
-    path.write_text("mine")
-    with pytest.raises(mo.OptionError, match="force"):
-        mo.export(result, path)
-    mo.export(result, path, force=True)
-    mo.export(result, path)  # its own

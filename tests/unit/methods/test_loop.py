@@ -1,14 +1,14 @@
 """The loop's parts: what it changes in a program, how it turns limits, its options, and when it stops."""
 
-from __future__ import annotations
+from dataclasses import replace
 
-import highspy
 import numpy as np
 import pytest
 from scenes import WALLS, block_on_floor, declared, small_wall, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Status
+from masonry_opt.methods.loop.nonassociative import REMEDIES, Shortfall
 from masonry_opt.methods.loop.options import PAPER, ROUGH_FROM, Attempt, LoopOptions
 from masonry_opt.methods.loop.run import diverges, obeys_own_flow, period, run
 from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
@@ -56,41 +56,6 @@ def test_loop_changes_nothing_but_the_shear_limits_in_cvxpy():
     assert changed == allowed  # every slope was changed, and nothing else
     assert set(np.flatnonzero(rhs != rhs_after)) == set(shear_rows)  # every cohesion, nothing else
     np.testing.assert_array_equal(cost, cost_after)
-
-
-def compiled_pyomo(highs):
-    """Everything that HiGHS holds: matrix entries by (row, column), row bounds, and columns."""
-    lp = highs._solver_model.getLp()
-    matrix = lp.a_matrix_
-    major = np.repeat(np.arange(len(matrix.start_) - 1), np.diff(matrix.start_))
-    by_column = matrix.format_ == highspy.MatrixFormat.kColwise
-    row, column = (matrix.index_, major) if by_column else (major, matrix.index_)
-    entries = {(int(i), int(j)): value for i, j, value in zip(row, column, matrix.value_, strict=True)}
-    bounds = np.stack([lp.row_lower_, lp.row_upper_])
-    return entries, bounds, np.stack([lp.col_cost_, lp.col_lower_, lp.col_upper_])
-
-
-def test_loop_changes_nothing_but_the_shear_limits_in_pyomo():
-    problem = assemble(mo.load(WALLS[0])).problem
-    driver = declared(problem, language="pyomo")
-    highs, k = driver._engine._highs, len(problem.sliding)
-    entries, bounds, columns = compiled_pyomo(highs)
-    solution, _ = followed(problem, driver)
-    assert len(solution.history) > 3
-    entries_after, bounds_after, columns_after = compiled_pyomo(highs)
-
-    program = driver.model.program
-    shear = list(program.within_yield.values())[: 2 * k]
-    shear_rows = {highs._pyomo_con_to_solver_con_map[row] for row in shear}
-    normal = list(program.q.values())[: 2 * problem.joints]
-    normal_columns = {highs._pyomo_var_to_solver_var_map[id(n)] for n in normal}
-    assert entries.keys() == entries_after.keys()
-    changed = {at for at in entries if entries[at] != entries_after[at]}
-    allowed = {at for at in entries if at[0] in shear_rows and at[1] in normal_columns}
-    assert len(allowed) == 2 * 2 * k
-    assert changed == allowed
-    assert set(np.flatnonzero((bounds != bounds_after).any(axis=0))) == shear_rows
-    np.testing.assert_array_equal(columns, columns_after)
 
 
 # Its steps ---------------------------------------------------------------------------------------------
@@ -170,30 +135,6 @@ def test_sub_problems_have_the_states_that_are_recorded():
     np.testing.assert_allclose(last.limits.cohesion, update.limits().cohesion, rtol=1e-12)
 
 
-def test_limits_may_be_revised_in_another_way():
-    """Limits that are never turned are the associative ones: λ stands still at 2.5 μ."""
-    turns = []
-
-    def left_as_they_are(turn):
-        turns.append(turn.last.number)
-        return turn.last.limits
-
-    result = mo.solve(two_blocks(), "nonassociative", revise=left_as_they_are, finish=False, always=True)
-    np.testing.assert_allclose(result.history["load_factor"], 0.25, rtol=1e-7)
-    assert turns == list(range(1, len(result.history)))
-
-
-def test_a_sub_problem_without_state_is_named():
-    """A large slope caps normal forces at c / (αμ) and locks joints of wall 6."""
-    problem = assemble(mo.load(WALLS[5])).problem
-    solution, _ = followed(problem, declared(problem), beta=0.2)
-    assert solution.status is mo.Status.NO_STATE
-    assert solution.load_factor is None
-    assert solution.q is None
-    (why,) = solution.reasons
-    assert (why.code, why.values) == (Code.SUB_PROBLEM_EMPTY, {"number": 4})
-
-
 def test_dilatancy_at_friction_is_the_flow_of_the_first_sub_problem():
     for dilatancy, obeys in ((0.65, True), (0.3, False)):
         problem = assemble(block_on_floor(4, 2, 0.65)).problem
@@ -268,3 +209,64 @@ def test_the_preset_is_section_5_and_what_stands_beside_it_counts():
     assert LoopOptions(preset="paper", beta=0.2).beta == 0.2
     assert LoopOptions(preset="paper", remedies="none").remedies == "none"
     assert not paper.parameters(10 * ROUGH_FROM, CLARABEL).finish
+
+
+def test_limits_may_be_revised_in_another_way():
+    """Limits that are never turned are the associative ones: λ stands still at 2.5 μ."""
+    turns = []
+
+    def left_as_they_are(turn):
+        turns.append(turn.last.number)
+        return turn.last.limits
+
+    result = mo.solve(two_blocks(), "nonassociative", revise=left_as_they_are, finish=False, always=True)
+    np.testing.assert_allclose(result.history["load_factor"], 0.25, rtol=1e-7)
+    assert turns == list(range(1, len(result.history)))
+
+
+FIRST = Attempt(LoopOptions().parameters(1, CLARABEL), CLARABEL)
+ROUGH = Attempt(LoopOptions(sub_problems="rough").parameters(1, CLARABEL), CLARABEL)
+
+
+def series(failure, attempt):
+    """The names of the remedies for a failure, each taken on the one before."""
+    names = []
+    for remedy in REMEDIES[failure]:
+        following = remedy(attempt)
+        if following is not None:
+            attempt = following
+            names.append(attempt.remedy)
+    return names
+
+
+#: By failure of the first run.
+ORDER = {
+    Status.NO_STATE: ["alpha=0.1", "alpha=0.033", "alpha=0.011", "alpha=0.0037", "alpha=0.0012"],
+    Status.CYCLING: ["beta=0.3", "beta=0.15", "solver=highs-ipm"],
+    Status.ITERATION_LIMIT: [],
+    Status.SOLVER_FAILED: ["solver=highs-ipm"],
+    Status.LOCKED: ["start=cohesive"],
+    Shortfall.INEXACT: ["solver=highs-ipm"],
+    Shortfall.ROUGH: [],
+}
+
+
+@pytest.mark.parametrize("failure", REMEDIES)
+def test_order_of_the_remedies(failure):
+    assert series(failure, FIRST) == ORDER[failure]
+
+
+@pytest.mark.parametrize(
+    "failure", [Status.CYCLING, Status.SOLVER_FAILED, Shortfall.ROUGH, Shortfall.INEXACT]
+)
+def test_rough_sub_problems_are_first_solved_accurately(failure):
+    """What a rough run could not do proves little; and no rough answer ends early."""
+    assert series(failure, ROUGH)[0] == "sub_problems=accurate"
+    accurate = REMEDIES[failure][0](ROUGH)
+    assert accurate.parameters == replace(ROUGH.parameters, tolerance=None, early=False)
+    assert REMEDIES[failure][0](FIRST) is None
+
+
+def test_another_solver_is_another():
+    of_highs = replace(FIRST, solver=find_solver("cvxpy", "highs-ipm"))
+    assert series(Status.SOLVER_FAILED, of_highs) == ["solver=clarabel"]

@@ -1,7 +1,5 @@
 """Options that a method does not take are refused by name, with what there is instead."""
 
-from __future__ import annotations
-
 import pytest
 from scenes import two_blocks
 

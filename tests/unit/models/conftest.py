@@ -1,7 +1,5 @@
 """Problems with joints of every kind, and random numbers in place of a state of each."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes import KINDS_OF_JOINTS

@@ -1,12 +1,10 @@
 """The mixed complementarity problem: as it is declared, as it is relaxed, and solved on small scenes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pyomo.environ as pyo
 import pytest
 from residuals import residuals
-from scenes import CASES, WALLS
+from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.answer.answer import certify
@@ -18,7 +16,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import State
 from masonry_opt.solvers.ipopt import CasadiIpopt
 
-SMALL = [CASES / "gilbert" / "two_blocks.toml", CASES / "livesley" / "wedges.toml", WALLS[0]]
+SMALL = [CASES / "gilbert" / "two_blocks.toml", CASES / "livesley" / "wedges.toml"]
 
 
 def test_as_many_equations_and_pairs_as_unknowns_and_no_objective(problem):

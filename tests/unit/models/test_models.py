@@ -1,7 +1,5 @@
 """Every model declares itself on joints of every kind, and has the order of faces that the problem has."""
 
-from __future__ import annotations
-
 import cvxpy as cp
 import numpy as np
 import pyomo.environ as pyo

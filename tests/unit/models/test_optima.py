@@ -1,7 +1,5 @@
 """The optimum of each model is that of the problem's matrices, handed to SciPy as they stand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Products of statics and kinematics: no row cuts off a Coulomb state, and no multipliers prove too much."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene

@@ -1,13 +1,13 @@
 """The matrices against rigid-body motion worked out by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from scenes import block_on_floor, irregular, small_wall, two_blocks
+from scenes import WALLS, block_on_floor, declared, irregular, small_wall, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.problem.problem import ShearLimits
 
 
 def velocity(d, block, arm):
@@ -55,31 +55,30 @@ def test_loads_act_where_they_are_put():
     assert problem.live * [force, force, moment] == pytest.approx([3, 0, -3])
 
 
-def test_gravity_points_where_the_scene_says():
-    scene = block_on_floor().model_copy(update={"gravity": (3.0, -4.0)})
-    problem = assemble(scene).problem
-    assert problem.dead * problem.force_unit == pytest.approx([0.6, -0.8, 0])
-
-
-def test_units_cancel():
-    small, large = block_on_floor(1, 2, weight=1), block_on_floor(1000, 2000, weight=1, live=(1, 0))
-    large = mo.Scene(
-        joints=large.joints,
-        blocks=[
-            large.blocks[0],
-            mo.Block(
-                name="floor", vertices=[(-5000, -1000), (6000, -1000), (6000, 0), (-5000, 0)], fixed=True
-            ),
-        ],
-    )
-    one, other = assemble(small).problem, assemble(large).problem
-    np.testing.assert_allclose(one.B.toarray(), other.B.toarray(), atol=1e-12)
-    np.testing.assert_allclose(one.matrices.extent, other.matrices.extent)
-    np.testing.assert_allclose(one.dead, other.dead)
-
-
 def test_loads_that_no_number_can_compare_are_refused():
     """A median weight of 1e-300 and a live load of 1e20: their ratio is beyond double precision."""
     scene = block_on_floor(weight=1e-300, live=(1e20, 0.0))
     with pytest.raises(mo.CaseError, match="double precision"):
         assemble(scene)
+
+
+@pytest.mark.parametrize("language", ["cvxpy", "pyomo"])
+def test_states_and_shear_limits_are_in_the_problem_s_units(language):
+    problem = assemble(mo.load(WALLS[2])).problem
+    cohesive = ShearLimits(problem.friction, np.zeros(len(problem.sliding)))
+    plain = declared(problem, "static", language, limits=cohesive)
+    scaled = declared(problem, "static", language, limits=cohesive, of_load=True)
+    assert in_units_of_load(problem).force > 10  # else nothing is tested
+    slope = 0.5 * problem.friction
+    for limits in (cohesive, ShearLimits(slope, np.full(len(slope), 0.7))):
+        for driver in (plain, scaled):
+            driver.set_shear_limits(limits)
+        expected, found = plain.solve().state, scaled.solve().state
+        assert found.load_factor == pytest.approx(expected.load_factor, abs=1e-6)
+        balance = problem.B @ found.q + found.load_factor * problem.live + problem.dead
+        assert np.abs(balance).max() < 1e-6
+        assert problem.live @ found.d == pytest.approx(problem.live_norm, rel=1e-6)
+        dissipated = limits.cohesion @ problem.slip(found.p) - problem.dead @ found.d
+        assert dissipated == pytest.approx(found.load_factor * problem.live_norm, rel=1e-6)
+    assert scaled.effort.lp_solves == plain.effort.lp_solves == 2
+    assert scaled.size() == plain.size()

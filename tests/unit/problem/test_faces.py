@@ -1,7 +1,5 @@
 """Yield conditions and flow rule, against each joint written out by hand, and normality between them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes import KINDS_OF_JOINTS, block_on_floor, irregular
@@ -83,18 +81,6 @@ def test_normality(problem):
     np.testing.assert_array_equal(D, C.T)
     steeper = problem.D(problem.friction + 0.1).toarray()
     assert np.count_nonzero(steeper != C.T) == 2 * 2 * len(problem.sliding)
-
-
-def test_what_is_said_of_each_face(problem):
-    k, c = len(problem.sliding), problem.joints
-    every = list(range(c))
-    of_chords = [joint for joint in problem.crushing.tolist() for _ in CHORDS.slope]
-    faces = [*problem.sliding, *problem.sliding, *every, *every, *of_chords, *of_chords]
-    assert problem.face_joint.tolist() == faces
-    np.testing.assert_array_equal(problem.face_cohesion[: 2 * k], np.tile(problem.cohesion, 2))
-    np.testing.assert_array_equal(problem.face_cohesion[2 * k : 2 * (k + problem.joints)], 0.0)
-    p = np.arange(problem.faces, dtype=float)
-    np.testing.assert_array_equal(problem.slip(p), p[:k] + p[k : 2 * k])
 
 
 @pytest.mark.parametrize("sense", [0, 1])

@@ -1,7 +1,5 @@
 """A problem whose numbers differ from the plane's, and laws that share what does not depend on them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi
 
@@ -134,11 +132,3 @@ def test_a_table_is_of_the_joints_that_slide_and_crush():
     assert again.same_program(problem)
     weaker = replace(problem, law=replace(problem.law, crushing_force=problem.crushing_force / 2))
     assert not weaker.same_program(problem)
-
-
-def test_matrices_remember_few_tables():
-    """A study of which joints slide does not keep a table of each choice."""
-    matrices, none = assemble(small_wall()).problem.matrices, np.array([], dtype=int)
-    for joint in range(matrices.joints):
-        matrices.faces(np.array([joint]), none, (none, none))
-    assert len(matrices._tables) <= 4

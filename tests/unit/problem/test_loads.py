@@ -1,7 +1,5 @@
 """Loads on single blocks by name: what they do, by statics of a few blocks, and what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes import block_on_floor, forces_of
@@ -9,7 +7,6 @@ from scenes import block_on_floor, forces_of
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble, on_matrices_of
-from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.words.summary import facts
 
 #: Three courses, two of whose blocks lie between others; "2-2" spans 2 to 6 and 1 to 2.
@@ -33,14 +30,6 @@ def acting(scene, name, which):
     """Force, and moment about the centroid, on one block."""
     assembly = assemble(scene)
     return forces_of(assembly, which)[assembly.names(assembly.movable).index(name)]
-
-
-def test_uplift_under_a_base_takes_from_what_holds_a_block():
-    """About the toe (1, 0) of a block 1 by 2: the weight's moment less the uplift's, over the height of the
-    live load."""
-    scene = block_on_floor(friction=5.0)
-    scene = scene.model_copy(update={"loads": [mo.Load(block="A", dead=(0, 0.3), at=(0.2, 0))]})
-    assert mo.solve(scene, "static").load_factor == pytest.approx(0.5 - 0.3 * 0.8, rel=1e-7)
 
 
 def test_forces_of_several_loads_on_a_block_of_a_wall_add_up(tmp_path):
@@ -87,31 +76,6 @@ def test_a_weight_in_place_of_a_generator_s_is_pushed_too(tmp_path):
     assert mo.solve(scene, "static").load_factor == pytest.approx((20 * 0.5 - 3) / (10 * 1.5), rel=1e-7)
 
 
-def test_a_block_is_pushed_by_a_multiple_of_its_weight_beside_a_force():
-    """Of unit weight 3 and area 2, where the weight acts; and a force elsewhere."""
-    floor = block_on_floor().blocks[1]
-    block = mo.Block(
-        name="A",
-        vertices=[(0, 0), (1, 0), (1, 2), (0, 2)],
-        unit_weight=3,
-        weight_at=(0.5, 0.5),
-        live_per_weight=(0.5, 0),
-        live=(1, 0),
-        live_at=(0, 2),
-    )
-    scene = mo.Scene(joints={"friction": 1}, blocks=[block, floor], thickness=0.5)
-    assert acting(scene, "A", "live") == pytest.approx([1.5 + 1, 0, 1.5 * 0.5 - 1])
-
-
-@pytest.mark.parametrize("name", ["live", "live_per_weight"])
-def test_generators_take_live_by_either_name(name, tmp_path):
-    """The old one is told."""
-    scene = loaded(WALL + f"{name} = [1, 0]\n", tmp_path)
-    assert acting(scene, "2-1", "live") == pytest.approx([4, 0, 0])
-    said = facts(mo.solve(scene, "static"))["live load"]
-    assert ("[wall]" in said) == (name == "live")
-
-
 def test_what_the_load_factor_multiplies_is_told():
     """Forces and multiples of weights each in its own words; nothing of a scene that is tilted."""
     force, times = block_on_floor(), block_on_floor(live=(0, 0), live_per_weight=(1, 0))
@@ -145,11 +109,6 @@ def test_what_is_no_load_is_refused(mistake, tmp_path):
         loaded(WALL + '[[load]]\nblock = "2-2"\nlive = [1, 0]\n'.replace(old, new), tmp_path)
     for word in ["case.toml", *words]:
         assert word in str(error.value)
-
-
-def test_a_fixed_block_is_not_pushed_by_its_weight_either():
-    with pytest.raises(mo.CaseError, match="'live_per_weight'"):
-        mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1)], fixed=True, live_per_weight=(1, 0))
 
 
 def test_a_tilted_scene_takes_weights_alone():
@@ -187,10 +146,3 @@ def test_other_loads_keep_matrices_and_other_blocks_do_not():
     for name in ("dead", "live", "friction", "force_unit"):
         assert np.array_equal(getattr(loaded.problem, name), getattr(fresh, name)), name
     assert on_matrices_of(before, block_on_floor(width=2)) is None
-
-
-def test_numbers_of_loads_can_be_varied(tmp_path):
-    scene = loaded(WALL + '[[load]]\nblock = "2-2"\nlive = [1, 0]\nat = [4, 1.5]\n', tmp_path)
-    changed = Parameters(scene).at({"load.live.y": -2.0, "load.at.x": 5.0, "wall.weight": 4.0})
-    assert acting(changed, "2-2", "live") == pytest.approx([1, -2, -2])
-    assert acting(changed, "2-2", "dead") == pytest.approx([0, -4, 0])

@@ -1,7 +1,5 @@
 """Forces and moments on solids, by hand; those of extruded scenes, from the plane."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The ``[arch]`` generator: areas, centroids, symmetry, and what it refuses."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -56,38 +54,6 @@ def test_joints_are_radial_and_as_long_as_the_arch_is_thick():
     np.testing.assert_allclose(joints.extent, 2.0, rtol=1e-9)
 
 
-def test_numbering_follows_the_angles():
-    left_first = arch().blocks()
-    right_first = arch(angles=(0.0, 180.0)).blocks()
-    assert [block.name for block in left_first] == [
-        *(f"v{number}" for number in range(1, 10)),
-        "abutment 1",
-        "abutment 2",
-    ]
-    for one, other in zip(left_first[:9], right_first[:9], strict=True):
-        assert one.weight_at[0] == pytest.approx(-other.weight_at[0], abs=1e-12)
-        assert one.weight_at[1] == pytest.approx(other.weight_at[1], abs=1e-12)
-    assert left_first[0].weight_at[0] < 0
-
-
-@pytest.mark.parametrize("voussoir", [3, 5])
-def test_mirrored_arch_has_the_same_load_factor(voussoir):
-    factors = [
-        mo.solve(
-            mo.Scene(
-                joints={"friction": 0.6},
-                blocks=arch(
-                    angles=angles,
-                    point_loads=[mo.PointLoad(voussoir=voussoir, force=(0, -1))],
-                ).blocks(),
-            ),
-            "static",
-        ).load_factor
-        for angles in ((180.0, 0.0), (0.0, 180.0))
-    ]
-    assert factors[0] == pytest.approx(factors[1], rel=1e-7)
-
-
 @pytest.mark.parametrize("thickness", [1e-9, 1e-300])
 def test_an_arch_without_thickness_has_no_area(thickness):
     assert math.hypot(*arch(thickness=thickness).blocks()[0].weight_at) == pytest.approx(
@@ -102,24 +68,6 @@ def test_an_arch_without_thickness_has_no_area(thickness):
 def test_measures_without_proportion_end_in_a_message(changes):
     with pytest.raises(mo.CaseError):
         mo.solve(mo.Scene(joints={"friction": 0.5}, blocks=by_rise(**{"rise": 6.0} | changes).blocks()))
-
-
-def test_weight_acts_where_it_is_said():
-    """A block of width 1 whose weight acts 0.1 right of the middle overturns to the right at 0.4 of it."""
-    scene = mo.Scene(
-        joints={"friction": 1.0},
-        blocks=[
-            mo.Block(
-                name="A",
-                vertices=[(0, 0), (1, 0), (1, 2), (0, 2)],
-                weight=1,
-                weight_at=(0.6, 1.0),
-                live=(1, 0),
-            ),
-            mo.Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True),
-        ],
-    )
-    assert mo.solve(scene, "static").load_factor == pytest.approx(0.4, rel=1e-7)
 
 
 # By span and rise
@@ -145,14 +93,6 @@ def test_a_segment_by_span_and_rise_is_that_by_radius_and_angles(rise):
         assert one.name == other.name
         np.testing.assert_allclose(one.vertices, other.vertices, atol=1e-12)
         assert one.weight == pytest.approx(other.weight, rel=1e-12, abs=0) if one.weight else one.fixed
-
-
-def test_half_the_span_makes_a_semicircle():
-    blocks = by_rise(4.0).blocks()
-    assert blocks[0].vertices[0] == pytest.approx((-4.0, 0.0), abs=1e-12)
-    assert blocks[0].vertices[1] == pytest.approx((-5.0, 0.0), abs=1e-12)
-    assert blocks[3].vertices[3] == pytest.approx((0.0, 4.0), abs=1e-12)
-    assert blocks[3].vertices[2] == pytest.approx((0.0, 5.0), abs=1e-12)
 
 
 @pytest.mark.parametrize("rise", [5.0, 4 * math.sqrt(3), 12.0])
@@ -197,36 +137,3 @@ def test_a_pointed_arch_weighs_what_lies_between_its_lines(weights, curved, vous
         moment = (shapes.size * (shapes.centroid[:, 1] + shapes.origin[1]))[:voussoirs].sum()
     assert sum(block.weight for block in built) == pytest.approx(3 * area, rel=1e-6)
     assert sum(block.weight * block.weight_at[1] for block in built) == pytest.approx(3 * moment, rel=1e-6)
-
-
-def test_a_pointed_arch_weighed_along_its_centreline():
-    arch = by_rise(6.0, weights="centreline", voussoirs=4)
-    middle = (16 + 36) / 8 + 0.5
-    swept = math.acos((middle - 4.5) / middle)
-    assert sum(block.weight for block in arch.blocks()[:4]) == pytest.approx(
-        2 * 3 * swept * middle, rel=1e-12
-    )
-
-
-def test_abutments_can_be_left_out():
-    built = by_rise(6.0, abutments=False).blocks()
-    assert built == by_rise(6.0).blocks()[:8]
-
-
-@pytest.mark.parametrize("rise", [4.0, 6.0])
-def test_an_arch_on_supports_of_one_s_own_is_the_one_between_abutments(rise):
-    """Springing joints lie on y = 0: blocks whose tops are there are abutments as good as its own."""
-    feet = [
-        mo.Block(name=name, vertices=[(x, -1), (x + 3, -1), (x + 3, 0), (x, 0)], fixed=True)
-        for name, x in (("left", -6.0), ("right", 3.0))
-    ]
-    loaded = {"live": (1.0, 0.0)}
-    factors = [
-        mo.solve(mo.Scene(joints={"friction": 0.7}, blocks=blocks), "static").load_factor
-        for blocks in (
-            by_rise(rise, **loaded).blocks(),
-            [*by_rise(rise, abutments=False, **loaded).blocks(), *feet],
-        )
-    ]
-    assert factors[0] > 0
-    assert factors[1] == pytest.approx(factors[0], rel=1e-7)

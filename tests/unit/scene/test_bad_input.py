@@ -1,7 +1,5 @@
 """Bad input ends with one clear message and exit code 1 or 2: never a traceback, never a number."""
 
-from __future__ import annotations
-
 import json
 
 import pytest
@@ -25,6 +23,10 @@ BESIDE = '[[block]]\nname = "B"\nvertices = [[0.9, 0], [1.9, 0], [1.9, 1], [0.9,
 
 
 WRONG_CASES = {
+    "duplicate name": (GOOD.replace('"base"', '"A"'), ["no. 1 and no. 2", "'A'", "rename"]),
+    "infinite": (GOOD.replace("[1.0, 0.0]", "[inf, 0.0]"), ["block no. 1 ('A')", "live[0]", "inf"]),
+    "two vertices": (GOOD.replace(", [1, 1], [0, 1]", ""), ["block no. 1 ('A')", "'vertices'", "at least 3"]),
+    "negative friction": (GOOD.replace("0.6", "-0.6"), ["[joints]", "'friction'", "zero or more", "-0.6"]),
     "TOML syntax": (GOOD + "x = = 1", ["not valid TOML", "line 13"]),
     "unknown key": (
         GOOD.replace("weight", "wieght"),
@@ -35,16 +37,8 @@ WRONG_CASES = {
         ["'blocks'", "did you mean 'block'"],
     ),
     "unknown table": (GOOD + "[joins]\nx = 1", ["unknown key 'joins'", "did you mean"]),
-    "unknown joint key": (
-        GOOD.replace("friction", "fricton"),
-        ["[joints]", "'fricton'", "did you mean 'friction'"],
-    ),
     "wrong type": (GOOD.replace("weight = 1.0", 'weight = "1"'), ["block no. 1 ('A')", "'weight'", "number"]),
-    "negative friction": (GOOD.replace("0.6", "-0.6"), ["[joints]", "'friction'", "zero or more", "-0.6"]),
-    "NaN friction": (GOOD.replace("0.6", "nan"), ["[joints]", "'friction'", "nan"]),
-    "two vertices": (GOOD.replace(", [1, 1], [0, 1]", ""), ["block no. 1 ('A')", "'vertices'", "at least 3"]),
     "NaN": (GOOD.replace("[1, 1]", "[1, nan]"), ["block no. 1 ('A')", "vertices[2][1]", "nan"]),
-    "infinite": (GOOD.replace("[1.0, 0.0]", "[inf, 0.0]"), ["block no. 1 ('A')", "live[0]", "inf"]),
     "huge": (GOOD.replace("[1, 1]", "[1, 1e300]"), ["vertices[2][1]", "1e+300"]),
     "overlap": (GOOD + BESIDE, ["'A' and 'B' overlap", "move them apart"]),
     "no fixed block": (GOOD.replace("fixed = true", "weight = 1"), ["no block is fixed", "fixed = true"]),
@@ -55,15 +49,10 @@ WRONG_CASES = {
     ),
     "no weight": (GOOD.replace("weight = 1.0", ""), ["block no. 1 ('A')", "'weight' or 'unit_weight'"]),
     "friction beyond any": (GOOD.replace("0.6", "1e9"), ["[joints]", "'friction'", "write inf"]),
-    "one name": (GOOD + '[[joint]]\nbetween = ["A"]', ["'between'", "two blocks"]),
     "single brackets": (GOOD + '[joint]\nbetween = ["A", "base"]', ["[joint]", "double brackets"]),
     "one coordinate": (GOOD.replace("[1, 1]", "[1]"), ["vertices[2]", "two numbers"]),
     "joint of one block": (GOOD + '[[joint]]\nbetween = ["A"]', ["'between'", "names of two blocks"]),
-    "tie with one end": (
-        GOOD + '[[tie]]\nbetween = ["A", "ground"]\nat = [[0, 1]]',
-        ["'at'", "two entries"],
-    ),
-    "duplicate name": (GOOD.replace('"base"', '"A"'), ["no. 1 and no. 2", "'A'", "rename"]),
+    "tie with one end": (GOOD + '[[tie]]\nbetween = ["A", "ground"]\nat = [[0, 1]]', ["'at'", "two entries"]),
     "joint of unknown block": (
         GOOD + '[[joint]]\nbetween = ["A", "bas"]',
         ["no block 'bas'", "did you mean 'base'"],
@@ -101,10 +90,8 @@ def test_wrong_case_file(name, tmp_path, monkeypatch, capsys):
     [
         ("missing.toml", None, "no such file"),
         ("folder.toml", ..., "is a folder"),
-        ("binary.toml", b"\xff\xfe\x00", "not UTF-8"),
         ("list.json", b"[1]", "one JSON object"),
         ("broken.json", b"{", "not valid JSON"),
-        ("deep.json", b'{"a":' * 100_000, "nested too deeply"),
         ("table.json", b'{"joints": [1]}', "must be a table"),
         ("twice.json", b'{"joints": {"friction": 0.1, "friction": 0.9}}', "'friction' is given twice"),
         ("case.yaml", b"", ".toml or .json"),

@@ -1,7 +1,5 @@
 """Scenes in the plane as scenes in space: what is kept of them, and what is refused."""
 
-from __future__ import annotations
-
 import pytest
 import shapely
 from scenes import CASES, block_on_floor, irregular, small_wall, two_blocks
@@ -75,22 +73,6 @@ def test_solids_are_the_polygons_with_a_thickness(name, thickness):
         assert block.fixed == plane.blocks[index].fixed
 
 
-def test_corners_are_kept_to_the_digit():
-    plane = mo.load(CASES / "oppenheim" / "seven_voussoirs.toml")
-    for flat, solid in zip(plane.in_plane(), mo.extrude(plane).in_space(), strict=True):
-        assert {(x, z) for x, _, z in solid.vertices} <= set(flat.vertices)
-    (notched, _) = mo.extrude(SCENES["far away"]).in_space()
-    corners = notched.corners()
-    assert set(corners[:, 0]) == {1e4, 1e4 + 1, 1e4 + 2}
-    assert set(corners[:, 2]) == {-1e4, 1 - 1e4, 3 - 1e4}
-
-
-def test_upright_rectangles_are_boxes():
-    (block, floor) = mo.extrude(block_on_floor(1.5, 2.0), 0.25).in_space()
-    assert block.box == ((0, 1.5), (0, 0.25), (0, 2))
-    assert floor.box == ((-5, 6), (0, 0.25), (-1, 0))
-
-
 def test_weights_loads_and_cohesion_are_kept_in_total():
     """Of a scene 0.5 thick: unit weight 6 × area 4 × 0.5; cohesion 0.8 a unit of area of joints 0.5 thick,
     which in solids 0.2 thick take 0.8 × 0.5 / 0.2."""
@@ -116,10 +98,7 @@ def test_weights_loads_and_cohesion_are_kept_in_total():
             {"between": ("A", "floor"), "friction": float("inf")},
             {"between": ("B", "A"), "cohesion": 0.1, "dilatancy": 0.2},
         ],
-        loads=[
-            {"block": "A", "live": (2, 0), "at": (2, 1)},
-            {"block": "B", "weight": 5, "dead": (0, -1)},
-        ],
+        loads=[{"block": "A", "live": (2, 0), "at": (2, 1)}, {"block": "B", "weight": 5, "dead": (0, -1)}],
         title="a stone",
         source="by hand",
         reference={"associative": {"value": 1, "source": "none"}},

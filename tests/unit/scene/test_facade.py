@@ -1,11 +1,8 @@
 """The ``[facade]`` generator, counted by hand on a façade of 30 blocks."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
-from scenes import CASES
 
 import masonry_opt as mo
 
@@ -98,38 +95,6 @@ def test_a_door_reaches_the_ground():
     on_base = joints[(joints["first"] == "base") | (joints["second"] == "base")]
     assert len(on_base) == 10
     assert on_base["n"].sum() == pytest.approx(weight, rel=1e-7)
-
-
-def test_without_its_base_it_stands_on_footings_of_which_one_may_settle():
-    """The least that one of two footings bears and the greatest that the other does are the whole weight."""
-    stones = mo.Facade(**TINY | {"doors": [1], "base": False, "live": (0.0, 0.0)}).blocks()
-    assert stones == mo.Facade(**TINY | {"doors": [1], "live": (0.0, 0.0)}).blocks()[:-1]
-    footings = [
-        mo.Block(name=name, vertices=[(x, -1), (x + 4, -1), (x + 4, 0), (x, 0)], fixed=True)
-        for name, x in (("left", 0), ("right", 6))
-    ]
-    scene = mo.Scene(joints={"friction": 0.75}, blocks=[*stones, *footings])
-    left, right = (mo.settle(scene, name, (0, -1), method="static") for name in ("left", "right"))
-    weight = sum(stone.weight for stone in stones)
-    assert left.least.associative + right.greatest.associative == pytest.approx(weight, rel=1e-6)
-    assert left.least.associative < weight / 2 - 1
-
-
-def test_all_that_is_wrong_is_told_at_once():
-    with pytest.raises(mo.CaseError) as error:
-        facade(sill=2, weight=None, lintel_weight=None, openings=(1000, 1000))
-    for words in ("'weight' or 'unit_weight'", "odd number", "even number", "blocks large"):
-        assert words in str(error.value)
-
-
-def test_the_papers_facades_leave_the_topmost_left_block_away():
-    """Counted by hand of 1 × 3 openings: six blocks wide, 24 courses a storey. Sill: 6 and 7 by turns, ten of
-    them. Opening, 11 courses: 2 whole on either side; where shifted a half, 1, and half a block. Lintel and
-    spandrel: a half, 1, the lintel, 1, a half; 6; 7."""
-    scene = mo.load(CASES / "gilbert" / "facade_1x3.toml")
-    storey = 5 * (6 + 7) + 6 * 4 + 5 * 6 + 5 + (6 + 7)
-    assert len(scene.blocks) == 3 * storey - 1 + 1  # without the one, with the base
-    assert min(x for block in scene.blocks if block.name.startswith("72-") for x, _ in block.vertices) == 1.5
 
 
 def test_a_case_file_with_a_facade_is_its_blocks(tmp_path):

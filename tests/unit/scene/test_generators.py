@@ -1,7 +1,5 @@
 """What generators share: names, places, weights; several of them in one file; a scene's thickness."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -196,14 +194,6 @@ def test_an_error_names_the_one_of_several(tmp_path):
         mo.load(path)
 
 
-def test_generators_together_are_bounded(tmp_path):
-    path = tmp_path / "case.toml"
-    wall = '[[wall]]\nname = "{}"\nblock = [1, 1]\nweight = 1\nrepeat = 50000\ncourses = [[1, 1]]\n'
-    path.write_text("[joints]\nfriction = 1\n" + "".join(wall.format(number) for number in range(3)))
-    with pytest.raises(mo.CaseError, match="some 300000 blocks"):
-        mo.load(path)
-
-
 STRESSES = {
     "wall": "[wall]\nblock = [2, 1]\nunit_weight = {w}\ncourses = [[1, 1], [0.5, 1, 0.5]]\n",
     "blocks": '[[block]]\nname = "A"\nvertices = [[0, 0], [2, 0], [2, 2], [0, 2]]\nunit_weight = {w}\n'
@@ -234,22 +224,48 @@ def test_thickness_multiplies_stresses_once(kind, tmp_path):
     assert one.live.any()
 
 
-def test_thickness_leaves_forces_alone():
-    """A block of unit weight 2 and area 2, 0.3 thick, with cohesion 0.5 over 1 × 0.3, pushed by force 1."""
-    scene = mo.Scene(
-        thickness=0.3,
-        joints={"friction": 0.2, "cohesion": 0.5},
-        blocks=[
-            mo.Block(
-                name="A",
-                vertices=[(0, 0), (1, 0), (1, 2), (0, 2)],
-                unit_weight=2.0,
-                dead=(0, -1.0),
-                live=(1.0, 0.0),
-                live_at=(0.5, 0.0),
-            ),
-            mo.Block(name="f", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True),
-        ],
-    )
-    expected = 0.2 * (2.0 * 2.0 * 0.3 + 1.0) + 0.5 * 0.3
-    assert mo.solve(scene, "static").load_factor == pytest.approx(expected, rel=1e-7)
+SLENDER = {"width": 1.0, "height": 4.0, "drums": 5, "weight": 8.0}
+
+
+def load_factor(side=1.0, friction=5.0, **changes):
+    column = mo.Column(**SLENDER | {"live": (side, 0.0)} | changes)
+    return mo.solve(mo.Scene(joints={"friction": friction}, blocks=column.blocks()), "static").load_factor
+
+
+@pytest.mark.parametrize("drums", [1, 2, 5])
+def test_a_column_overturns_as_one_block(drums):
+    assert load_factor(drums=drums) == pytest.approx(1.0 / 4.0, rel=1e-7)
+    assert load_factor(drums=drums, friction=0.2) == pytest.approx(0.2, rel=1e-7)
+
+
+@pytest.mark.parametrize(("batter", "centre"), [("left", None), ("right", None), ("both", 1.5)])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_buttress_overturns_about_its_toe(batter, centre, side):
+    """Foot 3, top 1, height 4, in one piece: a rectangle 1 × 4 and triangles of 2 × 4 / 2 in all."""
+    foot, top, height = 3.0, 1.0, 4.0
+    rectangle, triangle = top * height, (foot - top) * height / 2
+    upright = foot - top / 2 if batter == "left" else top / 2
+    slope = (foot - top) * 2 / 3 if batter == "left" else foot - (foot - top) * 2 / 3
+    x = centre or (rectangle * upright + triangle * slope) / (rectangle + triangle)
+    y = (rectangle * height / 2 + triangle * height / 3) / (rectangle + triangle)
+    expected = (foot - x if side > 0 else x) / y
+    found = load_factor(side, width=(foot, top), height=height, drums=1, batter=batter)
+    assert found == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize("batter", ["left", "right", "both"])
+def test_drums_share_the_weight_by_their_areas(batter):
+    blocks = mo.Column(**SLENDER | {"width": (3.0, 1.0), "drums": 2, "batter": batter}).blocks()
+    # Widths 3, 2, 1 at heights 0, 2, 4.
+    assert [block.weight for block in blocks[:-1]] == pytest.approx([8.0 * 5 / 8, 8.0 * 3 / 8])
+    left = {"left": [0, 1, 2], "right": [0, 0, 0], "both": [0, 0.5, 1]}[batter]
+    assert [blocks[0].vertices[0][0], *(block.vertices[3][0] for block in blocks[:-1])] == pytest.approx(left)
+    assert blocks[1].vertices[2][1] == 4.0
+
+
+def test_the_base_is_as_wide_as_the_foot_and_may_be_left_out():
+    blocks = mo.Column(**SLENDER).blocks()
+    assert [block.name for block in blocks] == ["d1", "d2", "d3", "d4", "d5", "base"]
+    assert blocks[-1].fixed
+    assert blocks[-1].vertices == [(0.0, -0.8), (1.0, -0.8), (1.0, 0.0), (0.0, 0.0)]
+    assert not any(block.fixed for block in mo.Column(**SLENDER, base=False).blocks())

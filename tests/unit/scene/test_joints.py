@@ -1,7 +1,5 @@
 """Joints found from the geometry, and what is refused or repaired on the way."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
@@ -25,7 +23,6 @@ def parted(name, part):
 
 
 FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
-FLOOR_BELOW = mo.Block(name="low", vertices=[(-9, -2), (9, -2), (9, -0.5), (-9, -0.5)], fixed=True)
 
 
 def scene(*blocks, **more):
@@ -102,10 +99,7 @@ def test_fixed_blocks_may_touch_and_overlap_and_get_no_joint():
         ([mo.Block(name="A", vertices=[(0, 0), (2, 0), (2, 2), (0, 1), (1, 2)], weight=1)], "crosses itself"),
         ([parted("A", [(0, 0), (1, 0), (2, 0)])], "'A' has a part without area"),
         ([parted("A", [(0, 0), (3, 2), (3, 0), (0, 1)])], "'A' has a part that crosses itself"),
-        (
-            [square("A", 0, 0, holes=[[(3, 3), (4, 3), (4, 4)]])],
-            "'A' has a hole that is not inside",
-        ),
+        ([square("A", 0, 0, holes=[[(3, 3), (4, 3), (4, 4)]])], "'A' has a hole that is not inside"),
         ([mo.Block(name="A", vertices=[(0, 0), (2, 1), (2, 0), (0, 1)], weight=1)], "'A' crosses itself"),
         ([mo.Block(name="A", vertices=[(0, 0), (0, 0), (1, 0)], weight=1)], "'A' has no area"),
     ],
@@ -134,53 +128,10 @@ def test_an_overlap_is_told_by_place_and_area_and_blamed_on_rounding_only_if_sha
     assert ("tolerance" in str(error.value)) is rounded
 
 
-def test_an_overlap_round_the_origin_has_no_signed_zero():
-    """Its middle is the origin, but for rounding."""
-    blocks = [square("A", -0.7, -0.5), square("B", -0.3, -0.5)]
-    with pytest.raises(mo.CaseError, match=r"area of 0\.6 round \(0, 0\)") as error:
-        joints_of(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks, FLOOR_BELOW]))
-    assert "-0" not in str(error.value)
-
-
 def test_an_exception_between_blocks_that_do_not_touch_is_refused():
     apart = scene(square("A", 0, 0), square("B", 4, 0), exceptions=[mo.Joint(between=("A", "B"), friction=1)])
     with pytest.raises(mo.CaseError, match="do not touch"):
         joints_of(apart)
-
-
-def test_supports_may_reach_far_beyond_what_stands_on_them():
-    ground = mo.Block(name="ground", vertices=[(-1e7, -1), (1e7, -1), (1e7, 0), (-1e7, 0)], fixed=True)
-    far = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[square("A", 0, 0, 0.1), ground])
-    assert pairs(far) == {("A", "ground")}
-
-
-def test_ten_thousand_blocks():
-    bond = {"H": [0.5, *[1.0] * 99, 0.5], "F": [1.0] * 100}
-    wall = mo.Wall(block=(4, 2), weight=1, courses=["H", "F"], course=bond, repeat=50)
-    large = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=wall.blocks())
-    joints = joints_of(large)
-    assert len(large.blocks) == 50 * 201 + 1
-    # Beds: 200 between courses and 101 on the base; heads: 100 and 99 a course.
-    assert len(joints.first) == 99 * 200 + 101 + 50 * (100 + 99)
-
-
-@pytest.mark.parametrize("corners", [50, 500, 5000])
-def test_finely_drawn_curves_keep_their_area(corners):
-    """A 2 × 4 block with one corner rounded by R = 0.5: area 8 - (1 - π/4) R²."""
-    angles = np.linspace(0, np.pi / 2, corners)
-    curve = [(1.5 + 0.5 * np.cos(a), 3.5 + 0.5 * np.sin(a)) for a in angles]
-    rounded = mo.Block(name="A", vertices=[(0, 0), (2, 0), *curve, (0, 4)], unit_weight=1)
-    area = geometry(scene(rounded)).size[0]
-    assert area == pytest.approx(8 - (1 - np.pi / 4) * 0.25, abs=0.25 / corners)
-    assert pairs(scene(rounded)) == {("A", "floor")}
-
-
-def test_two_polygons_of_many_sides_have_one_joint():
-    angles = np.linspace(0, 2 * np.pi, 720, endpoint=False) + np.pi / 720
-    disc = [(np.cos(a), np.sin(a) + np.cos(np.pi / 720)) for a in angles]
-    low = mo.Block(name="low", vertices=disc, weight=1)
-    high = mo.Block(name="high", vertices=[(x, y + 2 * np.cos(np.pi / 720)) for x, y in disc], weight=1)
-    assert pairs(scene(low, high)) == {("low", "high"), ("low", "floor")}
 
 
 @pytest.mark.parametrize("gap", [1e-4, 5e-4])

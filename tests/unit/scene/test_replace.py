@@ -1,7 +1,5 @@
 """Records with other values: what a call with these would make, refuse, or solve."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

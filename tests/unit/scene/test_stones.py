@@ -1,7 +1,5 @@
 """Blocks of other shapes than convex ones, and corners that stand on edges."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -67,12 +65,6 @@ def test_a_stone_in_a_notch_touches_its_three_sides():
     assert joints.normal[of_stone].sum(axis=0) == pytest.approx([0, -1])
 
 
-def test_a_hole_holds_what_stands_in_it():
-    ring = stone([(0, 0), (4, 0), (4, 4), (0, 4)], holes=[[(1, 1), (3, 1), (3, 3), (1, 3)]])
-    joints = joints_of(ring, stone([(1, 1), (2, 1), (2, 2), (1, 2)], "B"), FLOOR)
-    assert sorted(joints.extent[joints.first + joints.second == 1]) == pytest.approx([1.0, 1.0])
-
-
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_corner_on_an_edge_is_a_joint_without_length(turned):
     prop = stone([(1, 0), (0.5, -1), (1.5, -1)], "prop", weight=None, fixed=True)
@@ -102,14 +94,6 @@ def test_corner_on_corner_is_reported_unless_both_blocks_are_held_there():
     (warning,) = mo.solve(scene(*pushed), "static").warnings
     assert warning.code is Code.CORNERS_MEET
     assert warning.values["pairs"] == [["A", "D"]]
-
-
-def test_a_point_beside_a_shared_edge_is_no_joint_of_its_own():
-    # An L on a step: its foot, and its arm on the step, each share an edge with the same block.
-    step = stone([(-9, -1), (1, -1), (1, 1), (-9, 1)][::-1], "step", weight=None, fixed=True)
-    arm = stone([(1, 0), (2, 0), (2, 2), (0, 2), (0, 1), (1, 1)])
-    joints = joints_of(arm, step)
-    assert sorted(joints.extent) == pytest.approx([1.0, 1.0])
 
 
 def test_properties_of_an_exception_hold_for_every_joint_of_the_pair():

@@ -1,7 +1,5 @@
 """Joints from coordinates as people measure them: edges that are parallel within the tolerance alone."""
 
-from __future__ import annotations
-
 import math
 import re
 
@@ -236,7 +234,7 @@ def test_all_joints_are_found_where_every_corner_is_moved(made, by: float) -> No
 
 @pytest.mark.parametrize("method", ["static", "mcp"])
 @pytest.mark.parametrize("made", [brick_wall, rubble, arch])
-@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 20), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 20), marks=pytest.mark.slow)])
 def test_load_factors_stay_within_what_moved_corners_can_change(made, method: str, seeds: range) -> None:
     drawn = mo.solve(made(), method).required()
     for seed in seeds:

@@ -1,20 +1,21 @@
 """Each solver of the registry: accuracy on small scenes, statuses, tolerances, and what is refused."""
 
-from __future__ import annotations
+from types import SimpleNamespace
 
+import clarabel
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from scenes import WALLS, block_on_floor, declared, overhanging, pressed_down, small_wall, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.answer.answer import certify
 from masonry_opt.answer.reasons import Code
-from masonry_opt.effort import PARTS, Effort
+from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_exact import CvxpyForces
-from masonry_opt.models.cvxpy_standing import CvxpyStanding
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
-from masonry_opt.solvers.cvxpy_engine import has_optimum
+from masonry_opt.solvers.cvxpy_engine import solve_balanced
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import SOLVERS, Verdict, find_entry, find_solver, in_cvxpy, rougher
 
@@ -131,14 +132,6 @@ def test_the_solver_asked_for_does_everything_that_it_can():
     assert of_pyomo.solvers == {purpose: ["highs-ipm"] for purpose in result.solvers}
 
 
-def test_a_remedy_s_solver_is_named_beside_the_one_asked_for():
-    """μ = 3e5 in the joints of wall 2: simplex does not end in a sub-problem."""
-    wall = mo.load(WALLS[1]).replace(friction=3e5)
-    result = mo.solve(wall, "nonassociative", solver="highs")
-    assert result.solver == "highs"
-    assert result.solvers["sub-problems"] == ["highs", "clarabel"]
-
-
 #: By method: in what it is declared, and which solver does what. The loop, with which the MPEC begins, is
 #: declared in CVXPY.
 DECLARED = {"mpec": "pyomo", "refined": "cvxpy", "global": "pyomo"}
@@ -195,18 +188,6 @@ def test_a_limit_is_of_one_run_whatever_those_before_took():
     while effort.seconds["solve"] <= 2.0:
         session.set_costs(forces.statics.q, 1e-3 * rng.standard_normal(forces.statics.q.size))
         assert session.solve(1.5) is Verdict.OPTIMAL
-
-
-def test_effort_adds_up():
-    effort = Effort()
-    assert tuple(effort.seconds) == PARTS
-    standing = CvxpyStanding(problem := assemble(two_blocks()).problem, ShearLimits.true(problem))
-    for name in ("highs", "clarabel", "highs"):
-        assert has_optimum(standing.program, find_solver("cvxpy", name), effort, "once")
-    assert (effort.lp_solves, effort.nlp_solves) == (3, 0)
-    assert effort.solvers == {"once": ["highs", "clarabel"]}
-    assert effort.iterations > 0
-    assert effort.seconds["solve"] > 0
 
 
 # The registry ------------------------------------------------------------------------------------------
@@ -267,3 +248,59 @@ def test_programs_declared_in_cvxpy_alone_are_solved_by_a_solver_whose_word_can_
     assert of_cvxpy.entry.decides
     assert of_cvxpy.tolerance == 1e-9
     assert entry.decides or expected == "clarabel"
+
+
+FRICTION = 1e6
+
+
+def solved(data):
+    dims = data["dims"]
+    cones = [
+        clarabel.ZeroConeT(dims.zero),
+        clarabel.NonnegativeConeT(dims.nonneg),
+        *(clarabel.SecondOrderConeT(size) for size in dims.soc),
+    ]
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-10
+    size = len(data["c"])
+    P = data.get("P", sp.csc_array((size, size)))
+    P = sp.triu(P).tocsc()
+    return clarabel.DefaultSolver(P, data["c"], data["A"], data["b"], cones, settings).solve()
+
+
+def pushed_block(cone: bool) -> dict:
+    """max λ of a block of weight 1 under λ sideways, half as wide as high: |s| ≤ μ n, λ ≤ n / 2.
+
+    x = (n, s, λ); rows: n = 1, s = λ, rocking, friction.
+    """
+    A = [[1, 0, 0], [0, 1, -1], [-0.5, 0, 1], [-FRICTION, 0, 0], [0, -1, 0]]
+    if not cone:
+        A[3:] = [[-FRICTION, 1, 0], [-FRICTION, -1, 0]]
+    b = np.zeros(len(A))
+    b[0] = 1.0
+    dims = SimpleNamespace(zero=2, nonneg=1 if cone else 3, soc=[2] if cone else [])
+    return {"A": sp.csc_array(np.array(A, dtype=float)), "b": b, "c": np.array([0.0, 0, -1]), "dims": dims}
+
+
+@pytest.mark.parametrize("cone", [False, True], ids=["sides", "cone"])
+def test_large_friction_leaves_no_condition_open(cone):
+    """By hand: λ = 1/2, from the row of rocking alone, whose multiplier is 1; Aᵀz = −c."""
+    data = pushed_block(cone)
+    found = solve_balanced(solved, data)
+    assert found.x == pytest.approx([1.0, 0.5, 0.5], abs=1e-7)
+    assert found.z[2] == pytest.approx(1.0, abs=1e-7)
+    assert data["A"].T @ found.z == pytest.approx(-data["c"], abs=1e-7)
+
+
+def test_rows_of_one_cone_share_a_factor_and_equations_have_none():
+    """Else a point of one cone would be taken for one of another."""
+    seen, given = [], pushed_block(cone=True)
+    solve_balanced(lambda data: seen.append(data) or solved(data), given)
+    A, scaled = given["A"].toarray(), seen[0]["A"].toarray()
+    columns = np.array([scaled[0, 0], *scaled[1, 1:] / A[1, 1:]])
+    of_cone = scaled[3, 0] / (A[3, 0] * columns[0]), scaled[4, 1] / (A[4, 1] * columns[1])
+    assert of_cone[0] == pytest.approx(of_cone[1], rel=1e-12)
+    assert np.abs(scaled).max() <= 1e3 < np.abs(A).max()
+    assert seen[0]["c"] == pytest.approx(columns * given["c"])
+    assert seen[0]["b"][:2] == pytest.approx(given["b"][:2])

@@ -1,7 +1,5 @@
 """Whether there is a load factor at all: what is proven, by which residuals, and what is not."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -128,7 +126,7 @@ def test_random_scenes_that_jam(kind, seed):
 @pytest.mark.parametrize("kind", ["wall", "stack", "arch", "tessellation"])
 def test_no_proof_where_a_state_is_known(kind):
     """Random scenes with a certified load factor: the cuts must leave it room."""
-    for seed in range(3):
+    for seed in range(2):
         result = mo.solve(random_scene(kind, seed))
         if result.load_factor is not None and result.load_factor >= 0:
             problem = in_units_of_load(result.assembly.problem).problem

@@ -1,10 +1,8 @@
 """Why there is no load factor: the blocks and joints that are named, in codes and in pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from scenes import pressed_down, values_of
+from scenes import values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
@@ -72,22 +70,6 @@ def test_dilatancy_names_the_joints_that_lock_and_no_others(blocks):
     expected = {(f"b{number}", other) for number in range(blocks) for other in ("floor", "roof")}
     assert set(pairs(result)) == expected
     assert values_of(result, Code.DILATANCY_LOCKS) == {}
-
-
-@pytest.mark.parametrize("method", ["static", "kinematic", "nonassociative"])
-def test_unlimited_names_the_joints_that_carry_the_live_load(method):
-    result = mo.solve(pressed_down(), method)
-    assert result.status is Status.UNLIMITED
-    assert [reason.code for reason in result.reasons] == [Code.NO_MECHANISM, Code.JOINTS]
-    assert pairs(result) == [("A", "floor")]
-
-
-def test_jammed_names_the_joints_that_wedge():
-    result = mo.solve(voussoirs(0.2), "nonassociative")
-    assert result.status is Status.JAMMED
-    assert result.infeasibility.proven
-    assert values_of(result, Code.GROWS)["load_factor"] > 10
-    assert ("left", "key1") in pairs(result)
 
 
 def test_wedging_alone_names_what_moves():

@@ -1,7 +1,5 @@
 """Every reason has its sentence; a few of them, with numbers and names to be made, word for word."""
 
-from __future__ import annotations
-
 import re
 from math import inf
 

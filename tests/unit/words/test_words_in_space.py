@@ -1,7 +1,5 @@
 """Warnings of scenes in space, and what a summary tells of them."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -39,38 +37,6 @@ def test_nothing_is_wrong_with_a_box():
 def test_weights_of_another_unit_are_told_per_volume():
     scene = with_blocks(beside("B", 2), beside("C", 4, weight=1000.0))
     assert warned(scene, Code.WEIGHTS_DIFFER) == {"blocks": ["C"], "ratio": 1000.0, "per": "volume"}
-
-
-def test_forces_of_another_unit_are_told():
-    """3-4-12: a force of 13 kN on a block of 1 N."""
-    found = warned(box_on_floor(live=(3000, 4000, 12000)), Code.FORCES_DIFFER)
-    assert found == {"blocks": ["A"], "ratio": pytest.approx(13000), "load": "live"}
-
-
-def test_forces_outside_of_a_block_are_told():
-    found = warned(box_on_floor((1, 2, 3), live_at=(4, 6, 15)), Code.ACTS_OUTSIDE)
-    assert found == {"load": "live", "blocks": ["A"], "distance": pytest.approx(13)}
-    assert warned(box_on_floor((1, 2, 3), live_at=(1, 2, 3)), Code.ACTS_OUTSIDE) is None
-
-
-def test_blocks_far_away_are_told():
-    """The scene is 11 × 11 × 2; 500 - 6 from it stands a box on a support of its own."""
-    far = mo.box("pad", (500, 501), (0, 1), (-1, 0), fixed=True)
-    found = warned(with_blocks(far, beside("B", 500)), Code.FAR_AWAY)
-    assert found["blocks"] == ["pad", "B"]
-    assert found["distance"] == pytest.approx(500 - 6)
-    assert found["size"] == pytest.approx(math.sqrt(11**2 + 11**2 + 2**2))
-
-
-def test_supports_that_touch_nothing_are_told():
-    idle = mo.box("pad", (7, 8), (0, 1), (-1, 0), fixed=True)
-    assert warned(with_blocks(idle), Code.IDLE_SUPPORTS) == {"blocks": ["pad"]}
-
-
-def test_small_gaps_are_told():
-    found = warned(with_blocks(beside("B", 1.001)), Code.SMALL_GAPS)
-    assert found["pairs"] == [["A", "B"]]
-    assert found["widths"] == pytest.approx([0.001])
 
 
 def test_faces_that_are_not_turned_one_way_are_told():
@@ -114,14 +80,6 @@ def test_the_load_to_expect_tells_its_own_law():
     by_sides = dataclasses.replace(result, solution=dataclasses.replace(result.solution, found=found))
     assert by_sides.friction_law == "polygon of 24 sides"
     assert "to expect" in facts(by_sides)["friction"]
-
-
-def test_a_tilt_has_a_direction():
-    """A box of 2 × 2 × 1 slides when the ground is tilted by atan μ."""
-    scene = box_on_floor((2, 2, 1), 0.5, live=(0, 0, 0))
-    result = mo.solve(mo.Scene(joints=scene.joints, blocks=scene.blocks, tilt=(0, 1, 0)), "static")
-    assert result.tilt_angle == pytest.approx(math.degrees(math.atan(0.5)), rel=1e-6)
-    assert "towards [0, 1, 0]" in result.summary
 
 
 def test_what_meets_without_a_normal_is_told():

@@ -1,7 +1,5 @@
 """A drawing of a test, written to a file."""
 
-from __future__ import annotations
-
 import ezdxf
 import pytest
 from sheets import FLOOR

@@ -1,7 +1,5 @@
 """COMPAS JSON to scenes: files written here in the structures that COMPAS writes."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -149,25 +147,6 @@ def test_each_block_keeps_its_own_thickness(file):
         read(file(assembly(behind, {0})), along="y")
 
 
-def test_a_wall_across_any_level_direction(file):
-    """Turned by the angle of 3, 4, 5 about the vertical: the same wall."""
-    straight = [prism(BASE), prism(LOW), prism(HIGH)]
-    turned = [
-        mesh
-        | {
-            "vertex": {
-                key: {"x": 0.8 * p["x"] - 0.6 * p["y"], "y": 0.6 * p["x"] + 0.8 * p["y"], "z": p["z"]}
-                for key, p in mesh["vertex"].items()
-            }
-        }
-        for mesh in straight
-    ]
-    scene = read(file(assembly(turned, {0})))
-    for block, outline in zip(scene.blocks, (BASE, LOW, HIGH), strict=True):
-        assert_outline(block, outline)
-    assert read(file(assembly(turned, {0})), along=(-6, 8, 0)).blocks[1].weight == pytest.approx(10)
-
-
 def test_single_precision_and_triangles(file):
     """Coordinates of seven digits; ends in triangles; a portal has notches."""
     mesh = prism([(x / 3, y / 3) for x, y in PORTAL], 0.1, 0.4)
@@ -183,18 +162,6 @@ def test_single_precision_and_triangles(file):
     scene = read(file(assembly([prism(BASE, 0.1, 0.4), mesh], {0})))
     assert scene.blocks[1].weight == pytest.approx(10 * 8 / 9 * 0.3, rel=1e-6)
     assert len(find_joints(scene, geometry(scene)).extent) == 2
-
-
-def test_ends_in_fans_of_triangles(file):
-    """As exporters write notched ends: of a fan about the first corner some triangles lie outside, turned
-    round."""
-    mesh = prism(PORTAL)
-    for end in ("0", "1"):
-        first, *rest = mesh["face"].pop(end)
-        mesh["face"] |= {f"{end}{i}": [first, *rest[i : i + 2]] for i in range(6)}
-    scene = read(file(assembly([prism(BASE), mesh], {0})))
-    assert_outline(scene.blocks[1], PORTAL)
-    assert scene.blocks[1].weight == pytest.approx(10 * 8 * 0.5)
 
 
 def test_holes_through_a_block(file):
@@ -256,14 +223,6 @@ def test_polygons_are_taken_as_they_are(file, as_objects, upright):
     assert mo.solve(scene, "static").required() == pytest.approx(0.5, rel=1e-6)
 
 
-def test_polyhedra_are_blocks(file):
-    mesh = prism(LOW)
-    points = [[point[axis] for axis in "xyz"] for point in mesh["vertex"].values()]
-    solid = wrapped("compas.geometry/Polyhedron", {"vertices": points, "faces": list(mesh["face"].values())})
-    scene = read(file([wrapped("compas.datastructures/Mesh", prism(BASE)), solid]), fixed=["0"])
-    assert scene.blocks[1].weight == pytest.approx(10)
-
-
 def wedge():
     """A prism whose farther end is shifted along x: its sides lean."""
     mesh = prism(LOW)
@@ -321,15 +280,6 @@ def test_what_lies_down_is_seen_from_above_if_asked(file):
         read(file(assembly(lying, {0})), along="sideways")
 
 
-@pytest.mark.parametrize(
-    "data",
-    [{}, [], 5, "text", None, {"joints": {"friction": 0.5}}, {"data": {"data": None}}, {"node": {}}, [1]],
-)
-def test_json_of_something_else(file, data):
-    with pytest.raises(mo.CaseError, match=r"wall\.json: "):
-        read(file(data))
-
-
 @pytest.mark.parametrize("content", [b"", b'{"dtype": "compas', b"\x00\xff\xfe", b"[" * 100_000])
 def test_files_that_are_no_json(tmp_path, content):
     path = tmp_path / "broken.json"
@@ -338,3 +288,15 @@ def test_files_that_are_no_json(tmp_path, content):
         read(path)
     with pytest.raises(mo.CaseError):
         read(tmp_path / "wall.obj")
+
+
+def test_ends_in_fans_of_triangles(file):
+    """As exporters write notched ends: of a fan about the first corner some triangles lie outside, turned
+    round."""
+    mesh = prism(PORTAL)
+    for end in ("0", "1"):
+        first, *rest = mesh["face"].pop(end)
+        mesh["face"] |= {f"{end}{i}": [first, *rest[i : i + 2]] for i in range(6)}
+    scene = read(file(assembly([prism(BASE), mesh], {0})))
+    assert_outline(scene.blocks[1], PORTAL)
+    assert scene.blocks[1].weight == pytest.approx(10 * 8 * 0.5)

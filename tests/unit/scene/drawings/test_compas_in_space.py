@@ -1,7 +1,5 @@
 """COMPAS JSON to scenes in space: blocks whole, flat supports, boxes."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,8 +1,5 @@
 """The command `convert`: what it writes, and how it ends."""
 
-from __future__ import annotations
-
-import json
 import shlex
 
 import ezdxf
@@ -57,16 +54,6 @@ def test_options_of_dxf(tmp_path, monkeypatch, capsys):
     assert mo.solve(scene, "static").required() == pytest.approx(1.0, rel=1e-6)
 
 
-def test_options_of_compas(tmp_path, monkeypatch, capsys):
-    rings = [[(-1, -1), (5, -1), (5, 0), (-1, 0)], [(0, 0), (4, 0), (4, 1), (0, 1)]]
-    path, out = tmp_path / "stone.json", tmp_path / "stone.toml"
-    path.write_text(json.dumps(rings))
-    options = shlex.split("--fixed 0 --along 0,0,1 --live 1,0 --friction 0.5 --unit-weight 20")
-    code, _, err = run_command(monkeypatch, capsys, "convert", path, out, *options)
-    assert (code, err) == (0, "")
-    assert mo.solve(out, "static").required() == pytest.approx(0.5, rel=1e-6)
-
-
 @pytest.mark.parametrize(
     ("options", "named"),
     [
@@ -91,16 +78,6 @@ def test_wrong_options_are_named_and_nothing_is_written(wall, tmp_path, monkeypa
     assert not out.exists()
 
 
-def test_a_drawing_with_a_gap_is_refused(tmp_path, monkeypatch, capsys):
-    """What is written can be solved: here the stone touches nothing."""
-    path, out = tmp_path / "stone.json", tmp_path / "stone.toml"
-    path.write_text(json.dumps([[(-1, -1), (5, -1), (5, 0)], [(0, 0.1), (4, 0.1), (4, 1)]]))
-    code, _, err = run_command(monkeypatch, capsys, "convert", path, out, *NEEDED, "--fixed", "0")
-    assert code == 2
-    assert "'1'" in err
-    assert not out.exists()
-
-
 @pytest.mark.parametrize("name", ["case.toml", "case.json"])
 @pytest.mark.parametrize("options", [[], NEEDED])
 def test_a_case_file_given_for_a_drawing_is_told_what_can_be_done_with_it(
@@ -113,18 +90,6 @@ def test_a_case_file_given_for_a_drawing_is_told_what_can_be_done_with_it(
     assert f"masonry-opt solve {case}" in err
     assert ".dxf" in err
     assert not out.exists()
-
-
-@pytest.mark.parametrize(
-    "names", [("wall.obj", "wall.toml"), ("wall.dxf", "wall.png"), ("wall.toml", "wall.dxf")]
-)
-def test_names_of_files_that_are_not_converted(tmp_path, monkeypatch, capsys, names):
-    code, _, err = run_command(
-        monkeypatch, capsys, "convert", *(tmp_path / name for name in names), *NEEDED, "--live", "1,0"
-    )
-    assert code == 2
-    assert err.startswith("error: ")
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_drawing_with_a_thickness_becomes_solids(wall, tmp_path, monkeypatch, capsys):
@@ -173,13 +138,3 @@ def test_a_mesh_becomes_a_case_file_that_holds_or_names_it(tmp_path, monkeypatch
     if beside:
         with pytest.raises(mo.CaseError, match=r"stone\.obj: no such file"):
             mo.load(out)
-
-
-def test_options_of_another_kind_are_refused(tmp_path, monkeypatch, capsys):
-    drawn, out = tmp_path / "stone.obj", tmp_path / "stone.toml"
-    drawn.write_bytes(MESH)
-    for option in (["--along", "y"], ["--to-metres"], ["--space"], ["--thickness", "1"]):
-        code, _, err = run_command(monkeypatch, capsys, "convert", drawn, out, *NEEDED, *option)
-        assert code == 2
-        assert option[0] in err
-        assert not out.exists()

@@ -1,7 +1,5 @@
 """DXF drawings that make no scene, and scenes that make no drawing: what is named."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest

@@ -1,7 +1,5 @@
 """Walls along a plan: they fill it, whole and without gaps, in bond; what cannot be bonded is refused."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Barrel and groin vaults, domes and shafts: volumes, joints and places by closed forms, what is refused."""
 
-from __future__ import annotations
-
 from math import cos, hypot, pi, radians, sin
 
 import numpy as np
@@ -121,18 +119,6 @@ def test_a_dome_is_whole(bond, keys):
     foot = each if first else 1  # a level foot is one plane
     joints = rings * 8 + 8 * (each * (rings - 1) + foot + (0 if "oculus" in keys else each))
     assert len(assembly.joints.first) == joints
-
-
-def test_rings_of_a_dome_break_joint_where_they_are_bonded():
-    running, meridians = (assembled(mo.Dome(**DOME, bond=bond)) for bond in ("running", "meridians"))
-    for assembly, above in ((running, 2), (meridians, 1)):
-        names = [block.name for block in assembly.scene.blocks]
-        first = {
-            names[j]
-            for i, j in zip(assembly.joints.first, assembly.joints.second, strict=True)
-            if names[i] == "2-1"
-        }
-        assert len([name for name in first if name.startswith("3-")]) == above
 
 
 @pytest.mark.parametrize("rise", [1.2, 2.0, 3.0])

@@ -1,8 +1,5 @@
 """Joints of blocks in space, found from their geometry: areas, corners and normals in closed form."""
 
-from __future__ import annotations
-
-import itertools
 import math
 
 import numpy as np
@@ -179,18 +176,6 @@ def test_faces_may_lean_as_far_as_the_tolerance_over_what_they_share(rise, point
     assert found.normal[0] == pytest.approx([-math.sin(slope), 0, math.cos(slope)])
 
 
-def test_a_strip_narrower_than_ten_tolerances_is_no_joint():
-    def on(width):
-        ground = box("floor", (0, 1), (0, 1), (-1, 0), fixed=True)
-        blocks = scene(box("A", (1 - width, 2), (0, 1), (0, 1)), ground, tolerance=1e-3)
-        return contacts_of(blocks, floating=True)
-
-    assert on(0.011).extent == pytest.approx([0.011])
-    narrow = on(0.009)
-    assert len(narrow.first) == 0
-    assert narrow.without_normal == [(0, 1)]
-
-
 def test_a_near_miss_beside_a_joint_is_told():
     """A block over a step: it rests on one box, and hangs .004 over the other."""
     low, high = box("B", (0, 1), (0, 1), (0, 0.996)), box("C", (1, 2), (0, 1), (0, 1))
@@ -220,15 +205,6 @@ def test_blocks_that_overlap_are_refused_with_place_volume_and_depth():
     assert "0.875, " in str(error.value)
 
 
-def test_ridges_that_cut_into_each_other_overlap():
-    """Two ridges of right angles that cross, .1 deep: four pyramids make a volume of 2/3 · (.1)³."""
-    upper, lower = ridge("A", 0, below=False), ridge("B", 1, below=True, fixed=True)
-    sunk = hull("A", np.array(upper.vertices) - [0, 0, 0.1])
-    # At height z the ridges are 2 z and 2 (.1 - z) wide: the integral of 4 z (.1 - z) is 4 (.1)³ / 6.
-    with pytest.raises(mo.CaseError, match=r"overlap.* 0\.000666667 "):
-        contacts_of(scene(sunk, lower))
-
-
 def test_what_reaches_no_support_is_refused():
     pair = box("A", (0, 1), (0, 1), (3, 4)), box("B", (0, 1), (0, 1), (4, 5))
     with pytest.raises(mo.CaseError, match=r"'A'.*'B'"):
@@ -237,45 +213,6 @@ def test_what_reaches_no_support_is_refused():
     alone = box("A", (8, 9), (0, 1), (4, 5))
     with pytest.raises(mo.CaseError, match=r"'A'.*'floor'.* 5 away"):
         contacts_of(scene(alone, FLOOR))
-
-
-def test_two_supports_share_no_joint_and_may_overlap():
-    other = box("wall", (4, 6), (-5, 5), (-1, 3), fixed=True)
-    found = contacts_of(scene(box("A", (3, 4), (0, 1), (0, 1)), FLOOR, other))
-    assert [*zip(found.first, found.second, strict=True)] == [(0, 1), (0, 2)]
-    touching = box("wall", (5, 6), (-5, 5), (-1, 3), fixed=True)
-    assert contacts_of(scene(box("A", (3, 4), (0, 1), (0, 1)), FLOOR, touching)).fixed_pairs == 1
-
-
-def test_joint_properties_come_from_defaults_and_exceptions():
-    blocks = mo.Scene(
-        joints=mo.JointDefaults(friction=0.5, cohesion=1, dilatancy=0.1),
-        exceptions=[mo.Joint(between=("floor", "B"), friction=0.9, cohesion=2)],
-        blocks=[box("A", (0, 1), (0, 1), (0, 1)), box("B", (1, 2), (0, 1), (0, 1)), FLOOR],
-    )
-    found = find_joints(blocks, shapes(blocks))
-    assert [*zip(found.first, found.second, strict=True)] == [(0, 1), (0, 2), (1, 2)]
-    np.testing.assert_array_equal(found.friction, [0.5, 0.5, 0.9])
-    np.testing.assert_array_equal(found.cohesion, [1, 1, 2])
-    np.testing.assert_array_equal(found.dilatancy, [0.1, 0.1, 0.1])
-    plain = blocks.model_copy(update={"exceptions": []})
-    np.testing.assert_array_equal(found.with_properties(plain).friction, [0.5, 0.5, 0.5])
-
-
-def test_a_wall_in_running_bond_has_the_joints_that_its_bond_gives():
-    """Courses of n stretchers, every other one between two halves: n - 1 and n head joints, 2 n bed joints
-    on each course below."""
-    n, courses = 5, 6
-    blocks = []
-    for course in range(courses):
-        ends = [0, *range(1, n), n] if course % 2 == 0 else [0, *(k + 0.5 for k in range(n)), n]
-        z = (course * 0.3, course * 0.3 + 0.3)
-        blocks += [box(f"{course} {x}", (x, y), (0, 0.5), z) for x, y in itertools.pairwise(ends)]
-    found = contacts_of(scene(*blocks, box("base", (-1, n + 1), (-1, 2), (-1, 0), fixed=True)))
-    heads = courses // 2 * (2 * n - 1)
-    assert len(found.first) == heads + 2 * n * (courses - 1) + n
-    assert found.extent.sum() == pytest.approx(heads * 0.15 + courses * n * 0.5)
-    assert (found.without_normal, found.gaps) == ([], {})
 
 
 @pytest.mark.parametrize("off", [-0.05, 0.05])
@@ -304,3 +241,30 @@ def test_a_contact_tolerance_is_for_space():
     ]
     with pytest.raises(mo.CaseError, match="'contact_tolerance'"):
         scene(*plane, contact_tolerance=0.1)
+
+
+def test_a_strip_narrower_than_ten_tolerances_is_no_joint():
+    def on(width):
+        ground = box("floor", (0, 1), (0, 1), (-1, 0), fixed=True)
+        blocks = scene(box("A", (1 - width, 2), (0, 1), (0, 1)), ground, tolerance=1e-3)
+        return contacts_of(blocks, floating=True)
+
+    assert on(0.011).extent == pytest.approx([0.011])
+    narrow = on(0.009)
+    assert len(narrow.first) == 0
+    assert narrow.without_normal == [(0, 1)]
+
+
+def test_joint_properties_come_from_defaults_and_exceptions():
+    blocks = mo.Scene(
+        joints=mo.JointDefaults(friction=0.5, cohesion=1, dilatancy=0.1),
+        exceptions=[mo.Joint(between=("floor", "B"), friction=0.9, cohesion=2)],
+        blocks=[box("A", (0, 1), (0, 1), (0, 1)), box("B", (1, 2), (0, 1), (0, 1)), FLOOR],
+    )
+    found = find_joints(blocks, shapes(blocks))
+    assert [*zip(found.first, found.second, strict=True)] == [(0, 1), (0, 2), (1, 2)]
+    np.testing.assert_array_equal(found.friction, [0.5, 0.5, 0.9])
+    np.testing.assert_array_equal(found.cohesion, [1, 1, 2])
+    np.testing.assert_array_equal(found.dilatancy, [0.1, 0.1, 0.1])
+    plain = blocks.model_copy(update={"exceptions": []})
+    np.testing.assert_array_equal(found.with_properties(plain).friction, [0.5, 0.5, 0.5])

@@ -1,7 +1,5 @@
 """The joints of a scene in space do not depend on how it lies, is numbered, measured or drawn."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

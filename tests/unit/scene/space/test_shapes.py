@@ -1,16 +1,16 @@
 """Shapes of solids: what they enclose in closed form, and what is turned round, joined or refused."""
 
-from __future__ import annotations
-
 import math
 import re
 
 import numpy as np
 import pytest
 import shapely
+from scenes_in_space import box_on_floor
 from touching_solids import FLOOR, box, hull, in_triangles, parted, scene, with_parts
 
 import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.space.shapes import shapes
 
 CUBE = box("A", (0, 1), (0, 2), (0, 3))
@@ -75,11 +75,6 @@ def test_coplanar_pieces_are_one_face():
     assert areas == pytest.approx([6, 6, 3, 3, 2, 2])
 
 
-def test_a_step_of_two_parts_has_faces_with_and_without_notches():
-    step = parted("A", ((0, 2), (0, 1), (0, 1)), ((0, 1), (0, 1), (1, 3)))
-    assert of_first(scene(step, FLOOR))[2] == pytest.approx([4, 4, 3, 2, 2, 1, 1, 1])
-
-
 def test_a_smaller_part_on_a_larger_one_leaves_a_face_with_a_hole():
     found = shapes(scene(parted("A", ((0, 3), (0, 3), (0, 1)), ((1, 2), (1, 2), (1, 2))), FLOOR))
     (ring,) = (face for face in found.faces.polygon[found.faces.block == 0] if len(face.interiors))
@@ -128,16 +123,6 @@ def test_a_solid_that_is_not_convex_needs_parts():
     refused(scene(mo.Solid(name="A", vertices=vertices, faces=faces, weight=1), FLOOR), "0.8 ", "'parts'")
 
 
-def test_a_part_that_is_not_convex_is_refused_by_number():
-    outline = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
-    faces = [[*range(6)][::-1], [*range(6, 12)]] + [
-        [k, (k + 1) % 6, (k + 1) % 6 + 6, k + 6] for k in range(6)
-    ]
-    angle = {"vertices": [(x, y, z) for z in (0, 1) for x, y in outline], "faces": faces}
-    block = mo.Solid(name="A", parts=[{"box": ((0, 1), (0, 1), (1, 2))}, angle], weight=1)
-    refused(scene(block, FLOOR), "no. 2", "1 in front", "'parts'")
-
-
 def test_parts_of_a_block_that_overlap_are_refused_with_place_and_volume():
     block = parted("A", ((0, 1), (0, 1), (0, 1)), ((0.5, 2), (0, 1), (0, 1)), ((0, 1), (1, 2), (0, 1)))
     refused(scene(block, FLOOR), "no. 1 and 2 ", "0.5 round (0.75, 0.5, 0.5)", "0.5 deep")
@@ -176,3 +161,32 @@ def test_the_thin_end_of_a_part_has_two_faces():
     x, z = np.array(low).T
     area = abs(x @ np.roll(z, -1) - z @ np.roll(x, -1)) / 2
     assert shapes(scene).size[1] == pytest.approx(area)
+
+
+def on_footing(*parts):
+    """A plate of 4 × 4 on a footing of boxes 1 high."""
+    footing = [mo.Part(box=(x, y, (-1, 0))) for x, y in parts]
+    blocks = [
+        mo.box("plate", (0, 4), (0, 4), (0, 1), weight=1.0, live=(1, 0, 0)),
+        mo.Solid(name="footing", parts=footing, fixed=True),
+    ]
+    return assemble(mo.Scene(joints={"friction": 0.6}, blocks=blocks))
+
+
+def test_holes_count_against_the_middle():
+    """A ring of 4 × 4 with a hole from (1, 1) to (2, 3): (16·(2, 2) − 2·(1.5, 2)) / 14."""
+    assembly = on_footing(((0, 4), (0, 1)), ((0, 4), (3, 4)), ((0, 1), (1, 3)), ((2, 4), (1, 3)))
+    found = assembly.joints.middle + assembly.geometry.origin
+    assert found == pytest.approx(np.array([[29 / 14, 2, 0]]), abs=1e-9)
+
+
+def test_boxes_and_distances_outside_of_hulls():
+    assembly = assemble(box_on_floor((1, 2, 3)))
+    shapes = assembly.geometry
+    low, high = shapes.boxes
+    assert low[0] + shapes.origin == pytest.approx([0, 0, 0])
+    assert high[0] + shapes.origin == pytest.approx([1, 2, 3])
+    # Inside, on a face, 2 in front of one, and off a corner by (3, 4, 12).
+    points = np.array([(0.5, 1, 1), (0, 1, 1), (0.5, 4, 1), (4, 6, 15)]) - shapes.origin
+    found = shapes.outside(np.zeros(4, dtype=int), points)
+    assert found == pytest.approx([0, 0, 2, 13], abs=1e-6)
