@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from itertools import groupby
 
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.answer.reasons import Code, Reason, Status
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
@@ -240,31 +241,44 @@ def load_factors(result: Outcome) -> str:
     """The load factors that a Coulomb answer comes with, and what each is for; none of a scene that falls."""
     if result.kind is Kind.ASSOCIATIVE or result.status is Status.UNSTABLE:
         return ""
-    said, found, expected = [], result.load_factor, result.expected
+    found, expected = result.load_factor, result.expected
     lowest = expected if result.end is None else result.end
+    told: list[tuple[str, float, str]] = []
     if found is not None and result.kind is not Kind.COMPLIANT:
         if result.solution.below_zero < 0:
-            said.append(f"found {_known(found)} (with the worst self-stress or fit it falls by itself)")
+            told.append(("lowest found", found, "with the worst self-stress or fit it falls by itself"))
         elif lowest is None or lowest >= found or same(lowest, found):
-            said.append(f"least known {_known(found)} (with the worst self-stress or fit)")
+            told.append(("safe (lowest found)", found, ""))
         else:
-            said.append(f"found {_known(found)} (lower ones are likely)")
+            told.append(("found", found, "lower ones are likely"))
     if expected is not None:
-        said.append(f"to expect {_known(expected)} (pushed from rest, contacts alike{_doubt(result)})")
-    elif not {said.code for said in result.expected_reasons} <= {said.code for said in result.reasons}:
-        said.append(f"to expect none ({message(result.expected_reasons)})")
+        told.append(("expected in a test", expected, _doubt(result)))
     if result.associative is not None:
-        said.append(f"associative {_known(result.associative)} (if joints opened as they slide)")
+        told.append(("upper bound", result.associative, "classical limit analysis"))
+    said = [_once(list(equal)) for _, equal in groupby(told, lambda each: _known(each[1]))]
+    if expected is None and not _codes(result.expected_reasons) <= _codes(result.reasons):
+        said.insert(min(1, len(said)), f"none expected in a test ({message(result.expected_reasons)})")
     return " · ".join(said)
+
+
+def _once(equal: list[tuple[str, float, str]]) -> str:
+    """Load factors that are equal, each with what it is and a remark, said once."""
+    names, values, remarks = zip(*equal, strict=True)
+    remark = "; ".join(filter(None, remarks))
+    return f"{' and '.join(names)} {_known(values[0])}" + (f" ({remark})" if remark else "")
+
+
+def _codes(reasons: Iterable[Reason]) -> set[Code]:
+    return {reason.code for reason in reasons}
 
 
 def _doubt(result: Outcome) -> str:
     """What is not shown of the load to expect, or is left of it once blocks move."""
     for why in result.expected_reasons:
         if why.code is Code.NO_PLATEAU:
-            return f"; {message([why])}"
+            return message([why])
         if why.code is Code.RAY and why.values["peak"] is not None:
-            return f"; {_known(result.end) if result.end is not None else 'nothing'} as it moves on"
+            return f"{_known(result.end) if result.end is not None else 'nothing'} as it moves on"
     return ""
 
 

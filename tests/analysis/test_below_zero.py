@@ -67,7 +67,7 @@ def test_a_state_below_zero_is_told_beside_the_load_at_which_a_scene_that_rests_
     assert below < -0.1
     said = facts(result)
     assert "below zero" in said["how sure"]
-    assert "least known" not in said["load factors"]
+    assert "safe" not in said["load factors"]
 
 
 @pytest.mark.parametrize(
