@@ -57,7 +57,7 @@ def test_the_load_to_expect_is_a_column(swept):
 def test_order_and_workers_change_nothing(swept):
     same(sweep(workers=2), swept)
     points = grid(VARY)[::-1]
-    frame = run_many(Study(block_on_floor(), HowToSolve("static")), points, workers=2)
+    frame = run_many(Study(block_on_floor(), HowToSolve("static")), points, by=(2, None))
     same(frame[::-1].reset_index(drop=True), swept)
 
 

@@ -121,13 +121,13 @@ def run_many(
     *,
     out: str | Path | None = None,
     force: bool = False,
-    workers: int | None = None,
-    dask: str | None = None,
+    by: tuple[int | None, str | None] = (None, None),
     progress: RunProgress = lambda done, of: None,
 ) -> pd.DataFrame:
     """One row a point, in the order of the points, which are values by name: see :func:`~.sweep.sweep`,
     errors and other parameters too. ``make`` makes the scene of a point where the study has none, in this
-    process. Finished runs are kept in a journal beside the table, and not made again."""
+    process; runs are by so many workers, or those of a Dask scheduler. Finished runs are kept in a journal
+    beside the table, and not made again."""
     study.how.refuse_functions()
     journal = None if out is None else _journal(Path(out), force, study, points)
     rows: dict[int, dict[str, Any]] = {}
@@ -148,7 +148,7 @@ def run_many(
             else:
                 rows[index] = found
 
-    with Workers(partial(run_solver, study), workers, dask) as made:
+    with Workers(partial(run_solver, study), *by) as made:
         for number, end in made.map(missing()):
             index, run = under_way[number]
             under_way[number] = (index, StudyRun({}))  # scenes are not kept

@@ -348,7 +348,7 @@ def sample(
     how = prepare(method, **options).how
     study, make = (Study(None, how), draws.scene) if draws.varied else (Study(scene, how), None)
     points: list[Any] = values.to_dict("records")
-    table = run_many(study, points, make, out=out, force=force, workers=workers, dask=dask, progress=progress)
+    table = run_many(study, points, make, out=out, force=force, by=(workers, dask), progress=progress)
     found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if out is not None:
         write_files(Path(out), {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})

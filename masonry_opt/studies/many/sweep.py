@@ -76,7 +76,7 @@ def sweep(
         of = as_scene(scene)
         Parameters(of).check_names(vary)
     study = Study(of, prepare(method, **options).how)
-    frame = run_many(study, points, make, out=out, force=force, workers=workers, dask=dask, progress=progress)
+    frame = run_many(study, points, make, out=out, force=force, by=(workers, dask), progress=progress)
     if out is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.charts import write_charts
