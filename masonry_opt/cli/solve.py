@@ -90,8 +90,8 @@ def solve(
             if not result.solution.interrupted:  # else it is the lowest state of a search
                 check_interrupt()
         except KeyboardInterrupt:
-            last = f"the last was {steps[-1]}, not the answer" if steps else "before the first λ"
-            raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None
+            last = f"the last was {steps[-1]}, not the answer" if steps else "no load factor was found"
+            raise InterruptedByUserError(f"interrupted: {last}; no file written") from None
     if json:
         print_text(answer.to_json())
     elif not quiet:

@@ -75,7 +75,7 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
     if v["factor"] is not None:
         much = f"with all friction at least {rounded_up(v['factor'])} times as high"
     elif v["above"] > 1:
-        much = f"if they could not: {v['above']:.4g} times the present friction does not do"
+        return f"{slides}: even {v['above']:.4g} times the friction would not hold them"
     else:
         much = "with enough friction"
     if v["hangs"]:
@@ -87,11 +87,10 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
 
 
 def _states_met(v: dict[str, Any]) -> str:
-    tried = counted(v["candidates"], "candidate")
+    starts = counted(v["candidates"], "start")
     if v["count"] == 1:
-        return f"the only one that {tried} led to" if v["candidates"] > 1 else "the only one met"
-    highest = numeral(v["most"], ".4g")
-    return f"the lowest of {v['count']} that {tried} led to, up to λ = {highest}"
+        return f"{starts} gave the same result" if v["candidates"] > 1 else "one start was tried"
+    return f"{starts} gave {v['count']} results, up to λ = {numeral(v['most'], '.4g')}: this is the lowest"
 
 
 def _wedged(v: dict[str, Any]) -> str:
@@ -118,7 +117,7 @@ def _undecided(v: dict[str, Any]) -> str:
 
 def _other_contacts(v: dict[str, Any]) -> str:
     times, word = max((v["softer"], "softer"), (1 / v["softer"], "stiffer"))
-    return f"ones {times:.2g} times {word} change λ by {v['change']:.2%}"
+    return f"with contacts {times:.2g} times {word} λ changes by {v['change']:.2%}"
 
 
 def _joints_or_points(v: dict[str, Any]) -> str:
@@ -278,9 +277,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _other_contacts(v)
     ),
     Code.NO_PLATEAU: lambda v: (
-        f"with contacts that give by {v['give']:.0e} of the motion; that λ does not depend on their "
-        "stiffness is not shown: "
-        + ("no softer ones came to a state" if v["change"] is None else _other_contacts(v))
+        "uncertain: " + ("softer contacts came to no state" if v["change"] is None else _other_contacts(v))
     ),
     Code.RAY: lambda v: (
         f"proven by its push from rest, in {counted(v['steps'], 'step')} to where blocks move on for ever"
@@ -327,7 +324,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.UNDECIDED: "for some mechanisms the solver could not tell whether they lower it",
     Code.STATES_MET: _states_met,
     Code.SEARCHED: lambda v: (
-        f"searched for, by {counted(v['candidates'], 'candidate')}"
+        f"searched for a lower one from {counted(v['candidates'], 'start')}"
         + (", interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_REFINED: lambda v: f"not refined: {_sentence(Code(v['why']), v)}",

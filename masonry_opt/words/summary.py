@@ -208,7 +208,7 @@ def _certainty(result: Outcome) -> str:
             "an upper bound, for joints that open as they slide: those that do not may collapse sooner "
             "(method 'mcp' tells)"
         )
-    state = "an exact state" if result.exact else f"exact but for {_left(result)}"
+    state = "exact" if result.exact else f"exact but for {_left(result)}"
     if unique:
         return state
     if bounds := [reason for reason in result.reasons if reason.code in _BOUNDS]:
@@ -217,8 +217,8 @@ def _certainty(result: Outcome) -> str:
         sentences([reason for reason in result.reasons if reason.code is code])
         for code in (Code.STATES_MET, Code.SEARCHED)
     )
-    looks = searched[0] if searched else "method 'refined' with search=10 looks for them"
-    return f"{', '.join([state, *met])}; lower ones may exist ({looks})"
+    looks = searched or ["to search for a lower one: method 'refined' with search=10"]
+    return "; ".join([state, *met, *looks])
 
 
 def _is_associative(result: Outcome) -> bool:

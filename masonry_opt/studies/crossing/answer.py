@@ -148,14 +148,14 @@ class Crossing(StudyAnswer):
         found = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
         if worst.load_factor is not None:
             found = numeral(worst.load_factor, ".6f")
-        at = ", ".join(numeral(x, ".6g") for x in self.at)
+        first, *others = (numeral(x, ".6g") for x in self.at)
         source = least.passage.axles.group.source
         positions, away = counted(len(self.table), "position"), numeral(self.resolution or 0.0, ".3g")
         told |= {
             "least λ": found,
-            "at": f"{at} (abscissae of the axles, the first first)",
+            "at": f"axles at x = {first}{' (first)' if others else ''}{''.join(f', {x}' for x in others)}",
             "axles": f"'{self.axles}', travelling {self.direction}{f' ({source})' if source else ''}",
-            "solved": f"{positions}, the next ones to the worst at most {away} away",
+            "solved": f"at {positions}; spacing at the worst position {away}",
         }
         if least.passage.assembly.problem.live.any():
             told["beside them"] = "the scene's other live loads, which λ multiplies too"
