@@ -86,6 +86,7 @@ _TOLERANCES, _SIDES = "exact.alternation:_TOLERANCES", ".problem.matrices:SIDES"
 
 #: What concerns blocks in space alone, as in ``ABLATIONS``.
 IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
+    "softer-contacts": ("mcp", {"push.compliant:SOFT": inf}),
     "slowly-rising-weight": ("mcp", {_WEIGHTS: lambda old: old[1:]}),
     "heavy-weight-next": ("mcp", {_WEIGHTS: lambda old: old[:1]}),
     "rising-to-1e6": ("mcp", {_WEIGHTS: lambda old: (old[0], old[1][:5])}),
@@ -145,7 +146,6 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
             ("turns-that-are-told", "push:_TURNS", 0),
         )
     },
-    "softer-contacts": ("mcp", {"push.compliant:SOFT": inf}),
     "coarse-paths-beside": ("mcp", {"push.push:_COARSE": ()}),
     "one-alternation": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
     "light-energy-first": ("mcp", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),

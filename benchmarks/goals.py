@@ -7,7 +7,7 @@
 Rubble walls of so many stones, and small random scenes of the four kinds of tests/atlas: how many have a load
 to expect, proven by a ray, on its plateau or neither; how many a state, and how exact; what ended without
 one; and processor time over the associative program's, scene by scene in one run. With --lines each scene
-adds a line to a file; --draw makes docs/sizes.png of the rubble walls in such files.
+adds a line to a file; --draw makes build/sizes.png of the rubble walls in such files.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ def _stack(axes: Axes, names: list[str], shares: pd.DataFrame, colours: dict[str
 def main(asked: argparse.Namespace) -> None:
     if asked.draw:
         lines = pd.concat(map(pd.read_csv, asked.draw))
-        draw(lines, ROOT / "docs" / "sizes.png")
+        draw(lines, ROOT / "build" / "sizes.png")
         tell(lines)
         return
     # What is imported when first wanted, such as Pyomo for a proof that there is none, counts for no scene.

@@ -122,7 +122,7 @@ def walls(asked: argparse.Namespace) -> None:
     """Method compliant and the default, with what their states leave of complementarity."""
     head(
         *("wall", "blocks", "μ", "associative", "to expect", "steps", "s", "default", "steps", "s"),
-        *("complementarity", "over the least known", "how they ended"),
+        *("complementarity", "over the lowest known", "how they ended"),
     )
     scenes = [("corner", corner_wall, n, size) for n, size in CORNERS.items()]
     scenes += [("façade", facade, n, size) for n, size in FACADES.items()]

@@ -97,7 +97,7 @@ def solved(scene: mo.Scene | Path, method: str = "mcp", **options: Any) -> Resul
     The load to expect is left out unless asked for.
     """
     scene = _loaded(scene) if isinstance(scene, Path) else scene
-    key = (repr(scene), method, *sorted(options.items()))
+    key = (repr((scene.model_dump(), scene.load_case)), method, *sorted(options.items()))
     if key not in _SOLVED:
         _SOLVED[key] = mo.solve(scene, method, **({"expected": False} | options))
     return _SOLVED[key]

@@ -194,7 +194,7 @@ class Outcome:
         A row a state with λ ≥ 0 of contacts that give less and less: ``displacement`` of the live load (its
         work over its forces, in what a contact of mean length gives under the mean contact force of the dead
         load, counted from contacts without force), ``load_factor``, ``give`` (see
-        :class:`~.mcp.compliant.CompliantOptions`), how many joints are ``sliding`` under pressure and
+        :class:`~.push.compliant.CompliantOptions`), how many joints are ``sliding`` under pressure and
         ``opening`` (about an edge, or wholly), and the names of the two blocks of each joint that
         ``starts_sliding`` or ``starts_opening``: in none of the rows before. In the first row these are also
         the joints that move as the scene settles under its weight."""

@@ -78,7 +78,7 @@ class Solution:
     size: of the linear program.
     curve: states of contacts that give less and less, if they were asked for.
     way: makes keyframes of a push, which few ask for; None of what is none.
-    softer: of a push, the state of contacts that are soft still, from which lower states are sought.
+    softer: of a push in space, the state of contacts that are soft still, from which lower ones are sought.
     solver: of the method that ended with it, which another may have asked.
     """
 

@@ -7,7 +7,7 @@ import ast
 import itertools
 from collections import ChainMap
 from collections.abc import Iterator, Mapping
-from inspect import Parameter, Signature, get_annotations
+from inspect import Parameter, Signature, formatannotation, get_annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
@@ -87,7 +87,7 @@ class _Unchecked(ast.NodeTransformer):
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
         if ast.unparse(node.value) == "Annotated" and isinstance(node.slice, ast.Tuple):
-            return node.slice.elts[0]
+            return self.visit(node.slice.elts[0])
         return self.generic_visit(node)
 
 
@@ -130,13 +130,18 @@ class Record(BaseModel, metaclass=_RecordType):
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         """Help shows keys by the names and types of their source, without what checks them."""
-        written = dict(ChainMap(*map(get_annotations, cls.__mro__)))
+        kinds = {
+            name: kind if isinstance(kind, str) else formatannotation(kind)
+            for name, kind in ChainMap(*map(get_annotations, cls.__mro__)).items()
+        }
         shown = [
             Parameter(
                 name,
                 Parameter.KEYWORD_ONLY,
-                default=Parameter.empty if field.is_required() else field.default,
-                annotation=ast.unparse(_Unchecked().visit(ast.parse(written[name]))),
+                default=Parameter.empty
+                if field.is_required()
+                else field.get_default(call_default_factory=True),
+                annotation=ast.unparse(_Unchecked().visit(ast.parse(kinds[name]))),
             )
             for name, field in cls.model_fields.items()
         ]

@@ -9,7 +9,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from pydantic import BaseModel, PrivateAttr
 
-from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.scene.blocks import Block, Body
 from masonry_opt.scene.consistency import inconsistencies, wrong_direction
 from masonry_opt.scene.keys import SceneKeys
@@ -81,22 +81,21 @@ class Scene(SceneKeys):
         """The block of a name. Raises CaseError if there is none."""
         by_name = {block.name: block for block in self.blocks}
         if name not in by_name:
-            near = did_you_mean(name, by_name)
-            raise CaseError(f"{self.origin}: no block is named {name!r}{near}")
+            raise CaseError(f"{self.origin}: no block is named {name!r}{did_you_mean(str(name), by_name)}")
         return by_name[name]
 
     def __repr__(self) -> str:
         """Two lines: what it is called, and how many records of each kind it has."""
-        kept = {name: len(of) for name, of in vars(self).items() if isinstance(of, list) and of}
-        records = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in kept.items())
-        law = ", ".join(
-            f"{key} {value}" for key, value in self.joints.model_dump(exclude_defaults=True).items()
-        )
-        fixed, where = (
-            sum(block.fixed for block in self.blocks),
-            "the plane" if self.dimension == 2 else "space",
-        )
-        return f"<Scene {self.called!r} in {where}\n {records}; {fixed} fixed; joints of {law}>"
+        lists = {name: of for name, of in vars(self).items() if isinstance(of, list) and of}
+        said = [counted(len(of), name.removesuffix("s").replace("_", " ")) for name, of in lists.items()]
+        said.append(f"{sum(block.fixed for block in self.blocks)} of the blocks fixed")
+        law = self.joints.model_dump(exclude_defaults=True)
+        said += [f"{key} {value:.4g}" for key, value in law.items() if isinstance(value, float)]
+        said += [key for key in ("tilt", "earthquake") if getattr(self, key)]
+        if self.load_case:
+            said.append(f"in load case {self.load_case.name!r}")
+        where = "the plane" if self.dimension == 2 else "space"
+        return f"<Scene {self.called!r} in {where}\n {', '.join(said)}>"
 
     __str__ = __repr__
 

@@ -38,10 +38,11 @@ class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is de
     def start(self) -> None:
         # The file of the main program, which a new process would import, is hidden; its names stay visible.
         hidden = ModuleType("__main__")
-        vars(hidden).update(vars(sys.modules["__main__"]) | {"__spec__": None, "__file__": None})
-        with _STARTING, _replaced(sys.modules, {"__main__": hidden}), _replaced(os.environ, _ONE_THREAD):
-            _start_server()
-            super().start()
+        with _STARTING:
+            vars(hidden).update(vars(sys.modules["__main__"]) | {"__spec__": None, "__file__": None})
+            with _replaced(sys.modules, {"__main__": hidden}), _replaced(os.environ, _ONE_THREAD):
+                _start_server()
+                super().start()
 
 
 class Context(type(_STANDARD)):  # type: ignore[misc]

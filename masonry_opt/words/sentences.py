@@ -75,7 +75,7 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
     if v["factor"] is not None:
         much = f"with all friction at least {rounded_up(v['factor'])} times as high"
     elif v["above"] > 1:
-        return f"{slides}: even {v['above']:.4g} times the friction would not hold them"
+        much = f"if they could not; even {v['above']:.4g} times the friction is not enough"
     else:
         much = "with enough friction"
     if v["hangs"]:
@@ -89,8 +89,8 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
 def _states_met(v: dict[str, Any]) -> str:
     starts = counted(v["candidates"], "start")
     if v["count"] == 1:
-        return f"{starts} gave the same result" if v["candidates"] > 1 else "one start was tried"
-    return f"{starts} gave {v['count']} results, up to λ = {numeral(v['most'], '.4g')}: this is the lowest"
+        return f"the only result of {starts}"
+    return f"the lowest of {v['count']} results of {starts}, up to λ = {numeral(v['most'], '.4g')}"
 
 
 def _wedged(v: dict[str, Any]) -> str:
@@ -324,7 +324,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.UNDECIDED: "for some mechanisms the solver could not tell whether they lower it",
     Code.STATES_MET: _states_met,
     Code.SEARCHED: lambda v: (
-        f"searched for a lower one from {counted(v['candidates'], 'start')}"
+        f"searched for from {counted(v['candidates'], 'start')}"
         + (", interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_REFINED: lambda v: f"not refined: {_sentence(Code(v['why']), v)}",

@@ -217,8 +217,8 @@ def _certainty(result: Outcome) -> str:
         sentences([reason for reason in result.reasons if reason.code is code])
         for code in (Code.STATES_MET, Code.SEARCHED)
     )
-    looks = searched or ["to search for a lower one: method 'refined' with search=10"]
-    return "; ".join([state, *met, *looks])
+    looks = searched[0] if searched else "method 'refined' with search=10 searches for them"
+    return f"{', '.join([state, *met])}; lower ones may exist ({looks})"
 
 
 def _is_associative(result: Outcome) -> bool:
@@ -243,29 +243,35 @@ def load_factors(result: Outcome) -> str:
         return ""
     found, expected = result.load_factor, result.expected
     lowest = expected if result.end is None else result.end
-    told: list[tuple[str, float, str]] = []
+    told: list[tuple[str, float | None, str]] = []
     if found is not None and result.kind is not Kind.COMPLIANT:
+        above = lowest is not None and lowest < found and not same(lowest, found)
         if result.solution.below_zero < 0:
             told.append(("lowest found", found, "with the worst self-stress or fit it falls by itself"))
-        elif lowest is None or lowest >= found or same(lowest, found):
-            told.append(("safe (lowest found)", found, ""))
+        elif above or lowest is None or not result.exact:
+            told.append(("found", found, "lower ones are likely" if above else ""))
         else:
-            told.append(("found", found, "lower ones are likely"))
+            told.append(("safe (lowest found)", found, ""))
     if expected is not None:
         told.append(("expected in a test", expected, _doubt(result)))
+    elif not _codes(result.expected_reasons) <= _codes(result.reasons):
+        told.append(("none expected in a test", None, message(result.expected_reasons)))
     if result.associative is not None:
         told.append(("upper bound", result.associative, "classical limit analysis"))
-    said = [_once(list(equal)) for _, equal in groupby(told, lambda each: _known(each[1]))]
-    if expected is None and not _codes(result.expected_reasons) <= _codes(result.reasons):
-        said.insert(min(1, len(said)), f"none expected in a test ({message(result.expected_reasons)})")
-    return " · ".join(said)
+    return " · ".join(_once(list(equal)) for _, equal in groupby(told, lambda each: _number(each[1])))
 
 
-def _once(equal: list[tuple[str, float, str]]) -> str:
+def _once(equal: list[tuple[str, float | None, str]]) -> str:
     """Load factors that are equal, each with what it is and a remark, said once."""
-    names, values, remarks = zip(*equal, strict=True)
-    remark = "; ".join(filter(None, remarks))
-    return f"{' and '.join(names)} {_known(values[0])}" + (f" ({remark})" if remark else "")
+    named = [name + (f" ({remark})" if remark else "") for name, _, remark in equal]
+    *before, (last, load_factor, remark) = equal
+    if before:
+        return f"{', '.join(named[:-1])} and {named[-1]}{_number(load_factor)}"
+    return f"{last}{_number(load_factor)}" + (f" ({remark})" if remark else "")
+
+
+def _number(load_factor: float | None) -> str:
+    return "" if load_factor is None else f" {_known(load_factor)}"
 
 
 def _codes(reasons: Iterable[Reason]) -> set[Code]:

@@ -87,7 +87,7 @@ def test_a_load_that_grows_comes_to_the_highest_on_the_way_to_a_ray():
     assert result.end < 0.5 * result.expected < result.associative
     assert result.at_expected.exact
     assert (result.at_expected.load_factor, result.at_expected.expected) == (result.end, result.expected)
-    assert f"({result.end:.5g} as it moves on" in facts(result)["load factors"]
+    assert f"({result.end:.5g} as it moves on)" in facts(result)["load factors"]
 
 
 def test_a_ray_below_zero_takes_nothing_from_the_load_on_the_way():

@@ -17,7 +17,7 @@ THICKNESS, HEIGHT, FRICTION = 0.7, 10.5, 0.65
 flat = mo.load(case_folder() / "ferris_tinloi" / "wall_1.toml")
 for scene in (flat, mo.extrude(flat, THICKNESS), mo.extrude(flat, HEIGHT)):
     along = mo.solve(scene, expected=False)
-    print(f"along the wall: associative {along.associative:.5f}, least known {along.required():.5f}")
+    print(f"along the wall: associative {along.associative:.5f}, lowest found {along.required():.5f}")
     assert abs(along.associative - 0.64286) < 1e-5
     assert abs(along.required() - 0.638982) < 4e-6
 

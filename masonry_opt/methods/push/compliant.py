@@ -28,7 +28,7 @@ from masonry_opt.methods.task import Options, Task
 #: Joints, in space contact points, up to which the load to expect is told beside other methods' answers.
 PUSHED_UP_TO = 3000
 
-#: Displacement at which contacts are soft still: in space their forces lead to states sometimes lower.
+#: Displacement at which contacts are soft still: in space alone their forces lead to lower states at times.
 SOFT = 3e1
 
 #: Displacements at which a state is looked for where the push comes to no ray, in turn: at the first contacts

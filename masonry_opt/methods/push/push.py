@@ -37,7 +37,7 @@ _SETTLING = (0.01, 1e-3, 1e-4)
 
 #: Roundings under which hardly any path stops; to which one's state is sharpened, by which factor at least,
 #: points of a path from there, and how many times as far as ends are looked for it leads without.
-_COARSE, _SHARPENED, _GENTLEST, _SHARPENED_POINTS, _OUT = (1.0, 0.7, 0.5), 0.01, 0.9, 400, 1e2
+_COARSE, _SHARPENED, _GENTLEST, _SHARPENED_POINTS, _OUT = (1.0, 0.7, 0.5, 0.35), 0.01, 0.9, 400, 1e2
 
 #: Rounding above which λ is blurred; and what a certificate leaves at most that needs no other beside it.
 _BLURRED, _WELL = 1e-5, 1e-11

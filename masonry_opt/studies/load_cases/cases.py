@@ -201,7 +201,7 @@ class Directions(Cases):
             shown = {"load_factor": f"λ ({drawn.method})"}
             ratios = table["vertical"].unique()
             if len(ratios) == 1:
-                shown |= {"expected": "to expect", "associative": "associative"}
+                shown |= {"expected": "expected in a test", "associative": "upper bound"}
             looks = zip(itertools.cycle(SERIES), itertools.product(ratios, shown.items()), strict=False)
             for colour, (ratio, (column, words)) in looks:
                 rows = table[table["vertical"] == ratio]

@@ -174,8 +174,8 @@ def _journal(folder: Path, force: bool, study: Study, points: Sequence[Mapping[s
 
 
 def framed(rows: Sequence[Mapping[str, Any]], before: Iterable[str] | Mapping[str, str]) -> pd.DataFrame:
-    """Rows of runs as a frame: before COLUMNS numbers of the scene by these names, or what has these types.
-    No zero has a sign."""
+    """Rows of runs as a frame: columns of these names, numbers if no types are given, then COLUMNS. No zero
+    has a sign."""
     types = (dict(before) if isinstance(before, Mapping) else dict.fromkeys(before, "float64")) | COLUMNS
     return unsigned(pd.DataFrame(rows, columns=[*types]).astype(types))
 

@@ -40,8 +40,8 @@ def test_where_the_flow_rule_is_associative_no_lower_state_is_spoken_of(scene):
 
 def numbers(result):
     """The numbers of the line of load factors, without those of remarks."""
-    told = [part for part in facts(result)["load factors"].split(" · ") if not part.startswith("none")]
-    return [float(re.search(r"[\d.]+", part)[0]) for part in told]
+    told = re.sub(r"\(.*?\)", "", facts(result)["load factors"])
+    return [float(number) for number in re.findall(r"[\d.]+", told)]
 
 
 def test_the_three_load_factors_stand_in_one_line():
