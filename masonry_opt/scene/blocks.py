@@ -91,6 +91,22 @@ class _Unchecked(ast.NodeTransformer):
         return self.generic_visit(node)
 
 
+class _Shown:
+    """A record's signature, made when help asks for it: keys by the names and types of their source, without
+    what checks them."""
+
+    def __get__(self, _: object, record: type[Record]) -> Signature:
+        written = ChainMap(*map(get_annotations, record.__mro__))
+        shown = []
+        for name, field in record.model_fields.items():
+            kind = written[name]
+            tree = ast.parse(kind if isinstance(kind, str) else formatannotation(kind))
+            default = Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
+            annotation = ast.unparse(_Unchecked().visit(tree))
+            shown.append(Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation))
+        return Signature(shown)
+
+
 class _RecordType(_ModelType):
     """Metaclass of records: a call with wrong values in Python raises CaseError.
 
@@ -129,23 +145,7 @@ class Record(BaseModel, metaclass=_RecordType):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        """Help shows keys by the names and types of their source, without what checks them."""
-        kinds = {
-            name: kind if isinstance(kind, str) else formatannotation(kind)
-            for name, kind in ChainMap(*map(get_annotations, cls.__mro__)).items()
-        }
-        shown = [
-            Parameter(
-                name,
-                Parameter.KEYWORD_ONLY,
-                default=Parameter.empty
-                if field.is_required()
-                else field.get_default(call_default_factory=True),
-                annotation=ast.unparse(_Unchecked().visit(ast.parse(kinds[name]))),
-            )
-            for name, field in cls.model_fields.items()
-        ]
-        cls.__signature__ = Signature(shown)
+        cls.__signature__ = _Shown()  # type: ignore[assignment]
 
     def __dir__(self) -> list[str]:
         return [*dir(type(self)), *type(self).model_fields]

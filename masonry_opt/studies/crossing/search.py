@@ -303,7 +303,7 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
         solved.at(float(at[index]))
     while True:
         asked = [x in solved.answers for x in at.tolist()]
-        found = np.array([solved.at(x) if x in solved.answers else math.nan for x in at.tolist()])
+        found = np.array([solved.at(x) if known else math.nan for x, known in zip(at, asked, strict=True)])
         may_be = (1 - _MARGIN) * _estimates(most, found)
         may_be[asked] = math.inf
         index, least = int(np.argmin(may_be)), found[~np.isnan(found)].min(initial=math.inf)
