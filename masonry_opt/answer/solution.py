@@ -173,7 +173,7 @@ class Solution:
 
     @property
     def below_zero(self) -> float:
-        """Load factor below zero of a state that was met beside the answer; infinite without one."""
+        """Load factor, zero or below, of a state that was met beside the answer; infinite without one."""
         met = (said.values["load_factor"] for said in self.reasons if said.code is Code.BELOW_ZERO)
         return next(met, inf)
 

@@ -189,8 +189,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.DEAD_LOAD_UNDECIDED: _undecided,
     Code.WEDGED: _wedged,
     Code.BELOW_ZERO: lambda v: (
-        f"a state found has λ = {numeral(v['load_factor'], '.4g')}, below zero: the scene carries its dead "
-        "load from rest, but with the forces of that state it would fall by itself"
+        f"a state found has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, not above zero: the scene "
+        "carries its dead load from rest, but with the forces of that state it would fall by itself"
     ),
     Code.BY_DUAL: "the solver ended short, and answered the dual, '{formulation}'",
     Code.STOPPED_SHORT: (

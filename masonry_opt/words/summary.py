@@ -189,7 +189,7 @@ def _certainty(result: Outcome) -> str:
     """Whether the answer is an exact state, and whether lower ones may exist."""
     if result.load_factor is None:
         return ""
-    below = result.solution.below_zero < 0
+    below = result.solution.below_zero <= ZERO
     if any(reason.code is Code.PROVEN for reason in result.reasons) and not below:
         return "exact, and proven: no state is lower"
     if any(reason.values.get("fixed") for reason in result.reasons):
@@ -246,7 +246,7 @@ def load_factors(result: Outcome) -> str:
     told: list[tuple[str, float | None, str]] = []
     if found is not None and result.kind is not Kind.COMPLIANT:
         above = lowest is not None and lowest < found and not same(lowest, found)
-        if result.solution.below_zero < 0:
+        if result.solution.below_zero <= ZERO:
             told.append(("lowest found", found, "with the worst self-stress or fit it falls by itself"))
         elif above or lowest is None or not result.exact:
             told.append(("found", found, "lower ones are likely" if above else ""))

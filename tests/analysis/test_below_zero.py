@@ -1,6 +1,8 @@
 """States below λ = 0: of live loads along the weight of blocks, which at λ = -1 weigh nothing, so that any
 mechanism of theirs is exact; and of other self-stress than a scene has from rest."""
 
+from types import SimpleNamespace
+
 import pytest
 from atlas.random_scenes import random_scene
 from contact_dynamics import load_carried
@@ -8,6 +10,7 @@ from scenes import values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
+from masonry_opt.methods.exact.search import Met, lower_of
 from masonry_opt.words.summary import facts
 
 
@@ -66,8 +69,21 @@ def test_a_state_below_zero_is_told_beside_the_load_at_which_a_scene_that_rests_
     assert values_of(result, Code.BELOW_ZERO)["load_factor"] == pytest.approx(below, rel=1e-6)
     assert below < -0.1
     said = facts(result)
-    assert "below zero" in said["how sure"]
+    assert "not above zero" in said["how sure"]
     assert "safe" not in said["load factors"]
+
+
+def test_a_state_without_load_gives_way_to_one_above_and_is_told():
+    """In space, of other self-stress, one block may turn about an edge that carries it: λ = 0 to 1e-9."""
+    none, above = (SimpleNamespace(load_factor=found, exact=False) for found in (1.4e-9, 0.099))
+    assert lower_of(none, above) is lower_of(above, none) is above
+    met = Met()
+    for state in (above, none):
+        met.count(state)
+        met.lowest = min(met.lowest, state.load_factor)
+    states, below = met.reasons
+    assert (states.values["least"], states.values["count"]) == (0.099, 1)
+    assert (below.code, below.values["load_factor"]) == (Code.BELOW_ZERO, 1.4e-9)
 
 
 @pytest.mark.parametrize(

@@ -218,14 +218,14 @@ class Refiner(StateFinder):
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
         """The exact state that forces (3c,) lead to: on the mechanism that goes with them, then on others,
-        until λ falls no more, or would fall below zero.
+        until λ falls no more, or would fall to zero.
 
         None if they lead to none, or its certificate does not bear it out: a joint without normal force that
         contracts in both senses at once meets every row of the programs, and no flow rule.
         """
         self.left = {}
         state, lower = None, self.first(q)
-        while lower is not None and (state is None or not lower.load_factor < -ZERO <= state.load_factor):
+        while lower is not None and (state is None or not lower.load_factor <= ZERO < state.load_factor):
             state, lower = lower, self._lower(lower)
         if state is None:
             return None

@@ -71,11 +71,12 @@ class Met:
 
     @property
     def reasons(self) -> list[Reason]:
-        """The number of states at or above zero, if any is, and their range of load factors; and whether one
-        lies below them."""
-        found = [one for one in self.load_factors if one >= -ZERO] or self.load_factors
+        """The number of states above zero, if any is, and their range of load factors; and whether one at or
+        below it lies beneath them."""
+        found = [one for one in self.load_factors if one > ZERO] or self.load_factors
         told = {"candidates": self.candidates, "count": len(found), "least": min(found), "most": max(found)}
-        below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self.lowest < min(-ZERO, *found) else []
+        beneath = self.lowest <= ZERO and self.lowest < min(found) - ZERO
+        below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if beneath else []
         return [reason(Code.STATES_MET, **told), *below]
 
 
@@ -187,13 +188,13 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """The lower state, of even ones the exact or the first; None if there is neither. One below zero, at
-    which a scene needs no load to move, is the lower of two such states alone."""
+    """The lower state, of even ones the exact or the first; None if there is neither. One at or below
+    zero, where a scene needs no load to move, is the lower of two such states alone."""
     if one is None or other is None:
         return one or other
     if one.exact != other.exact and same(one.load_factor, other.load_factor):
         return one if one.exact else other
-    if (one.load_factor < -ZERO) != (other.load_factor < -ZERO):
+    if (one.load_factor <= ZERO) != (other.load_factor <= ZERO):
         return other if one.load_factor < other.load_factor else one
     return other if is_lower(other.load_factor, one.load_factor) else one
 

@@ -107,8 +107,7 @@ def _by_push(task: Task) -> Solution:
     if not solution.is_exact(task.problem):
         solution = replace(solution, kind=Kind.ONE_PASS)
     else:
-        first = expected.load_factor
-        fall = first - answer.load_factor if first is not None else None
+        fall = None if (first := expected.load_factor) is None else first - answer.load_factor
         solution = solution.telling(reason(Code.EXACT, fall=fall))
     return solution.telling(*states.met.reasons) if states.met.load_factors else solution
 

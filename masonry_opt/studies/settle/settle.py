@@ -80,7 +80,7 @@ class Bound:
     @property
     def across_rest(self) -> float | None:
         """That of a state met on the other side of rest, of other forces there than those at rest, if any."""
-        return self._reaction(below if (below := self.result.solution.below_zero) < 0 else None)
+        return self._reaction(below if (below := self.result.solution.below_zero) < -ZERO else None)
 
     @property
     def unlimited(self) -> bool:
