@@ -29,10 +29,12 @@ from masonry_opt.problem.problem import Problem
 
 #: Roundings of the law on paths, in mean forces, in turn where one stops short; in searches, and on scenes of
 #: more than 500 joints: of 88 scenes the rougher path leads to the rays of the other in .57 of the time, but
-#: where it folds its highest λ is lower. And of more than 3000, where sharper corners turn a path thousands
-#: of times: on the façade of 2 × 6 openings this one comes as far in 110 points as others in 1100, or not.
-#: And those for settling.
-_ROUNDINGS, _ROUGHER, _ROUGHEST, _LARGE = (0.01, 0.1, 0.3), (0.1, 0.01), (1.0,), (500, 3000)
+#: where it folds its highest λ is lower. And of more joints still, by dimension, where sharper corners turn
+#: a path thousands of times: on walls of 800 blocks, with openings or without, and on the façade of 2 × 6
+#: these come in 110 to 450 points to a plateau, others in 680 and more or not; on rubble it is others that
+#: come to an end, and in space λ is nearer to contact dynamics by these. And those for settling.
+_ROUNDINGS, _ROUGHER, _ROUGHEST = (0.01, 0.1, 0.3), (0.1, 0.01), (1.0, 0.1)
+_LARGE = {2: (500, 1900), 3: (500, 3000)}
 _SETTLING = (0.01, 1e-3, 1e-4)
 
 #: Roundings under which hardly any path stops; to which one's state is sharpened, by which factor at least,
@@ -220,11 +222,13 @@ class Elastic:
         its end counts."""
         if self.settled is None:
             return Pushed(Ended.NOT_SETTLED)
-        large, very_large = (self.problem.joints > most for most in _LARGE)
+        of_this = _LARGE[self.problem.layout.dimension]
+        large, very_large = (self.problem.joints > most for most in of_this)
         for rounding in _ROUGHEST if very_large else _ROUGHER if rougher or large else _ROUNDINGS:
             curve = self.curve.rounded_by(rounding)
             found = self._followed(curve, self._at_rest(curve), follow, until)
-            came = bool(found.steps) and found.steps[-1].displacement >= until
+            enough = min(until, self._end_from) if very_large else until
+            came = bool(found.steps) and found.steps[-1].displacement >= enough
             if found.ended is not Ended.STOPPED or came or len(found.steps) == _POINTS:
                 break
         return replace(found, peak=self._peak(curve, found))
