@@ -203,9 +203,9 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 @contextlib.contextmanager
 def waiting(line: str) -> Iterator[Callable[[str], None]]:
     """Show a line until the end, and yield what changes it. Ctrl-C ends with nothing found."""
-    with Console(stderr=True).status(line) as status:
+    with Console(stderr=True).status(escape(line)) as status:
         try:
-            yield status.update
+            yield lambda line: status.update(escape(line))
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: nothing was found") from None
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 import masonry_opt as mo
 from masonry_opt.cli.command import (
@@ -27,13 +26,13 @@ from masonry_opt.cli.command import (
 )
 from masonry_opt.drawing.figure import refuse_file, refuse_picture
 from masonry_opt.drawing.view import refuse_view
-from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
+from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.load_cases.cases import Cases
 from masonry_opt.studies.many.least import Trial
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import changing_line, frame_text, print_result, print_text
+from masonry_opt.words.terminal import frame_text, print_result, print_text
 
 #: Columns of the table of positions that are printed.
 _TOLD = ["axles", "direction", "position", "load_factor", "mechanism", "status"]
@@ -129,9 +128,8 @@ def directions(given: Given, case: Case, plot: Plot = None, json: Json = False) 
     drawing = given.take(Cases.save)
     if plot is not None:
         refuse_picture(plot, **drawing)
-    name = printable(case.name)
-    with changing_line(Console(stderr=True), name) as show:
-        found = mo.directions(case, phases=lambda phase: show(f"{name}: {phase}"), **given.rest())
+    with waiting("directions") as show:
+        found = mo.directions(case, phases=lambda phase: show(f"directions: {phase}"), **given.rest())
     text, say = (found.to_json(), print_text) if json else (found.summary, print_result)
     tell(text, found, found.usable, plot, drawing, say)
 

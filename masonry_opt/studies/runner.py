@@ -37,7 +37,7 @@ _AHEAD = 3
 #: Seconds in which a Dask scheduler must answer.
 PATIENCE = 10
 
-#: Makes the function of a worker's tasks; sent to each worker once.
+#: Makes the function of a worker's tasks, there.
 Prepare = Callable[[], Callable[[Any], Any]]
 
 
@@ -161,17 +161,17 @@ class Processes:
 
     def __init__(self, prepare: Prepare | None, count: int) -> None:
         self.context = Context()
-        self._prepare, self._count = prepare, count
+        self._prepare, self._count = pickle.dumps(prepare), count
         self._pool: Any = self._opened()
 
     def _opened(self) -> ProcessPool:
-        return ProcessPool(self._count, initializer=_begin, initargs=(self._prepare,), context=self.context)
+        return ProcessPool(self._count, initializer=prepare_process, context=self.context)
 
     def submit(self, task: Any, time_limit: float | None = None) -> Future[TaskEnd]:
         if not self._pool.active:  # a process that dies idle breaks the pool
             self.close()
             self._pool = self._opened()
-        return self._pool.schedule(_in_process, (task,), timeout=time_limit)
+        return self._pool.schedule(_made, (self._prepare, task), timeout=time_limit)
 
     def room(self) -> int:
         return _AHEAD * self._count
@@ -182,7 +182,7 @@ class Processes:
 
 
 class _Cluster:
-    """The workers of a Dask scheduler, to which ``prepare`` is scattered."""
+    """The workers of a Dask scheduler."""
 
     def __init__(self, prepare: Prepare | None, address: str) -> None:
         try:
@@ -193,24 +193,20 @@ class _Cluster:
             self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
             raise OptionError(f"no Dask scheduler answers at '{address}': {error}") from None
-        self._prepare, self._address = prepare, address
+        self._prepare, self._address = pickle.dumps(prepare), address
         self._executor = self._client.get_executor(pure=False)
-        self._scattered: Any = None
 
     def submit(self, task: Any) -> Future[TaskEnd]:
-        # Again if all the workers that held it are gone.
-        if self._scattered is None or self._scattered.status != "finished":
-            try:
-                self._client.wait_for_workers(1, timeout=PATIENCE)
-                (self._scattered,) = self._client.scatter([self._prepare], broadcast=True, hash=False)
-            except TimeoutError:
-                raise OptionError(
-                    f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
-                    f"{self._address}'; runs already made are kept where 'out' is given"
-                ) from None
-        return self._executor.submit(_made, self._scattered, task)
+        return self._executor.submit(_made, self._prepare, task)
 
     def room(self) -> int:
+        try:
+            self._client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            raise OptionError(
+                f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
+                f"{self._address}'; runs already made are kept where 'out' is given"
+            ) from None
         return _AHEAD * max(1, sum(self._client.nthreads().values()))
 
     def close(self) -> None:
@@ -231,34 +227,21 @@ def _end_of(future: Future[TaskEnd]) -> TaskEnd:
     return TaskEnd(DIED, f"{how}; is there enough memory?")
 
 
-#: In a worker: its ``prepare``, and for each thread the function that was made last.
-_given: Prepare | None = None
+#: In a worker, by thread: the function that was made last, and what made it.
 _kept = threading.local()
 
 
-def _begin(prepare: Prepare | None) -> None:
-    global _given
-    prepare_process()
-    _given = prepare
-
-
-def _in_process(task: Any) -> TaskEnd:
-    return _made(_given, task)
-
-
-def _made(prepare: Prepare | None, task: Any) -> TaskEnd:
+def _made(prepare: bytes, task: Any) -> TaskEnd:
     """In a worker: make a task, and return its end."""
     began = time.perf_counter()
     how, reason, value = FINISHED, "", None
     raised: Exception | None = None
     try:
-        if prepare is None:
-            value = task()
-        else:
-            if getattr(_kept, "prepare", None) is not prepare:
-                _kept.prepare, _kept.function = prepare, prepare()
-                began = time.perf_counter()
-            value = _kept.function(task)
+        if getattr(_kept, "prepare", None) != prepare:
+            make = pickle.loads(prepare)
+            _kept.prepare, _kept.function = prepare, make() if make else _call
+            began = time.perf_counter()
+        value = _kept.function(task)
     except MasonryError as error:
         how, reason, raised = REFUSED, str(error), error
     except MemoryError:
@@ -267,6 +250,10 @@ def _made(prepare: Prepare | None, task: Any) -> TaskEnd:
         error.add_note(traceback.format_exc())
         how, reason, raised = CRASHED, f"{type(error).__name__}: {error}", _sendable(error)
     return TaskEnd(how, reason, value, raised, time.perf_counter() - began, _peak())
+
+
+def _call(task: Callable[[], Any]) -> Any:
+    return task()
 
 
 def _sendable(error: Exception) -> Exception | None:

@@ -10,7 +10,7 @@ from lines import line
 from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.studies.compare.judge import FILE, BestKnown, best_known, lower_states, lowest_exact
+from masonry_opt.studies.compare.judge import FILE, BestKnown, best_known, lowest_exact
 from masonry_opt.studies.compare.runs import content_of, find_scenes
 
 
@@ -84,16 +84,6 @@ def test_a_changed_scene_has_no_best_known_state_but_words_do_not_change_it(regi
     assert renamed.content == case.content
     mo.save(two_blocks(0.2), case.path)
     assert best_known(find_scenes([case.path]), registry) == {}
-
-
-def test_a_lower_state_is_told_and_nothing_else_is(registry, case):
-    known = best_known([case], registry)
-    best = lowest_exact([exact(case, load_factor=0.15)], known)
-    (message,) = lower_states(known, best, registry)
-    assert "0.15, found by refined" in message
-    assert f"{registry} has 0.16" in message
-    assert lower_states(known, known, registry) == []
-    assert lower_states({}, best, registry) == []
 
 
 def test_a_scene_is_known_by_its_name_and_numbers_wherever_it_lies(tmp_path):

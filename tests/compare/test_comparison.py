@@ -12,16 +12,15 @@ from typer.testing import CliRunner
 
 import masonry_opt as mo
 from masonry_opt.cli.app import app
-from masonry_opt.studies.compare import comparison, frames
+from masonry_opt.studies.compare import comparison
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import compare, run_plan, write_report
 from masonry_opt.studies.compare.frames import RunLimits
-from masonry_opt.studies.compare.judge import FAILED, VerdictReason
+from masonry_opt.studies.compare.judge import FAILED
 from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.runs import find_scenes, plan
 from masonry_opt.studies.journal import NAME
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, TIME_LIMIT, TaskEnd
-from masonry_opt.studies.writing import in_words
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 PLAN = plan(["static"], ["cvxpy"], ["clarabel", "highs"], [1e-4, 1e-8])
@@ -97,7 +96,7 @@ def test_a_changed_scene_is_run_again(tmp_path, monkeypatch):
 def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
     killed = TaskEnd(TIME_LIMIT, "over 30 s", seconds=30.0, peak=100.0)
     _, result = run(tmp_path, monkeypatch, end=killed)
-    assert set(result.summary["reason"]) == {VerdictReason.TIME_LIMIT}
+    assert set(result.summary["reason"]) == {"time limit: over 30 s"}
     assert all(drawing.on_page() for drawing in charts(result.summary))  # of failures alone
     machine, _ = run(tmp_path, monkeypatch)
     assert machine.runs == []
@@ -154,7 +153,7 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     case.parent.mkdir()
     mo.save(two_blocks().model_copy(update={"title": evil}), case)
     _, result = run(tmp_path, monkeypatch, case=case)
-    result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, VerdictReason.CRASHED, evil]
+    result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, f"crashed: {evil}", evil]
     html = page(result, charts(result.summary))
     assert "alert(1)" in html
     for part in ("<script>alert", "<img src=x", "a<b>", "c<i>"):
@@ -164,35 +163,10 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     assert html.count("<script") == 3  # what draws, the charts, the tables
 
 
-def test_the_report_tells_what_ends_apart(tmp_path, monkeypatch):
-    """Seen: 0.25 and 0.2, which is 25 % above and by whom; of 0.25 and 0.249 nothing."""
-    two = plan(["mcp", "refined"], ["pyomo"], ["newton", "highs"], [1e-8])
-    for low, told in ((0.2, True), (0.249, False)):
-
-        def solve(task, *limits, low=low):
-            if task.func is comparison.runs.bound_scene:
-                return BOUNDS
-            if task.func is comparison.runs.scene_to_expect:
-                return TaskEnd(FINISHED, value={"load_factor": 0.22})
-            load_factor = low if task.args[1].method == "refined" else 0.25
-            value = VALUE | {"status": "converged", "kind": "exact", "load_factor": load_factor}
-            return TaskEnd(FINISHED, value=value)
-
-        monkeypatch.setattr(comparison, "run_alone", solve)
-        result = run_plan(find_scenes([TWO_BLOCKS]), two, LIMITS, tmp_path / str(low), lambda _: None)
-        assert ("25.0%" in str(result)) is told
-        row = in_words(frames.spread(result.summary), frames.FORMATS).to_numpy().ravel().tolist()
-        ends = ["0.2", "0.25", "25.0%", "refined · cvxpy · highs", "mcp · matrices · newton"]
-        assert row == [result.scenes[0].name, *ends] * told
-        html = page(result, [])
-        assert ('id="apart"' in html) is told
-        assert all(f">{end}</td>" in html for end in ends * told)
-
-
 def test_report_files(tmp_path, monkeypatch):
     _, result = run(tmp_path, monkeypatch)
     names = {path.name for path in write_report(result, tmp_path)}
-    pictures = {"success", "success_time", "time_error_associative"}
+    pictures = {"success", "time_error_associative"}
     files = {f"{name}.{kind}" for name in pictures for kind in ("png", "svg")}
     assert names == {"results.csv", "summary.csv", "report.html"} | files
     assert all((tmp_path / name).stat().st_size > 100 for name in names)

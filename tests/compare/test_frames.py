@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import pandas as pd
-import pytest
 from lines import line
 
 from masonry_opt.studies.compare import frames
@@ -64,42 +63,10 @@ def test_success_counts_every_end():
     verdicts = ("scenes", "certified", "named correctly", "failed but said so", "wrong")
     assert [counted[verdict] for verdict in verdicts] == [5, 2, 1, 1, 1]
     assert (counted["success"], counted["on target"]) == (0.6, 0.2)
-    assert (counted["time"], counted["time 25 %"], counted["time 75 %"]) == (2.0, 1.5, 2.5)
+    assert counted["time"] == 2.0
 
 
 def test_success_of_a_pair_that_never_answers_has_no_time():
     rows = [line(scene="a", ended="crashed", load_factor=None)]
     (counted,) = frames.success(frames.summary(rows, BOUNDS, {}, {})).to_dict("records")
     assert (counted["success"], math.isnan(counted["time"])) == (0, True)
-
-
-def coulomb(scene, method, load_factor, **known):
-    return line(scene=scene, method=method, load_factor=load_factor, **known)
-
-
-def test_spread_of_certified_coulomb_load_factors():
-    """c is 25 % wide and a 1.5 %; b is 0.9 %. The wrong, the failed and the associative do not count."""
-    rows = [
-        line(scene="a", load_factor=1.0),
-        coulomb("a", "nonassociative", 0.812),
-        coulomb("a", "mcp", 0.8 + 1e-9),
-        coulomb("a", "refined", 0.8),
-        coulomb("a", "refined", 0.8 + 1e-10, solver="highs"),
-        coulomb("a", "mpec", 0.7, flow=1.0),
-        coulomb("a", "global", None, ended="time limit"),
-        coulomb("b", "mcp", 0.8 * 1.009),
-        coulomb("b", "refined", 0.8),
-        coulomb("c", "refined", -0.8),
-        coulomb("c", "mcp", -0.6),
-    ]
-    widest, other = frames.spread(frames.summary(rows, BOUNDS, {}, {})).to_dict("records")
-    assert (widest["scene"], widest["spread"]) == ("c", pytest.approx(0.25))
-    assert (other["scene"], other["spread"]) == ("a", pytest.approx(0.015))
-    assert (other["lowest"], other["highest"]) == (0.8, 0.812)
-    assert other["lowest by"] == "mcp · cvxpy · clarabel and 2 more"
-    assert other["highest by"] == "nonassociative · cvxpy · clarabel"
-
-
-@pytest.mark.parametrize("rows", [[], [line(scene="a")], [coulomb("a", "mcp", 0.8)]])
-def test_without_two_coulomb_load_factors_there_is_no_spread(rows):
-    assert frames.spread(frames.summary(rows, BOUNDS, {}, {})).empty

@@ -14,9 +14,7 @@ from masonry_opt.studies.compare.judge import (
     NAMED,
     WRONG,
     BestKnown,
-    VerdictReason,
     judge,
-    reason_text,
 )
 from masonry_opt.studies.compare.runs import residuals_over_limit
 
@@ -67,51 +65,44 @@ def test_without_a_reference_there_is_no_error():
     assert judge(line(method="refined"), BOUNDS, None, {})["error"] is None
 
 
-R = VerdictReason
-
-
 @pytest.mark.parametrize(
     ("known", "verdict", "reason"),
     [
-        ({"complementarity": 2e-4}, WRONG, R.RESIDUAL),
-        ({"flow": float("nan")}, WRONG, R.RESIDUAL),
-        ({"yield": None}, WRONG, R.NO_CERTIFICATE),
-        ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, R.NONE),
-        ({"method": "nonassociative", "yield": 0.5}, WRONG, R.RESIDUAL),
-        ({"method": "mpec", "yield": 1e-5}, WRONG, R.RESIDUAL),
-        ({"load_factor": None, "status": "not converged: cycling"}, FAILED, R.NO_ANSWER),
-        ({"load_factor": None, "status": "solver failed", "message": "at 3"}, FAILED, R.NO_ANSWER),
-        ({"load_factor": 0.5002}, WRONG, R.ABOVE_BOUND),
-        ({"load_factor": 0.4998}, WRONG, R.BELOW_BOUND),
-        ({"method": "refined", "load_factor": 0.5002}, WRONG, R.ABOVE_BOUND),
-        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, R.NONE),
-        ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, R.FALSE_CLAIM),
-        ({"load_factor": None, "status": Status.LOCKED}, WRONG, R.FALSE_CLAIM),
-        ({"method": "mpec", "load_factor": None, "status": Status.JAMMED}, WRONG, R.FALSE_CLAIM),
-        ({"method": "mpec", "load_factor": None, "status": Status.UNSTABLE}, FAILED, R.UNCONFIRMED),
-        ({"load_factor": None, "ended": "refused"}, FAILED, R.UNCONFIRMED),
-        ({"load_factor": None, "ended": "time limit"}, FAILED, R.TIME_LIMIT),
-        ({"load_factor": None, "ended": "memory limit"}, FAILED, R.MEMORY_LIMIT),
-        ({"load_factor": None, "ended": "crashed", "message": "why"}, FAILED, R.CRASHED),
-        ({"load_factor": None, "ended": "died"}, FAILED, R.DIED),
+        ({"complementarity": 2e-4}, WRONG, " > "),
+        ({"flow": float("nan")}, WRONG, " > "),
+        ({"yield": None}, WRONG, "no certificate"),
+        ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, ""),
+        ({"method": "nonassociative", "yield": 0.5}, WRONG, " > "),
+        ({"method": "mpec", "yield": 1e-5}, WRONG, " > "),
+        ({"load_factor": None, "status": "not converged: cycling"}, FAILED, "not converged: cycling"),
+        ({"load_factor": None, "status": "solver failed", "message": "at 3"}, FAILED, "solver failed: at 3"),
+        ({"load_factor": 0.5002}, WRONG, "above its certified bound"),
+        ({"load_factor": 0.4998}, WRONG, "below its certified bound"),
+        ({"method": "refined", "load_factor": 0.5002}, WRONG, "above its certified bound"),
+        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, ""),
+        ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, "(right: "),
+        ({"load_factor": None, "status": Status.LOCKED}, WRONG, "(right: "),
+        ({"method": "mpec", "load_factor": None, "status": Status.JAMMED}, WRONG, "(right: "),
+        ({"method": "mpec", "load_factor": None, "status": Status.UNSTABLE}, FAILED, "unstable"),
+        ({"load_factor": None, "ended": "refused"}, FAILED, "refused"),
+        ({"load_factor": None, "ended": "time limit"}, FAILED, "time limit"),
+        ({"load_factor": None, "ended": "memory limit"}, FAILED, "memory limit"),
+        ({"load_factor": None, "ended": "crashed", "message": "why"}, FAILED, "crashed: why"),
+        ({"load_factor": None, "ended": "died"}, FAILED, "died"),
     ],
 )
 def test_verdicts(known, verdict, reason):
     judged = judge(line(**({"load_factor": 0.5} | known)), BOUNDS, BEST, {})
-    assert (judged["verdict"], judged["reason"]) == (verdict, reason)
+    assert judged["verdict"] == verdict
+    assert reason in judged["reason"]
+    assert bool(judged["reason"]) == bool(reason)
 
 
 def test_what_is_right_is_told_beside_a_false_claim():
     row = line(load_factor=None, status=Status.UNSTABLE)
-    assert judge(row, BOUNDS, BEST, {})["right"] == "answer"
+    assert judge(row, BOUNDS, BEST, {})["reason"].endswith("(right: answer)")
     row |= {"method": "mpec", "status": Status.JAMMED}
-    assert judge(row, BOUNDS, BEST, {})["right"] == ""
-
-
-@pytest.mark.parametrize("reason", VerdictReason)
-def test_every_reason_but_none_has_its_text(reason):
-    row = line(reason=reason, right="", flow=1.0)
-    assert bool(reason_text(row)) == (reason != VerdictReason.NONE)
+    assert judge(row, BOUNDS, BEST, {})["reason"].endswith("(right: not this)")
 
 
 INF = float("inf")
@@ -175,6 +166,6 @@ def test_complementarity_is_relative(scale):
 def test_a_proof_that_no_load_factor_exists_is_the_right_answer(status):
     row = line(method="mcp", load_factor=None, status=status, existence=str(Existence.NO_STATE))
     judged = judge(row, UNLIMITED, None, {})
-    assert (judged["verdict"], judged["reason"]) == (NAMED, VerdictReason.RIGHT_CLAIM)
+    assert (judged["verdict"], judged["reason"]) == (NAMED, status)
     row |= {"existence": str(Existence.UNBOUNDED)}
     assert judge(row, UNLIMITED, None, {})["verdict"] == FAILED

@@ -42,15 +42,11 @@ def test_load_factors_are_those_of_the_frames(comparison):
     assert [shown[scene, "λ to expect"].value for scene in (BLOCKS, WALL)] == ["–", "0.64154"]
 
 
-def test_gap_time_and_spread_stand_below(comparison):
-    """0.153 is 2 % above 0.15, in Clarabel's 2.5 s; HiGHS ends at 1.02 times 0.153, 4.04 % above."""
+def test_gap_and_time_stand_below(comparison):
+    """0.153 is 2 % above 0.15, in Clarabel's 2.5 s."""
     shown = cells(comparison)
     assert shown[BLOCKS, "Coulomb λ, nonassociative"].notes == ("gap +2 %", "2.5 s")
     assert shown[BLOCKS, "Coulomb λ, mcp"].notes == ("gap 0 %", "0.5 s")
-    html = page(comparison, [])
-    (apart,) = re.findall(r'<table id="apart">.*?</table>', html, re.DOTALL)
-    assert re.findall(r">([^<>\s][^<>]*)</td>", apart)[:4] == [BLOCKS, "0.15", "0.15606", "4.0%"]
-    assert WALL not in apart
 
 
 def test_what_is_no_answer_says_why(comparison):

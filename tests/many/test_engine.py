@@ -8,23 +8,25 @@ import hogs
 import pytest
 from scenes import block_on_floor
 
+import masonry_opt as mo
 from masonry_opt.methods.registry import HowToSolve
-from masonry_opt.studies.many.runs import COLUMNS, Study, StudyRun, row, run_solver
+from masonry_opt.studies.many.runs import COLUMNS, row, run_solver
 from masonry_opt.studies.runner import REFUSED, Workers
 
-STUDY = Study(block_on_floor(), HowToSolve("static"))
-RUNS = [StudyRun({"joints.friction": 0.1 + 0.05 * number}) for number in range(12)]
+STUDY = HowToSolve("static")
+VALUES = [{"joints.friction": 0.1 + 0.05 * number} for number in range(12)]
+RUNS = [block_on_floor(friction=values["joints.friction"]) for values in VALUES]
 
 
 def rows(ends):
-    return {number: row(RUNS[number], end) | {"seconds": None} for number, end in ends}
+    return {number: row(VALUES[number], end) | {"seconds": None} for number, end in ends}
 
 
 @pytest.fixture(scope="module")
 def alone():
     solve = run_solver(STUDY)
     without = dict.fromkeys(COLUMNS)
-    return {number: dict(run.values) | without | solve(run) for number, run in enumerate(RUNS)}
+    return {number: VALUES[number] | without | solve(run) for number, run in enumerate(RUNS)}
 
 
 def test_a_row_says_what_was_found(alone):
@@ -49,11 +51,15 @@ def test_a_lost_worker_costs_nothing_but_time(alone, tmp_path):
 
 
 def test_what_cannot_be_a_scene_is_a_row():
-    wrong = [(STUDY, StudyRun({"joints.friction": -1.0}), "joints.friction = -1")]
-    wrong += [(Study(None, HowToSolve("static")), StudyRun({"x": 1.0}, block_on_floor(live=(0, 0))), "live")]
-    for study, run, said in wrong:
-        with Workers(partial(run_solver, study), 1) as workers:
-            ((_, end),) = workers.map([run])
-        found = row(run, end)
-        assert (found["status"], found["load_factor"]) == (REFUSED, None)
-        assert said in found["message"]
+    vary = {"joints.friction": [-1.0, 0.3]}
+    refused, solved = mo.sweep(block_on_floor(), vary, method="static", workers=1).to_dict("records")
+    assert (refused["status"], solved["status"]) == (REFUSED, "optimal")
+    assert "joints.friction = -1" in refused["message"]
+
+
+def test_what_cannot_be_solved_is_a_row():
+    with Workers(partial(run_solver, STUDY), 1) as workers:
+        ((_, end),) = workers.map([block_on_floor(live=(0, 0))])
+    found = row({"x": 1.0}, end)
+    assert (found["status"], found["load_factor"]) == (REFUSED, None)
+    assert "live" in found["message"]

@@ -32,14 +32,14 @@ MEMORY = """
 import gc, os, sys
 from scenes import block_on_floor
 from masonry_opt.methods.registry import HowToSolve
-from masonry_opt.studies.many.runs import run_solver, Study, StudyRun
+from masonry_opt.studies.many.runs import run_solver
 
 runs, keeps, kept = int(sys.argv[1]), int(sys.argv[2]), []
-solve = run_solver(Study(block_on_floor(), HowToSolve(sys.argv[3])))
+solve = run_solver(HowToSolve(sys.argv[3]))
 
 def run(first, last):
     for number in range(first, last):
-        row = solve(StudyRun({"joints.friction": 0.1 + 1e-4 * number}))
+        row = solve(block_on_floor(friction=0.1 + 1e-4 * number))
         assert row["exact"] or row["status"] == "optimal", row
         kept.append(b"x" * keeps)
         if number % 10 == 9:

@@ -10,6 +10,7 @@ from scenes import CASES, block_on_floor, run_command
 import masonry_opt as mo
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies import journal
+from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import Study, run_many
 from masonry_opt.studies.many.sweep import grid, said
 
@@ -57,7 +58,8 @@ def test_the_load_to_expect_is_a_column(swept):
 def test_order_and_workers_change_nothing(swept):
     same(sweep(workers=2), swept)
     points = grid(VARY)[::-1]
-    frame = run_many(Study(block_on_floor(), HowToSolve("static")), points, by=(2, None))
+    make = Parameters(block_on_floor()).at
+    frame = run_many(Study(HowToSolve("static"), make), points, by=(2, None))
     same(frame[::-1].reset_index(drop=True), swept)
 
 

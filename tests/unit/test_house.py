@@ -15,18 +15,18 @@ BUDGETS = {
     "scene": 8629,  # what help and a prompt show of records
     "problem": 2308,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1087,  # what is kept of programs, which problem held
-    "methods": 4720,  # keyframes of a push; states beside one that stops; rougher corners first on large walls
+    "methods": 4719,  # keyframes of a push; states beside one that stops; rougher corners first on large walls
     "standing": 714,
     "answer": 1912,
     "words": 1114,  # equal load factors said once
     "drawing": 2516,  # the way of a push on pages, and what notebooks show
     "finite_motion": 1373,
     "exports": 649,
-    "studies": 6385,
-    "cli": 1102,  # commands of functions' signatures
+    "studies": 6182,
+    "cli": 1083,  # commands of functions' signatures
     "rest": 1047,  # plain data of files, which answer held
     "models": 1309,  # the energy of chords, said whole
-    "tests": 30534,  # every claim once, each held by a few scenes
+    "tests": 30454,  # every claim once, each held by a few scenes
 }
 
 

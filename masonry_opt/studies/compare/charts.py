@@ -16,6 +16,7 @@ from masonry_opt.errors import counted
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.charts import NamedChart, alt
 from masonry_opt.studies.compare import frames, judge
+from masonry_opt.studies.runner import MEMORY_LIMIT, TIME_LIMIT
 from masonry_opt.studies.writing import in_words
 
 GREY = "#777777"
@@ -33,21 +34,10 @@ _LETTERS = {
     "F": "failed but said so",
 }
 
-#: By question and error: its name in a title and at its axis; the least that is drawn, and why.
+#: By question: the error's name in a title, and at its axis.
 _ERRORS = {
-    (judge.ASSOCIATIVE, "error"): ("error", "relative error of λ (against certified bounds)", 0.0, ""),
-    (judge.COULOMB, "error"): (
-        "gap to the best exact state",
-        "relative gap to the best exact state known",
-        judge.GAP_FLOOR,
-        f"gaps below {judge.GAP_FLOOR:g} are none, drawn there",
-    ),
-    (judge.COULOMB, "violation"): (
-        "violation of yield",
-        "largest violation of yield (median block weights)",
-        judge.VIOLATION_FLOOR,
-        f"violations below {judge.VIOLATION_FLOOR:g} are rounding, drawn there",
-    ),
+    judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
+    judge.COULOMB: ("gap to the best exact state", "relative gap to the best exact state known"),
 }
 
 _VERDICT_COLOURS = dict(zip(judge.VERDICTS, (SERIES[2], SERIES[5], "#BBBBBB", SERIES[1]), strict=True))
@@ -74,48 +64,49 @@ def charts(summary: pd.DataFrame) -> list[NamedChart]:
     if summary.empty:
         return []
     asked = {*summary["question"]}
-    return _success(summary) + [_time_error(summary, *of) for of in _ERRORS if of[0] in asked]
+    return [_success(summary), *(_time_error(summary, of) for of in _ERRORS if of in asked)]
 
 
-def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
+def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     """Time against error, a panel a scene; runs that are not certified are letters in a band at the top."""
     rows = summary[summary["question"] == question]
     certified = rows["verdict"] == judge.CERTIFIED
-    low, high = _decades(rows[certified][error])
+    low, high = _decades(rows[certified]["error"])
+    first, last = _decades(rows["time"])
     band = high * 10**0.3
     top = band * (band / low) ** 0.22
     # A logarithmic axis has no zero: it stands at the least error shown. Letters at near times must not
     # overlap: they stand at three heights in turn.
     turn = (rows[~certified].groupby("scene").cumcount() % 3).reindex(rows.index)
     in_band = band * (top / band) ** (0.15 + 0.25 * turn)
-    front = [frames.pareto(frame, error=error).index for _, frame in rows.groupby("scene")]
+    front = [frames.pareto(frame).index for _, frame in rows.groupby("scene")]
     looks = _looks(summary, rows["pair"])
     records = rows.to_dict("records")
-    verdicts = [f"{row['verdict']} {judge.reason_text(row)}".strip() for row in records]
+    verdicts = [f"{row['verdict']} {row['reason']}".strip() for row in records]
     marks = in_words(rows.assign(verdict=verdicts), frames.FORMATS, (*_TOLD, *_RENAMED))
     marks = marks.rename(columns=_RENAMED).set_index(rows.index)
     marks["letter"] = [_letter(row) for row in records]
     marks = marks.assign(
         time=rows["time"],
-        height=rows[error].clip(low).where(certified, in_band),
+        height=rows["error"].clip(low).where(certified, in_band),
         colour=rows["pair"].map(looks.set_index("pair")["stroke"]),
         broken=rows["pair"].map(looks.set_index("pair")["broken"]),
         rung=rows["tolerance"],
         front=rows.index.isin(np.concatenate(front)),
-        below=certified & rows["below"] & (error == "error"),
+        below=certified & rows["below"],
     )
     notes = [f"{letter}: {_LETTERS[letter]}" for letter in dict.fromkeys(marks["letter"]) if letter]
-    what, label, floor, why = _ERRORS[question, error]
+    what, label = _ERRORS[question]
     ticks = _powers(low, high)
-    if math.isclose(low, floor):
+    if question == judge.COULOMB and math.isclose(low, judge.GAP_FLOOR):
         ticks[low] = f"≤ {ticks[low]}"
-        notes.append(why)
+        notes.append(f"gaps below {low:g} are none, drawn there")
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
         notes.append("grey triangles: below the best exact state (|gap|)")
     places = {
-        "x": _log(alt.X, "time", "time (s)", rows["time"]),
-        "y": _placed(alt.Y, "height", label, (low / 3, top), ticks),
+        "x": _log(alt.X("time:Q"), "time (s)", (first / 1.25, last * 1.25), _powers(first, last)),
+        "y": _log(alt.Y("height:Q"), label, (low / 3, top), ticks),
     }
     known, steps, below, letters = (
         alt.Chart().transform_filter(which)
@@ -158,12 +149,12 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> NamedChart:
         ),
     ]
     title = f"{question.capitalize()} λ: time against {what}"
-    name = f"time_{error}_{question.lower()}"
-    return NamedChart(name, title, alt.layer(*layers, data=marks), "; ".join(notes), "scene")
+    chart = alt.layer(*layers, data=marks)
+    return NamedChart(f"time_error_{question.lower()}", title, chart, "; ".join(notes), "scene")
 
 
-def _success(summary: pd.DataFrame) -> list[NamedChart]:
-    """How the scenes ended, a bar a pair and tolerance, and the time of its certified answers."""
+def _success(summary: pd.DataFrame) -> NamedChart:
+    """How the scenes ended, a bar a pair and tolerance."""
     table = frames.success(summary)
     least, most = int(table["scenes"].min()), int(table["scenes"].max())
     # After an interrupt some pairs lack scenes.
@@ -186,23 +177,8 @@ def _success(summary: pd.DataFrame) -> list[NamedChart]:
         x=alt.X("count:Q", stack="normalize", bandPosition=0.5), text="text:N", detail="verdict:N"
     )
     colour = alt.Color("verdict:N", scale=verdict, legend=alt.Legend(columns=1))
-    ended = all_bars.mark_bar().encode(x=share, color=colour) + counts
-    times = table.rename(columns={"time 25 %": "low", "time 75 %": "high"})[["row", "low", "time", "high"]]
-    times["seconds"] = [f"{judge.number(time, 3)} s" if math.isfinite(time) else "" for time in times["time"]]
-    every = pd.Series(times[["low", "time", "high"]].to_numpy().ravel())
-    rows = alt.Chart(times).encode(y=row, tooltip=_tooltip(("row", "seconds")))
-    half = rows.mark_rule(color=GREY, strokeWidth=3).encode(
-        x=_log(alt.X, "low", "time (s)", every), x2="high:Q"
-    )
-    middle = rows.encode(x=_log(alt.X, "time", "time (s)", every))
-    told = middle.mark_text(dy=-9, fontSize=10).encode(text="seconds:N")
-    height = 34 * len(table)
-    ended = ended.properties(height=height)
-    timed = (half + middle.mark_circle(color="black", size=45) + told).properties(height=height)
-    return [
-        NamedChart("success", "How the scenes ended", ended, f"{scenes}, counts in the bars"),
-        NamedChart("success_time", "Time of the certified answers", timed, "median, and their middle half"),
-    ]
+    ended = (all_bars.mark_bar().encode(x=share, color=colour) + counts).properties(height=34 * len(table))
+    return NamedChart("success", "How the scenes ended", ended, f"{scenes}, counts in the bars")
 
 
 def _looks(summary: pd.DataFrame, pairs: pd.Series) -> pd.DataFrame:
@@ -224,8 +200,7 @@ def _letter(row: Mapping[Any, Any]) -> str:
     """The letter of a row; "" if it is certified."""
     if row["verdict"] != judge.FAILED:
         return {judge.CERTIFIED: "", judge.WRONG: "W"}.get(row["verdict"], "N")
-    limits = {judge.VerdictReason.TIME_LIMIT: "T", judge.VerdictReason.MEMORY_LIMIT: "M"}
-    return limits.get(row["reason"], "F")
+    return {TIME_LIMIT: "T", MEMORY_LIMIT: "M"}.get(row["ended"], "F")
 
 
 def _decades(values: pd.Series) -> tuple[float, float]:
@@ -237,17 +212,11 @@ def _decades(values: pd.Series) -> tuple[float, float]:
     return 10.0**low, 10.0 ** max(high, low + 1)
 
 
-def _log(channel: Any, field: str, label: str, values: pd.Series) -> Any:
-    """A field on a logarithmic axis of whole decades that hold the values."""
-    low, high = _decades(values)
-    return _placed(channel, field, label, (low / 1.25, high * 1.25), _powers(low, high))
-
-
-def _placed(channel: Any, field: str, label: str, ends: tuple[float, float], ticks: dict[float, str]) -> Any:
-    """A field on a logarithmic axis between two ends, with the text of each tick."""
+def _log(channel: Any, label: str, ends: tuple[float, float], ticks: dict[float, str]) -> Any:
+    """A channel on a logarithmic axis between two ends, with the text of each tick."""
     text = f"{json.dumps([*ticks.values()])}[indexof({json.dumps([*ticks])}, datum.value)]"
-    axis = alt.Axis(title=label, values=[*ticks], labelExpr=text)
-    return channel(f"{field}:Q", scale=alt.Scale(type="log", domain=ends, nice=False), axis=axis)
+    drawn = channel.scale(type="log", domain=ends, nice=False)
+    return drawn.axis(title=label, values=[*ticks], labelExpr=text)
 
 
 def _powers(low: float, high: float) -> dict[float, str]:

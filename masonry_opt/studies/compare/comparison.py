@@ -21,7 +21,7 @@ from masonry_opt.studies.compare import frames, judge, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.runs import CaseScene, Pair, RunPlan, find_scenes, plan
 from masonry_opt.studies.journal import Journal, digest, versions_hash
-from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
+from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import csv_text, write_files
 
 #: Seconds that what is computed once for a scene may take at least.
@@ -76,18 +76,14 @@ def compare(
     out: folder of results and report.
     progress: called with a line before each run.
     """
-    if repeats < 1:
-        raise OptionError(f"repeats must be at least 1, not {repeats}")
-    planned = plan(
-        _listed("methods", methods), _listed("models", models), _listed("solvers", solvers), tolerances
-    )
+    limits = frames.RunLimits(time_limit, memory_limit, whole("repeats", repeats, 1))
+    given = {"scenes": scenes, "methods": methods, "models": models, "solvers": solvers}
+    named, methods, models, solvers = (_listed(what, names) for what, names in given.items())
+    planned = plan(methods, models, solvers, tolerances)
     folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
-    named = _listed("scenes", scenes)
     if not named:
         raise OptionError("nothing to compare: name case files")
-    limits, registry = frames.RunLimits(time_limit, memory_limit, repeats), folder / judge.FILE
-    found = find_scenes(named, folder)
-    comparison = run_plan(found, planned, limits, out, progress, registry)
+    comparison = run_plan(find_scenes(named, folder), planned, limits, out, progress, folder / judge.FILE)
     progress("report")
     write_report(comparison, out)
     ended = comparison.results["ended"]
@@ -139,7 +135,6 @@ def run_plan(
 ) -> frames.Comparison:
     """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`), Coulomb
     states by those that ``registry`` has."""
-    known = judge.best_known(scenes, registry)
     notes: list[str] = []
     made = _JournalRuns(Journal(folder, {"columns": digest(runs.COLUMNS)}), limits, progress, notes)
     bounds: dict[str, CertifiedBounds] = {}
@@ -165,8 +160,7 @@ def run_plan(
             "static and kinematic with a conic solver crush joints by the parabola, all other runs and the "
             f"certified bounds by chords inside it: no error is given for the former on {', '.join(bent)}"
         )
-    best = judge.lowest_exact(rows, known)
-    notes += judge.lower_states(known, best, registry)
+    best = judge.lowest_exact(rows, judge.best_known(scenes, registry))
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
     if len(summary):
         summary["to_expect"] = summary["scene"].map(to_expect).astype(float)

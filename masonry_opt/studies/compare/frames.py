@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.acceptance import SMALLEST
-from masonry_opt.answer.thresholds import APART, SAME
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import counted, printable
 from masonry_opt.studies.compare import judge
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
@@ -31,10 +31,8 @@ HEADINGS = {"time": "median time (s)", "peak_memory": "peak (MB)"}
 #: How numbers are written, by column.
 FORMATS = {
     **dict.fromkeys(("success", "on target"), "{:.0%}"),
-    "spread": "{:.1%}",
     "load_factor": "{:.9g}",
     "time": "{:.3g}",
-    **dict.fromkeys(("lowest", "highest"), "{:.5g}"),
     **dict.fromkeys(("error", "violation", "largest error", "largest violation"), "{:.1e}"),
     **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
     **dict.fromkeys(("iterations", "lp_solves", "peak_memory", "blocks", "joints"), "{:.0f}"),
@@ -73,7 +71,7 @@ def summary(
     frame["repeats"] = repeats["scene"].transform("size")
     frame[_MEDIANS] = repeats[_MEDIANS].transform("median")
     worst = frame.sort_values(["of", "badness"], kind="stable").drop_duplicates("of", keep="last")
-    columns = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "right", "load_factor", "error"]
+    columns = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error"]
     columns += ["below", "violation", *_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS]
     return worst[[*columns, "bound", "ended", "status", "kind", "message"]].reset_index(drop=True)
 
@@ -101,19 +99,19 @@ def answers(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.sort_values(order, kind="stable").drop_duplicates("of").drop(columns=order[:3])
 
 
-def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.DataFrame:
-    """The certified rows that no other such row beats in both columns, cheapest first."""
-    known = frame[(frame["verdict"] == judge.CERTIFIED) & frame[error].notna()].sort_values([cost, error])
-    before = known[error].cummin().shift(fill_value=np.inf)
-    return known[known[error] < before]
+def pareto(frame: pd.DataFrame) -> pd.DataFrame:
+    """The certified rows that no other such row beats in both time and error, quickest first."""
+    known = frame[(frame["verdict"] == judge.CERTIFIED) & frame["error"].notna()]
+    known = known.sort_values(["time", "error"])
+    return known[known["error"] < known["error"].cummin().shift(fill_value=np.inf)]
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
     """How the scenes ended, one row a pair and tolerance.
 
     ``success``: share that is certified or named correctly. ``on target``: share that is certified with an
-    error within TARGET. Median and quartiles of the time, largest error and violation are those of the
-    certified answers; peak_memory (MB) is that of all.
+    error within TARGET. Median time, largest error and violation are those of the certified answers;
+    peak_memory (MB) is that of all.
     """
     if frame.empty:
         return frame
@@ -130,40 +128,11 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
         "success": ("success", "mean"),
         "on target": ("target", "mean"),
         "time": ("time", "median"),
-        "time 25 %": ("time", lambda times: times.quantile(0.25)),
-        "time 75 %": ("time", lambda times: times.quantile(0.75)),
         "largest error": ("error", "max"),
         "largest violation": ("violation", "max"),
         "peak_memory": ("peak_memory", "max"),
     }
     return marked.groupby(["pair", *_PAIR], dropna=False, sort=False).agg(**columns).reset_index()
-
-
-def spread(frame: pd.DataFrame) -> pd.DataFrame:
-    """Scenes whose certified Coulomb load factors differ by more than APART, the widest spread first.
-
-    Columns: scene; ``lowest`` and ``highest`` λ of the certified Coulomb runs; ``spread``, their distance
-    over the lowest; ``lowest by`` and ``highest by``: the pairs that ended there, within GAP_FLOOR.
-    """
-    columns = ["scene", "lowest", "highest", "spread", "lowest by", "highest by"]
-    if frame.empty:
-        return pd.DataFrame(columns=columns)
-    lines = []
-    certified = frame[(frame["verdict"] == judge.CERTIFIED) & (frame["question"] == judge.COULOMB)]
-    for scene, group in certified.groupby("scene", sort=False):
-        lowest, highest = group["load_factor"].min(), group["load_factor"].max()
-        share = (highest - lowest) / max(abs(lowest), SMALLEST)
-        if share > APART:
-            ends = [_who_ended(group, load_factor) for load_factor in (lowest, highest)]
-            lines.append(dict(zip(columns, [scene, lowest, highest, share, *ends], strict=True)))
-    return pd.DataFrame(lines, columns=columns).sort_values("spread", ascending=False, kind="stable")
-
-
-def _who_ended(group: pd.DataFrame, load_factor: float) -> str:
-    """The pairs that ended at a load factor: the first, and how many others."""
-    near = (group["load_factor"] - load_factor).abs() <= judge.GAP_FLOOR * max(abs(load_factor), SMALLEST)
-    first, *others = group.loc[near, "pair"].unique()
-    return f"{first} and {len(others)} more" if others else str(first)
 
 
 @dataclass(frozen=True)
@@ -202,7 +171,7 @@ class Comparison:
     interrupted: bool = False
 
     def __str__(self) -> str:
-        """The success table, scenes whose Coulomb load factors differ, combinations left out, notes."""
+        """The success table, combinations left out, notes."""
         lines = []
         if len(self.summary):
             columns = ("method", "model", "solver", "tolerance", "scenes", *SUCCESS[1:])
@@ -217,9 +186,6 @@ class Comparison:
                 f"median of {counted(self.limits.repeats, 'run')} (of one where a run takes over "
                 f"{REPEATED_BELOW:g} s)"
             )
-        if len(apart := spread(self.summary)):
-            lines.append(f"\ncertified Coulomb λ more than {APART:.0%} apart:")
-            lines.append(in_words(apart, FORMATS).to_string(index=False))
         if self.plan.left_out:
             lines.append("\nnot applicable:")
             lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]

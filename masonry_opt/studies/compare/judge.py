@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
-from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -54,33 +53,6 @@ VIOLATION_FLOOR = 1e-10
 TARGET = {ASSOCIATIVE: 1e-6, COULOMB: 1e-2}
 
 
-class VerdictReason(StrEnum):
-    """Why a run has its verdict: none if it is certified; a load factor that fails; a claim on the scene,
-    known to be false, known to be right, or neither; no claim, or how the run was ended."""
-
-    NONE = ""
-    RESIDUAL = "residual"
-    NO_CERTIFICATE = "no_certificate"
-    ABOVE_BOUND = "above_bound"
-    BELOW_BOUND = "below_bound"
-    FALSE_CLAIM = "false_claim"
-    RIGHT_CLAIM = "right_claim"
-    UNCONFIRMED = "unconfirmed"
-    NO_ANSWER = "no_answer"
-    TIME_LIMIT = "time_limit"
-    MEMORY_LIMIT = "memory_limit"
-    CRASHED = "crashed"
-    DIED = "died"
-
-
-_TEXTS = {
-    VerdictReason.NONE: "",
-    VerdictReason.NO_CERTIFICATE: "no certificate",
-    VerdictReason.ABOVE_BOUND: "λ above its certified bound",
-    VerdictReason.BELOW_BOUND: "λ below its certified bound",
-}
-
-
 class BestKnown(NamedTuple):
     """The lowest exact load factor of a scene, and the method that found it."""
 
@@ -126,18 +98,6 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
     return best
 
 
-def lower_states(
-    known: Mapping[str, BestKnown], best: Mapping[str, BestKnown], registry: Path | None
-) -> list[str]:
-    """Lines on the states that are lower than those known, which the registry has."""
-    return [
-        f"{name}.toml: lower exact state {best[name].load_factor:.9g}, found by {best[name].method}; "
-        f"{registry} has {before.load_factor:.9g}"
-        for name, before in known.items()
-        if best[name] != before
-    ]
-
-
 def known_claims(
     question: str, bounds: CertifiedBounds | None, expected: Mapping[str, str]
 ) -> dict[str, bool]:
@@ -173,12 +133,12 @@ def question_of(method: str) -> str:
 def judge(
     row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown | None, expected: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Verdict, reason and errors of one run, by name (see :func:`known_claims` for ``expected``).
+    """Verdict and errors of one run, by name (see :func:`known_claims` for ``expected``).
 
-    ``verdict``: one of VERDICTS. ``right``: the claims known to be right. ``error``: relative distance of λ
-    from the middle of the bounds (half their width at least) or from the best exact Coulomb state (GAP_FLOOR
-    at least). ``below``: whether λ is below that state. ``violation``: largest violation of yield, in median
-    block weights (1e-10 at least). A missing number is None.
+    ``verdict``: one of VERDICTS. ``reason``: why, in words; "" if it is certified. ``error``: relative
+    distance of λ from the middle of the bounds (half their width at least) or from the best exact Coulomb
+    state (GAP_FLOOR at least). ``below``: whether λ is below that state. ``violation``: largest violation of
+    yield, in median block weights (1e-10 at least). A missing number is None.
 
     The bounds are those with crushing by chords, and in space by cones: not applied to a run with the
     parabola; of one by the sides of cones the lower does not hold, nor that λ is unlimited.
@@ -198,7 +158,6 @@ def judge(
         "question": question,
         "verdict": verdict,
         "reason": reason,
-        "right": " or ".join(claim for claim in CLAIMS if known.get(claim)),
         "error": error,
         "below": below,
         "violation": None if row["yield"] is None else max(row["yield"], VIOLATION_FLOOR),
@@ -207,50 +166,34 @@ def judge(
 
 def _verdict(
     row: dict[str, Any], bounds: CertifiedBounds | None, known: Mapping[str, bool]
-) -> tuple[str, VerdictReason]:
+) -> tuple[str, str]:
+    """The verdict, and why, in words; "" if it is certified."""
     load_factor, ended = row["load_factor"], row["ended"]
     claim = ended if ended != FINISHED else row["status"] if load_factor is None else ANSWER
+    said = ": ".join(map(str, filter(None, [row["status"] if ended == FINISHED else ended, row["message"]])))
     if known.get(claim) is False:
-        return WRONG, VerdictReason.FALSE_CLAIM
+        right = " or ".join(claim for claim in CLAIMS if known.get(claim))
+        return WRONG, f"{said} (right: {right or 'not this'})"
     if claim != ANSWER:
-        if known.get(claim) or (row["existence"] and Existence(row["existence"]).proven):
-            return NAMED, VerdictReason.RIGHT_CLAIM
-        if claim in CLAIMS:
-            return FAILED, VerdictReason.UNCONFIRMED
-        return FAILED, VerdictReason("no_answer" if ended == FINISHED else ended.replace(" ", "_"))
+        named = known.get(claim) or (row["existence"] and Existence(row["existence"]).proven)
+        return (NAMED if named else FAILED), said
     if over := residuals_over_limit(row):
-        missing = all(value is None for value in over.values())
-        return WRONG, VerdictReason.NO_CERTIFICATE if missing else VerdictReason.RESIDUAL
+        limits = LIMITS[Kind(row["kind"])].as_dict()
+        large = [f"{name} {of:.1e} > {limits[name]:.0e}" for name, of in over.items() if of is not None]
+        return WRONG, ", ".join(large) or "no certificate"
     if bounds is not None and bounds.finite:
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
-            return WRONG, VerdictReason.ABOVE_BOUND
+            return WRONG, "λ above its certified bound"
         # States of Coulomb's law, and within sides, are states of eq. (9): they have the upper bound alone.
         both = question_of(row["method"]) == ASSOCIATIVE and not by_sides(row)
         if both and load_factor < bounds.lower - margin:
-            return WRONG, VerdictReason.BELOW_BOUND
-    return CERTIFIED, VerdictReason.NONE
+            return WRONG, "λ below its certified bound"
+    return CERTIFIED, ""
 
 
 def _relative(load_factor: float, to: float) -> float:
     return (load_factor - to) / max(abs(to), SMALLEST)
-
-
-def reason_text(row: Mapping[Any, Any], brief: bool = False) -> str:
-    """Why a row of the summary has its verdict; "" if it is certified. ``brief``: without the message of an
-    analysis that ended by itself."""
-    reason, finished = row["reason"], row["ended"] == FINISHED
-    if reason in _TEXTS:
-        return _TEXTS[reason]
-    if reason == VerdictReason.RESIDUAL:
-        limits = LIMITS[Kind(row["kind"])].as_dict()
-        over = residuals_over_limit(row).items()
-        return ", ".join(f"{name} {residual:.1e} > {limits[name]:.0e}" for name, residual in over)
-    said = str(row["status"] if finished else row["ended"])
-    if row["message"] and not (brief and finished):
-        said += f": {row['message']}"
-    right = f" (right: {row['right'] or 'not this'})" if reason == VerdictReason.FALSE_CLAIM else ""
-    return said + right
 
 
 def number(value: float | None, digits: int = 5) -> str:

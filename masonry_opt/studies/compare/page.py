@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
-from masonry_opt.answer.thresholds import APART
 from masonry_opt.drawing.elements import scene_elements
 from masonry_opt.drawing.page import MOST_BLOCKS
 from masonry_opt.drawing.svg import Canvas, blocks_svg
@@ -21,13 +20,15 @@ from masonry_opt.studies.compare import frames, judge
 from masonry_opt.studies.compare.frames import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.runs import RESIDUALS
 from masonry_opt.studies.journal import machine, versions
+from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import frame_table, render, table
 from masonry_opt.words.sentences import numeral
 
 #: Columns of the table of runs, and headings that are not their names.
-_RUNS = ["scene", "pair", "load_factor", "tolerance", "verdict", "error", "violation", "time", "why"]
+_RUNS = ["scene", "pair", "load_factor", "tolerance", "verdict", "error", "violation", "time", "reason"]
 _RUNS += ["iterations", "lp_solves", "peak_memory", "blocks", "joints", *RESIDUALS]
-_HEADINGS = {"pair": "method · model · solver", "load_factor": "λ", "time": "time (s)", "lp_solves": "LPs"}
+_HEADINGS = {"pair": "method · model · solver", "load_factor": "λ", "time": "time (s)", "reason": "why"}
+_HEADINGS |= {"lp_solves": "LPs"}
 
 #: Text in place of a load factor, and its look, by verdict.
 _NO_VALUE = {
@@ -61,15 +62,12 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     """The report of a comparison, its charts inside."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
-    tables: dict[str, Any] = dict.fromkeys(("success", "apart", "runs"))
+    tables: dict[str, Any] = dict.fromkeys(("success", "runs"))
     if len(summary):
-        why = [*map(judge.reason_text, summary.to_dict("records"))]
         headings, columns = _HEADINGS | frames.HEADINGS, ("pair", *frames.SUCCESS)
         tables["success"] = frame_table(frames.success(summary), frames.FORMATS, columns, **headings)
         headings = frames.HEADINGS | _HEADINGS
-        tables["runs"] = frame_table(summary.assign(why=why), frames.FORMATS, _RUNS, **headings)
-    if len(apart := frames.spread(summary)):
-        tables["apart"] = frame_table(apart, frames.FORMATS)
+        tables["runs"] = frame_table(summary, frames.FORMATS, _RUNS, **headings)
     residuals = [
         (kind, *(f"{limit.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limit in LIMITS.items()
     ]
@@ -86,7 +84,6 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
         outside=f"{OUTSIDE:g}",
         target={question: f"{error:g}" for question, error in judge.TARGET.items()},
         gap_floor=f"{judge.GAP_FLOOR:g}",
-        most_apart=f"{100 * APART:g} %",
         repeated_below=f"{REPEATED_BELOW:g}",
         about=table(("", ""), [*about.items()]),
     )
@@ -138,7 +135,9 @@ def _answer(row: Mapping[Any, Any] | None) -> TableCell:
         return _cell(row["load_factor"], *_gap(row), *notes)
     said, look = _NO_VALUE[row["verdict"]]
     given = "" if pd.isna(row["load_factor"]) else f"λ {_lambda(row['load_factor'])}: "
-    return TableCell(said, (given + judge.reason_text(row, brief=True), *notes), look)
+    # An analysis that ended by itself said its status, and explained it in a message.
+    why = row["reason"].replace(f": {row['message']}", "") if row["ended"] == FINISHED else row["reason"]
+    return TableCell(said, (given + why, *notes), look)
 
 
 def _gap(row: Mapping[Any, Any]) -> list[str]:

@@ -27,7 +27,7 @@ from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.load_cases import Earthquake
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.writing import StudyAnswer
+from masonry_opt.studies.writing import StudyAnswer, records
 from masonry_opt.words.summary import told_factor
 from masonry_opt.words.terminal import frame_text
 
@@ -177,15 +177,9 @@ class Directions(Cases):
     def as_dict(self) -> dict[str, Any]:
         """The table as plain numbers and strings (NaN as None)."""
         told, of = super().as_dict(), self.to_draw
-        rows = zip(told.pop("load_cases"), self.results.values(), strict=True)
-        return {
-            **told,
-            "load_case": of.load_case,
-            "method": of.method,
-            "directions": [
-                self._apart(result) | {key: row[key] for key in (*COLUMNS, "message")} for row, result in rows
-            ],
-        }
+        messages = [one["message"] for one in told.pop("load_cases")]
+        rows = records(self.table.assign(message=messages))
+        return told | {"load_case": of.load_case, "method": of.method, "directions": rows}
 
     def plot(self) -> Picture:
         """Draw the load factor over the direction: in space in plan, as a polar chart, x to the right; in the

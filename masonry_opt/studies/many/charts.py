@@ -1,4 +1,4 @@
-"""Charts of a sweep: λ against one number, with the names of the mechanisms, and dashes for the load to
+"""Charts of a sweep: λ against one number, with a mark for each mechanism, and dashes for the load to
 expect; a heat map of two numbers. The least is ringed. A value far above the others stands at the head of the
 axis, as a number.
 
@@ -13,10 +13,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike
 
+from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
 from masonry_opt.studies.charts import NamedChart, alt, axis
-from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
 from masonry_opt.studies.many.runs import (
     CRUSHING,
     EXPECTED,
@@ -26,6 +28,7 @@ from masonry_opt.studies.many.runs import (
     SEPARATING,
     SLIDING,
     at_least,
+    ends,
 )
 
 #: Colour and mark of each mechanism. Joints have the same in pictures.
@@ -41,7 +44,7 @@ _LOOKS = {
 #: Colour and mark of a run without a load factor, and mark of a value off the axis.
 _DARK, _CROSS, _UP = "#333333", "M-.8-.8L.8.8M.8-.8L-.8.8", "triangle-up"
 
-#: Most values of the second number that have a line each, and most names of mechanisms in a chart.
+#: Most values of the second number that have a line each, and most values off the axis that are written.
 _MOST_LINES, _MOST_NAMED = 7, 6
 
 #: Titles of axes of numbers that have a symbol.
@@ -52,6 +55,13 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
+
+#: A load factor so many times the greatest of the others is left off the axis: at most this share of all, or
+#: one of three or more.
+_FAR, _FEW = 10.0, 0.25
+
+#: The axis of load factors.
+LABEL = "load factor λ"
 
 #: Colours of strips, and of cells without a load factor.
 _PALE, _GREY = "#EBEBEB", "#CCCCCC"
@@ -145,7 +155,6 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     elif len(names) == 1:
         layers.append(found.mark_line(color="#999999", strokeWidth=1))
         layers.append(beside.mark_line(color=_DARK, strokeWidth=1, strokeDash=[6, 3]))
-        layers += _changes(marks[~failed].sort_values("at"))
     else:
         layers.append(beside.mark_point(color=_DARK, shape="stroke"))
     points = alt.Chart(marks).mark_point(size=45, opacity=1)
@@ -171,32 +180,6 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
 def _written(cells: pd.DataFrame, x: Any, y: Any, **place: Any) -> Any:
     text = alt.Text("λ:Q", format=".4~g")
     return alt.Chart(cells).mark_text(color=_DARK, **place).encode(x=x, y=y, text=text)
-
-
-def _changes(marks: pd.DataFrame) -> list[Any]:
-    """Lines where the mechanism changes, and its names above the chart."""
-    x, mechanism = marks["at"], marks["mechanism"]
-    begins = mechanism != mechanism.shift()
-    if not 1 < begins.sum() <= _MOST_NAMED:
-        return []
-    starts = ((x + x.shift()) / 2)[begins].fillna(x.iloc[0]).to_numpy()
-    finishes = np.r_[starts[1:], x.iloc[-1]]
-    # Names of short stretches side by side would overlap.
-    slanted = finishes - starts < 0.2 * (x.iloc[-1] - x.iloc[0])
-    stretches = pd.DataFrame(
-        {
-            "at": (starts + finishes) / 2,
-            "starts": starts,
-            "mechanism": mechanism[begins].to_numpy(),
-            "colour": [_LOOKS[name][0] for name in mechanism[begins]],
-            "angle": np.where(slanted, -35, 0),
-        }
-    )
-    rules = alt.Chart(stretches[1:]).mark_rule(strokeDash=[2, 2], color="#777777").encode(x="starts:Q")
-    colour, angle = alt.Color("colour:N", scale=None), alt.Angle("angle:Q", scale=None)
-    names = alt.Chart(stretches).mark_text(baseline="bottom")
-    names = names.encode(x="at:Q", y=alt.value(-5), text="mechanism:N", color=colour, angle=angle)
-    return [rules, names]
 
 
 def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
@@ -243,6 +226,24 @@ def _edges(middles: np.ndarray) -> np.ndarray:
         return middles[0] + np.array([-half, half])
     between = (middles[1:] + middles[:-1]) / 2
     return np.r_[2 * middles[0] - between[0], between, 2 * middles[-1] - between[-1]]
+
+
+def off_axis(load_factors: ArrayLike) -> np.ndarray:
+    """Whether each load factor is far above the others and so left off the axis; shape (n,)."""
+    values = np.asarray(load_factors, dtype=float)
+    rising = np.sort(values[np.isfinite(values)])
+    greatest = np.maximum.accumulate(np.abs(rising))
+    few = max(int(_FEW * len(rising)), len(rising) >= 3)
+    for first in range(len(rising) - few, len(rising)):
+        if first and greatest[first - 1] > ZERO and rising[first] >= _FAR * greatest[first - 1]:
+            return values >= rising[first]
+    return np.zeros(len(values), dtype=bool)
+
+
+def ticks(least: float, greatest: float, whole: bool = False) -> list[float]:
+    """A few round numbers between two ends; ``whole``: only integers."""
+    values = np.asarray(MaxNLocator(6, integer=whole).tick_values(least, greatest))
+    return values[(values >= least) & (values <= greatest)].tolist()
 
 
 def _label(name: str) -> str:

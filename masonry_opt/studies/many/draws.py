@@ -168,7 +168,6 @@ class Draws:
     ----------
     columns: of the table of values, in order.
     texts: distributions in words, by names of numbers.
-    varied: whether a property differs from joint to joint.
 
     Raises OptionError if an argument of :func:`~.sample.sample` is wrong, CaseError if the scene is wrong.
     """
@@ -199,7 +198,6 @@ class Draws:
             self.columns += self._spread(name, courses) if name in spread else [DrawnColumn(name, name)]
         alike = f" by {by}, correlation {self._correlation:g}"
         self.texts = {name: law.text + alike * (name in spread) for name, law in self._laws.items()}
-        self.varied = bool(spread)
 
     def _spread(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[DrawnColumn]:
         """The columns of a property that differs from joint to joint."""
@@ -260,6 +258,8 @@ class Draws:
         Raises CaseError if a value is out of range, or dilatancy exceeds friction.
         """
         scene = self._parameters.at({c.name: values[c.name] for c in self.columns if not c.pairs})
+        if not any(c.pairs for c in self.columns):
+            return scene
         given: dict[frozenset[str], dict[str, Any]] = {
             frozenset(own.between): own.model_dump(exclude_none=True) for own in scene.exceptions
         }

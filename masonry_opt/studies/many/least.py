@@ -24,6 +24,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.many.standing import standing
+from masonry_opt.studies.runner import whole
 from masonry_opt.studies.writing import StudyAnswer
 from masonry_opt.words.sentences import numeral
 
@@ -267,9 +268,8 @@ class _ThresholdSearch:
             raise OptionError(f"lower must be less than upper (found {lower:g} and {upper:g})")
         if not 0 < _number("tolerance", tolerance) < 1:
             raise OptionError(f"tolerance must be between 0 and 1 (found {tolerance!r})")
-        if not isinstance(samples, int) or samples < 0:
-            raise OptionError(f"samples must be a number of values, 0 or more (found {samples!r})")
-        for value in (lower, upper, *np.linspace(lower, upper, samples + 2)[1:-1].tolist()):
+        tried = np.linspace(lower, upper, whole("samples", samples, 0) + 2)
+        for value in (lower, upper, *tried[1:-1].tolist()):
             self.at(value)
         # From the end at which the scene should hold.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)

@@ -8,7 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from masonry_opt.analysis import Session
 from masonry_opt.answer.acceptance import SMALLEST
@@ -24,7 +26,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.studies.journal import NAME, Journal, digest, versions
-from masonry_opt.studies.many.parameters import Parameters, is_of_joints
+from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.runner import FINISHED, REFUSED, TaskEnd, Workers
 from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.sentences import message
@@ -53,6 +55,9 @@ SEPARATING, NONE = "separating", "none"
 
 _NAMES = {"slides": SLIDING, "hinges": HINGING, "crushes": CRUSHING}
 
+#: Least length of an axis, as a share of the largest load factor: a shorter one would magnify rounding.
+_LEAST = 0.02
+
 #: Called with how many runs are done, and of how many.
 RunProgress = Callable[[int, int], None]
 
@@ -66,11 +71,12 @@ Maker = Callable[[Mapping[str, float]], Scene]
 
 @dataclass(frozen=True)
 class Study:
-    """What all runs share: the scene whose numbers change (None where every run brings its own), and how they
-    are solved."""
+    """What all runs share: how they are solved, and what makes a scene of values, from a scene or by
+    itself."""
 
-    scene: Scene | None
     how: HowToSolve
+    make: Maker
+    scene: Scene | None = None
 
     def identity(self) -> dict[str, str]:
         """Hashes of all that decides the rows, by name."""
@@ -84,40 +90,16 @@ class Study:
         }
 
 
-@dataclass(frozen=True)
-class StudyRun:
-    """Values by name, and the scene that they make where the study has none."""
-
-    values: Mapping[str, float]
-    scene: Scene | None = None
-
-    @property
-    def key(self) -> str:
-        """Hash of values and scene: the key of its row in a journal."""
-        values = {name: float(value) for name, value in self.values.items()}
-        return digest((values, None if self.scene is None else _of_scene(self.scene)))
-
-
-def run_solver(study: Study) -> Callable[[StudyRun], dict[str, Any]]:
-    """What solves the runs of one study in one process, to columns, and keeps what does not change between
+def run_solver(how: HowToSolve) -> Callable[[Scene], dict[str, Any]]:
+    """What solves the scenes of one study in one process, to columns, and keeps what does not change between
     them."""
-    parameters = None if study.scene is None else Parameters(study.scene)
-    session = Session(study.how, Kept(keeps=True))
-
-    def solve(run: StudyRun) -> dict[str, Any]:
-        scene = run.scene
-        if scene is None:
-            assert parameters is not None  # the study has a scene where its runs have none
-            scene = parameters.at(run.values)
-        return columns(*session.answer(scene, lambda _: None, Effort()))
-
-    return solve
+    session = Session(how, Kept(keeps=True))
+    return lambda scene: columns(*session.answer(scene, lambda _: None, Effort()))
 
 
 def run_many(
     study: Study,
     points: Sequence[Mapping[str, float]],
-    make: Maker | None = None,
     *,
     out: str | Path | None = None,
     force: bool = False,
@@ -125,37 +107,37 @@ def run_many(
     progress: RunProgress = lambda done, of: None,
 ) -> pd.DataFrame:
     """One row a point, in the order of the points, which are values by name: see :func:`~.sweep.sweep`,
-    errors and other parameters too. ``make`` makes the scene of a point where the study has none, in this
-    process; runs are by so many workers, or those of a Dask scheduler. Finished runs are kept in a journal
-    beside the table, and not made again."""
+    errors and other parameters too. Scenes are made in this process; runs are by so many workers, or those
+    of a Dask scheduler. Finished runs are kept in a journal beside the table, and not made again."""
     study.how.refuse_functions()
     journal = None if out is None else _journal(Path(out), force, study, points)
     rows: dict[int, dict[str, Any]] = {}
-    under_way: list[tuple[int, StudyRun]] = []
+    under_way: list[tuple[int, str]] = []
 
-    def missing() -> Iterator[StudyRun]:
+    def missing() -> Iterator[Scene]:
         for index in _neighbours_together(points):
-            values = points[index]
             try:
-                run = StudyRun(values, make(values) if make else None)
+                scene = study.make(points[index])
             except CaseError as error:
-                rows[index] = row(StudyRun(values), TaskEnd(REFUSED, str(error)))
+                rows[index] = row(points[index], TaskEnd(REFUSED, str(error)))
                 continue
-            found = journal.find(run.key) if journal else None
-            if found is None:
-                under_way.append((index, run))
-                yield run
+            key = ""
+            if journal:
+                values = {name: float(value) for name, value in points[index].items()}
+                key = digest((values, _of_scene(scene) if study.scene is None else None))
+            if journal is None or (found := journal.find(key)) is None:
+                under_way.append((index, key))
+                yield scene
             else:
                 rows[index] = found
 
-    with Workers(partial(run_solver, study), *by) as made:
+    with Workers(partial(run_solver, study.how), *by) as made:
         for number, end in made.map(missing()):
-            index, run = under_way[number]
-            under_way[number] = (index, StudyRun({}))  # scenes are not kept
-            rows[index] = row(run, end)
+            index, key = under_way[number]
+            rows[index] = row(points[index], end)
             # A run that crashed or died is made again by the same command: memory may have been short.
             if journal and end.how in (FINISHED, REFUSED):
-                journal.add(run.key, rows[index])
+                journal.add(key, rows[index])
             progress(len(rows), len(points))
     progress(len(rows), len(points))
     frame = framed([rows[index] for index in range(len(points))], list(points[0]))
@@ -204,11 +186,11 @@ def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
     return sorted(range(len(points)), key=lambda index: first.setdefault(others[index], index))
 
 
-def row(run: StudyRun, end: TaskEnd) -> dict[str, Any]:
+def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
     """The row of a run: its values, then COLUMNS; of a run that did not finish, the reason."""
     without = {"status": end.how, "reason": end.how, "message": end.reason}
     found = end.value if end.how == FINISHED else without
-    return dict(run.values) | dict.fromkeys(COLUMNS) | found | {"seconds": end.seconds}
+    return dict(values) | dict.fromkeys(COLUMNS) | found | {"seconds": end.seconds}
 
 
 def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
@@ -252,6 +234,18 @@ def _of_scene(scene: Scene) -> str:
     case = None if scene.case is None else scene.case.model_dump_json()
     load_case = None if scene.load_case is None else scene.load_case.model_dump_json()
     return digest((scene.model_dump_json(), case, *filter(None, [load_case])))
+
+
+def ends(load_factors: ArrayLike) -> tuple[float, float]:
+    """Ends of an axis that holds all finite load factors; 0 and 1 without any."""
+    values = np.asarray(load_factors, dtype=float)
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return 0.0, 1.0
+    least, greatest = float(finite.min()), float(finite.max())
+    missing = (_LEAST * max(abs(least), abs(greatest)) or 0.1) - (greatest - least)
+    aside = max(0.0, missing) / 2
+    return least - aside, greatest + aside
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:

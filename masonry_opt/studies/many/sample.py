@@ -20,9 +20,8 @@ from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.load_factor_axis import ends
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.runs import EXPECTED, RunProgress, Study, run_many
+from masonry_opt.studies.many.runs import EXPECTED, RunProgress, Study, ends, run_many
 from masonry_opt.studies.runner import whole
 from masonry_opt.studies.writing import StudyAnswer, csv_text, records, write_files
 from masonry_opt.words.sentences import numeral
@@ -345,10 +344,9 @@ def sample(
     n, seed = whole("n", n, 1), whole("seed", seed, 0)
     draws = Draws(scene, distributions, by, correlation)
     values = draws.table(n, seed, sequence)
-    how = prepare(method, **options).how
-    study, make = (Study(None, how), draws.scene) if draws.varied else (Study(scene, how), None)
+    study = Study(prepare(method, **options).how, draws.scene, scene)
     points: list[Any] = values.to_dict("records")
-    table = run_many(study, points, make, out=out, force=force, by=(workers, dask), progress=progress)
+    table = run_many(study, points, out=out, force=force, by=(workers, dask), progress=progress)
     found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if out is not None:
         write_files(Path(out), {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})

@@ -69,14 +69,14 @@ def sweep(
         runs before it are kept.)
     """
     points = grid(vary)
-    make: Maker | None = None
     if callable(scene) and not isinstance(scene, Scene):
-        make, of = _maker(scene, list(vary)), None
+        of, make = None, _maker(scene, list(vary))
     else:
-        of = as_scene(scene)
-        Parameters(of).check_names(vary)
-    study = Study(of, prepare(method, **options).how)
-    frame = run_many(study, points, make, out=out, force=force, by=(workers, dask), progress=progress)
+        parameters = Parameters(of := as_scene(scene))
+        parameters.check_names(vary)
+        make = parameters.at
+    study = Study(prepare(method, **options).how, make, of)
+    frame = run_many(study, points, out=out, force=force, by=(workers, dask), progress=progress)
     if out is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.charts import write_charts
