@@ -9,11 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from masonry_opt.drawing.colours import BLOCK, FIXED, HATCH
 from masonry_opt.drawing.elements import legend
 from masonry_opt.drawing.figure import Handle
 from masonry_opt.drawing.marks import Marks
+from masonry_opt.errors import printable
 
 #: Markers of the shapes that have no ends.
 _MARKERS = {"dot": "o", "point": "o", "square": "s", "cross": "x"}
@@ -67,6 +69,16 @@ def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
             look["linewidth"] = {"dot": 0.4, "cross": 1.5}.get(shape, 0.0)
             x, y = at[:, 0].T
             axes.scatter(x, y, s=width**2, marker=_MARKERS[shape], color=colour, zorder=4, **look)
+
+
+def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float, **look: Any) -> None:
+    """Write a block's name at a point, in letters of a size in points, with a white rim of so many times
+    that."""
+    # To find in a layout what room thousands take is slow.
+    look |= {"fontsize": letters, "ha": "center", "zorder": 7, "parse_math": False, "in_layout": False}
+    written = axes.annotate(printable(name), (at[0], at[1]), **look)
+    if rim:
+        written.set_path_effects([withStroke(linewidth=rim * letters, foreground="white")])
 
 
 def _handle(label: str, alike: list[Marks]) -> Line2D:

@@ -12,7 +12,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.path import Path
-from matplotlib.patheffects import withStroke
 
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.sense import warnings_of
@@ -21,11 +20,11 @@ from masonry_opt.drawing.colours import AT_REST, UTILISATION
 from masonry_opt.drawing.curve import curve_picture
 from masonry_opt.drawing.elements import CURVE, START, Elements, refuse_kind, result_elements, scene_elements
 from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, fit, refuse_picture, style
-from masonry_opt.drawing.mark_artists import BLOCK_LOOK, SUPPORT_LOOK, draw_marks, handles
+from masonry_opt.drawing.mark_artists import BLOCK_LOOK, SUPPORT_LOOK, draw_marks, handles, write_name
 from masonry_opt.drawing.marks import Marks, moved, outlines
 from masonry_opt.drawing.solid_pictures import Solids
 from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
-from masonry_opt.errors import CaseError, printable
+from masonry_opt.errors import CaseError
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.contacts.find import refuse_floating
@@ -212,18 +211,5 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
         fits = min(0.9 * wide / (_LETTER * len(block.name)), 0.45 * high, _NAME)
         letters = max(fits, least)
         # Just above the middle, from where arrows of loads start.
-        name = axes.annotate(
-            printable(block.name),
-            at,
-            xytext=(0, 1),
-            textcoords="offset points",
-            fontsize=letters,
-            ha="center",
-            va="bottom",
-            zorder=7,
-            clip_on=True,
-            parse_math=False,
-            in_layout=False,  # inside the axes; to find what room thousands take is slow
-        )
-        if len(blocks) <= _MANY:
-            name.set_path_effects([withStroke(linewidth=0.15 * letters, foreground="white")])
+        look = {"xytext": (0, 1), "textcoords": "offset points", "va": "bottom", "clip_on": True}
+        write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)

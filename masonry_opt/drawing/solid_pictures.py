@@ -8,16 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
-from matplotlib.patheffects import withStroke
 
 from masonry_opt.drawing.carried import round_below
 from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
 from masonry_opt.drawing.elements import INSIDE, Elements
-from masonry_opt.drawing.mark_artists import draw_marks
+from masonry_opt.drawing.mark_artists import draw_marks, write_name
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.solids import surface
 from masonry_opt.drawing.view import Raster, ViewAngles, axes_of, raster
-from masonry_opt.errors import printable
 
 #: Pixels along the longer side of the image of faces.
 _PIXELS = 1400
@@ -168,11 +166,7 @@ class Solids:
             middle = int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))
             at = np.array([seen.left, seen.bottom]) + (np.array([x[middle], y[middle]]) + 0.5) * seen.pixel
             wide, high = (np.ptp(side) * seen.pixel * points_per_unit for side in (x, y))
-            name = printable(blocks[number].name)
+            name = blocks[number].name
             letters = min(0.8 * wide / (_LETTER * len(name)), 0.4 * high, _NAME)
-            if letters < _LEAST_NAME:
-                continue
-            written = self.axes.text(at[0], at[1], name, fontsize=letters, ha="center", va="center", zorder=7)
-            written.set_path_effects([withStroke(linewidth=0.2 * letters, foreground="white")])
-            written.set_parse_math(False)
-            written.set_in_layout(False)
+            if letters >= _LEAST_NAME:
+                write_name(self.axes, name, at, letters, 0.2, va="center")

@@ -124,6 +124,7 @@ class MovedBlocks:
         shapes = replace(
             geometry,
             tolerance=geometry.tolerance / length,
+            contact_tolerance=geometry.contact_tolerance / length,
             centroid=geometry.centroid / length,
             polygons=shapely.transform(geometry.polygons, lambda corners: corners / length),
         )
@@ -231,16 +232,11 @@ class MovedBlocks:
 
     def overlap(self, poses: np.ndarray) -> tuple[int, int] | None:
         """Two blocks that lie over one another, deeper than the scene's tolerance; None if none do."""
-        moved = moved_geometry(self.geometry, poses).polygons
-        one, other = shapely.STRtree(moved).query(moved, predicate="intersects")
-        kept = (one < other) & (np.isin(one, self.movable) | np.isin(other, self.movable))
-        one, other = one[kept], other[kept]
-        common = shapely.intersection(moved[one], moved[other])
-        area, length = shapely.area(common), shapely.length(common)
-        depth = np.divide(2 * area, length, out=np.zeros_like(area), where=area > 0)
-        if not (depth > self.geometry.tolerance).any():
-            return None
-        return int(one[depth.argmax()]), int(other[depth.argmax()])
+        moved = moved_geometry(self.geometry, poses)
+        pairs = shapely.STRtree(moved.polygons).query(moved.polygons, predicate="intersects").T
+        pairs = pairs[(pairs[:, 0] < pairs[:, 1]) & np.isin(pairs, self.movable).any(axis=1)]
+        deepest = max(moved.overlaps(pairs), key=lambda found: found[1].depth, default=None)
+        return (int(pairs[deepest[0], 0]), int(pairs[deepest[0], 1])) if deepest else None
 
     def _velocities(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """Velocities of the joints' corners with their first and second blocks, shape (2, joints, 2, 2), as

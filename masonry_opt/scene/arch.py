@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
-from masonry_opt.scene.generator import AnyGenerator, Generator
+from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
 #: Relative excess of the rise over half the span that is rounding: the arch is a semicircle.
 _ROUNDING = 1e-9
@@ -244,10 +244,10 @@ def _wedge(
     }[weights]
     return Stone(
         "",
-        [_polar(inner, begin), _polar(outer, begin), _polar(outer, end), _polar(inner, end)],
+        [polar(inner, begin), polar(outer, begin), polar(outer, end), polar(inner, end)],
         area,
-        _polar(centroid, middle),
-        _polar(outer * math.cos(angle / 2), middle),
+        polar(centroid, middle),
+        polar(outer * math.cos(angle / 2), middle),
     )
 
 
@@ -264,12 +264,12 @@ def _half_key(inner: float, thickness: float, begin: float, plumb: float, weight
     radius, outer = inner + thickness / 2, inner + thickness
     crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}
     ends = ((inner, begin), (outer, begin), (outer, crown[outer]), (inner, crown[inner]))
-    corners = [_polar(*end) for end in ends]
+    corners = [polar(*end) for end in ends]
     back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
     if weights == "centreline":
         angle = begin - crown[radius]
         distance = radius * 2 * math.sin(angle / 2) / angle
-        return Stone("", corners, angle * radius * thickness, _polar(distance, begin - angle / 2), back)
+        return Stone("", corners, angle * radius * thickness, polar(distance, begin - angle / 2), back)
     points, after = np.array(corners), np.array([*corners[1:], corners[0]])
     cross = after[:, 0] * points[:, 1] - points[:, 0] * after[:, 1]  # corners go clockwise
     moment_x, moment_y = (cross[:, None] * (points + after) / 6).sum(axis=0).tolist()
@@ -285,10 +285,6 @@ def _half_key(inner: float, thickness: float, begin: float, plumb: float, weight
             moment_y += moment * math.sin(begin - angle / 2)
     # Without any area it is refused, with what wants one.
     return Stone("", corners, area, (moment_x / area, moment_y / area) if area else back, back)
-
-
-def _polar(radius: float, angle: float) -> Point:
-    return radius * math.cos(angle), radius * math.sin(angle)
 
 
 class PointLoad(Record):
@@ -337,7 +333,7 @@ class Arch(ArchRing, Generator):
         built = []
         for name, corners, area, weight_at, back in self._stones():
             if area is None:
-                built.append(self._support(name, corners))
+                built.append(self._support(name, {"vertices": corners}))
                 continue
             force = forces.get(name, (0.0, 0.0))
             live = {"live": force, "live_at": back} if any(force) else {}

@@ -36,9 +36,6 @@ _R = TypeVar("_R", bound="Record")
 #: Beyond this, squares and products of lengths and forces leave what double precision can carry.
 LARGEST_NUMBER = 1e30
 
-#: Blocks, openings and gaps that a generator builds: more than can be solved, and soon built.
-MOST_BLOCKS = 100_000
-
 
 def _bounded(value: float) -> float:
     if not abs(value) <= LARGEST_NUMBER:

@@ -13,9 +13,9 @@ from pydantic import BeforeValidator, ConfigDict, ValidationError
 from masonry_opt.errors import CaseError
 from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing
 from masonry_opt.scene.arch import Arch
-from masonry_opt.scene.blocks import MOST_BLOCKS, Name, NonNegative, Number, Positive, Record, Text
-from masonry_opt.scene.drawings.stones import FIXED
-from masonry_opt.scene.generator import AnyGenerator, Generator, SolidGenerator
+from masonry_opt.scene.blocks import NonNegative, Text
+from masonry_opt.scene.drawings.stones import AsDrawn
+from masonry_opt.scene.generator import MOST_BLOCKS, AnyGenerator, Generator, SolidGenerator
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import wrong_file
 from masonry_opt.scene.scene import Scene
@@ -34,7 +34,7 @@ _G = TypeVar("_G", bound=AnyGenerator)
 OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
 
 
-class MeshTable(Record):
+class MeshTable(AsDrawn):
     """A table of a case file that stands for the blocks of a mesh in a file beside it.
 
     Parameters
@@ -47,11 +47,6 @@ class MeshTable(Record):
     file: Text
     unit_weight: NonNegative
     live_per_weight: Vector = (0.0, 0.0, 0.0)
-    fixed: list[Name] = []
-    fixed_layers: list[Name] = list(FIXED)
-    fixed_below: Number | None = None
-    up: Literal["x", "y", "z"] = "z"
-    scale: Positive = 1.0
 
     def scene(self, tolerance: float | None) -> Scene:
         """Its blocks, as a scene without friction. Raises CaseError as :func:`read_mesh` does."""

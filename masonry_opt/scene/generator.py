@@ -4,12 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from masonry_opt.scene.blocks import MOST_BLOCKS, Block, Name, NonNegative, Point, Record
+from pydantic import Field, Strict, Tag
+
+from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Block, Body, Name, NonNegative, Point, Positive, Record
 from masonry_opt.scene.solids import Solid, Vector
 
-#: Of one convex part, a ``box``, or ``vertices`` and ``faces``, as :class:`Solid` has them.
+#: Blocks, openings and gaps that a generator builds: more than can be solved, and soon built.
+MOST_BLOCKS = 100_000
+
+#: Courses, rings, drums; and one width, or two that differ.
+Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
+Widths = Annotated[
+    Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
+]
+
+#: Of a polygon its ``vertices``; of one convex part a ``box``, or ``vertices`` and ``faces``, as
+#: :class:`Solid` has them.
 PartKeys = dict[str, Any]
 
 
@@ -29,6 +41,8 @@ class AnyGenerator(Record):
         at: tuple[float, ...]
 
     most_told: ClassVar[int] = 5
+    #: What its blocks are.
+    kind: ClassVar[type[Body]]
 
     def _mistakes(self) -> Iterator[str]:
         if self.size > MOST_BLOCKS:
@@ -39,11 +53,24 @@ class AnyGenerator(Record):
         """Number of blocks that it builds, or more: known before they are built."""
         raise NotImplementedError
 
-    def _named(self, block: str) -> str:
-        return block if self.name is None else f"{self.name} {block}"
+    def _block(self, name: str, *parts: PartKeys, **keys: Any) -> Any:
+        """A block of these parts, whose points are seen from the generator's origin."""
+        at = {key: self._moved(keys[key]) for key in ("weight_at", "live_at") if keys.get(key) is not None}
+        moved = [self._moved_shape(part) for part in parts]
+        shape = moved[0] if len(moved) == 1 else {"parts": moved}
+        called = name if self.name is None else f"{self.name} {name}"
+        return self.kind(name=called, **shape, **keys | at)
+
+    def _support(self, name: str, *parts: PartKeys) -> Any:
+        return self._block(name, *parts, fixed=True)
+
+    def _moved_shape(self, shape: PartKeys) -> PartKeys:
+        if "box" in shape:
+            sides = zip(shape["box"], self.at, strict=True)
+            return {"box": [(low + by, high + by) for (low, high), by in sides]}
+        return shape | {"vertices": [self._moved(vertex) for vertex in shape["vertices"]]}
 
     def _moved(self, point: Iterable[float]) -> Any:
-        """A point that is seen from the generator's origin."""
         return tuple(coordinate + by for coordinate, by in zip(point, self.at, strict=True))
 
 
@@ -58,6 +85,8 @@ class Generator(AnyGenerator):
         acts.
     live: The old name of ``live_per_weight``. (``live`` of a block or of a load is a force.)
     """
+
+    kind: ClassVar[type[Body]] = Block
 
     at: Point = (0.0, 0.0)
     live_per_weight: Point = (0.0, 0.0)
@@ -81,14 +110,7 @@ class Generator(AnyGenerator):
     def _stone(self, name: str, corners: Iterable[Point], weight: float, **keys: Any) -> Block:
         """A movable block; points are seen from the generator's origin."""
         push = self.live_per_weight if any(self.live_per_weight) else self.live
-        keys |= {key: self._moved(keys[key]) for key in ("weight_at", "live_at") if keys.get(key) is not None}
-        return self._block(name, corners, weight=weight, live_per_weight=push, **keys)
-
-    def _support(self, name: str, corners: Iterable[Point]) -> Block:
-        return self._block(name, corners, fixed=True)
-
-    def _block(self, name: str, corners: Iterable[Point], **keys: Any) -> Block:
-        return Block(name=self._named(name), vertices=[self._moved(corner) for corner in corners], **keys)
+        return self._block(name, {"vertices": corners}, weight=weight, live_per_weight=push, **keys)
 
 
 class WeighedGenerator(Generator):
@@ -119,6 +141,8 @@ class SolidGenerator(AnyGenerator):
     unit_weight: Weight per unit volume.
     """
 
+    kind: ClassVar[type[Body]] = Solid
+
     at: Vector = (0.0, 0.0, 0.0)
     live_per_weight: Vector = (0.0, 0.0, 0.0)
     unit_weight: NonNegative
@@ -130,26 +154,11 @@ class SolidGenerator(AnyGenerator):
     def _stone(self, name: str, *parts: PartKeys, **weight: Any) -> Solid:
         """A movable block; points are seen from the generator's origin. It weighs by its volume, or as
         ``weight`` and ``weight_at`` say."""
-        if "weight_at" in weight:
-            weight["weight_at"] = self._moved(weight["weight_at"])
         weight = weight or {"unit_weight": self.unit_weight}
-        return self._solid(name, parts, live_per_weight=self.live_per_weight, **weight)
-
-    def _support(self, name: str, *parts: PartKeys) -> Solid:
-        return self._solid(name, parts, fixed=True)
-
-    def _solid(self, name: str, parts: tuple[PartKeys, ...], **keys: Any) -> Solid:
-        moved = [self._moved_shape(part) for part in parts]
-        shape = moved[0] if len(moved) == 1 else {"parts": moved}
-        return Solid(name=self._named(name), **shape, **keys)
-
-    def _moved_shape(self, shape: PartKeys) -> PartKeys:
-        if "box" in shape:
-            sides = zip(shape["box"], self.at, strict=True)
-            return {"box": [(low + by, high + by) for (low, high), by in sides]}
-        return shape | {"vertices": [self._moved(vertex) for vertex in shape["vertices"]]}
+        return self._block(name, *parts, live_per_weight=self.live_per_weight, **weight)
 
 
-def polar(radius: float, angle: float, z: float) -> tuple[float, float, float]:
-    """The point at a distance from the z axis, in a direction counter-clockwise from x, in radians."""
-    return radius * math.cos(angle), radius * math.sin(angle), z
+def polar(radius: float, angle: float, *z: float) -> Any:
+    """The point at a distance from the origin, or the z axis, in a direction in radians, counter-clockwise
+    from x."""
+    return (radius * math.cos(angle), radius * math.sin(angle), *z)

@@ -63,10 +63,17 @@ class Geometry(Extents):
         """Edges of all outlines and holes, each with its block's interior to the left: their ends, shape
         (edges, 2) each, and their blocks, shape (edges,), rising."""
         parts, block = shapely.get_parts(self.polygons, return_index=True)
-        rings, part = shapely.get_rings(parts, return_index=True)
-        corners, ring = shapely.get_coordinates(rings, return_index=True)
-        inside = ring[:-1] == ring[1:]
-        return corners[:-1][inside], corners[1:][inside], block[part[ring[:-1][inside]]]
+        tail, tip, part = sides_of(parts)
+        return tail, tip, block[part]
+
+
+def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sides of all outlines and holes of polygons: their ends, shape (sides, 2) each, and the polygon of
+    each, rising."""
+    rings, polygon = shapely.get_rings(polygons, return_index=True)
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    inside = ring[:-1] == ring[1:]
+    return corners[:-1][inside], corners[1:][inside], polygon[ring[:-1][inside]]
 
 
 def geometry(scene: Scene) -> Geometry:

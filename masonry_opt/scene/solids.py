@@ -169,11 +169,7 @@ AnyBlock = Annotated[
 
 
 def box(
-    name: str,
-    x: tuple[float, float],
-    y: tuple[float, float],
-    z: tuple[float, float],
-    **keys: Any,
+    name: str, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], **keys: Any
 ) -> Solid:
     """A block with faces square to the axes, between two values of each coordinate.
 

@@ -8,26 +8,13 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Strict, Tag
 
-from masonry_opt.scene.blocks import (
-    ONE_OR_SEVERAL,
-    Block,
-    Name,
-    NonNegative,
-    Number,
-    Positive,
-    YesNo,
-    rectangle,
-)
-from masonry_opt.scene.generator import WeighedGenerator
+from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, YesNo, rectangle
+from masonry_opt.scene.generator import Count, WeighedGenerator, Widths
 
 Lengths = Annotated[list[Number], Field(min_length=1)]
 Course = Annotated[
     Annotated[Name, Tag("<one>")] | Annotated[Lengths, Tag("<several>")],
     Discriminator(lambda entry: "<one>" if isinstance(entry, str) else "<several>"),
-]
-Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
-Widths = Annotated[
-    Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
 ]
 
 #: Left end, right end (in full blocks) and weight of a block of a course.
@@ -260,7 +247,8 @@ class Column(WeighedGenerator):
             share = (x1 - x0 + x3 - x2) / (bottom + top) / self.drums * weight
             built.append(self._stone(f"d{number}", [(x0, low), (x1, low), (x3, high), (x2, high)], share))
         if self.base:
-            built.append(self._support("base", rectangle(0.0, bottom, -self.height / self.drums, 0.0)))
+            foot = rectangle(0.0, bottom, -self.height / self.drums, 0.0)
+            built.append(self._support("base", {"vertices": foot}))
         return built
 
     def _widths(self) -> tuple[float, float]:
@@ -287,7 +275,8 @@ def _stones(wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]]) -> I
 
 def _base(wall: Wall | Facade, width: float) -> Block:
     length, height = wall.block
-    return wall._support("base", rectangle(-length, (width + 1) * length, -height, 0.0))
+    corners = rectangle(-length, (width + 1) * length, -height, 0.0)
+    return wall._support("base", {"vertices": corners})
 
 
 def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:

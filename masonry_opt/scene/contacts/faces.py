@@ -116,8 +116,7 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     low1, high1, low2, high2 = (corner for own in flat for corner in np.split(shapely.bounds(own), 2, axis=1))
     wide_enough = (np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > shapes.tolerance
     at = np.flatnonzero(wide_enough)
-    convex = faces.convex[i[at]] & faces.convex[j[at]]
-    pieces, number = common_to(flat[0][at], flat[1][at], convex, shapes.tolerance)
+    pieces, number = common_to(flat[0][at], flat[1][at], shapes.tolerance)
     number = at[number]
     kept = wide(pieces, narrowest)
     pieces, number = _without_tails(pieces[kept], number[kept], narrowest)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from functools import cached_property
 
 import numpy as np
 import shapely
@@ -54,11 +53,6 @@ class SolidCorners(sides.BlockCorners):
         self.corners = Items(block[one], self.point, self.point)
         self.faces = Items(outer.block, *outer.boxes)
 
-    @cached_property
-    def flat(self) -> np.ndarray:
-        """Boxes round the faces in their frames, shape (faces, 4)."""
-        return shapely.bounds(self.outer.polygon)
-
     def kinds(self, pairs: np.ndarray) -> tuple[Iterable[Touches], ...]:
         """Edges in faces, corners on faces, and edges that cross."""
         return _edges_in_faces(self, pairs), _corners_on_faces(self, pairs), _crossings(self, pairs)
@@ -74,7 +68,6 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touche
             flat = [faces.frame.down(ends[i], j) for ends in (corners.tail, corners.tip)]
             kept = (np.minimum(*height) <= tolerance) & (np.maximum(*height) >= -tolerance)
             kept &= np.hypot(*(flat[1] - flat[0]).T) > narrowest
-            kept &= _inside(np.minimum(*flat), np.maximum(*flat), corners.flat[j], narrowest)
             pair, j, start, end, low, high = (column[kept] for column in (pair, j, *flat, *height))
             lines = shapely.linestrings(np.stack([start, end], axis=1))
             pieces, number = shapely.get_parts(
@@ -114,7 +107,7 @@ def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touc
     for side in (0, 1):
         for pair, i, j in near_items(corners.shapes, pairs, tolerance, kinds, side):
             flat, height = faces.frame.down(corners.point[i], j), faces.frame.above(corners.point[i], j)
-            kept = (np.abs(height) <= tolerance) & _inside(flat, flat, corners.flat[j], tolerance)
+            kept = np.abs(height) <= tolerance
             pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
             at = shapely.points(flat)
             kept = shapely.contains(faces.polygon[j], at)
@@ -152,8 +145,3 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
         point = corners.tail[i] + at[0][:, None] * one + gap[:, None] / 2 * normal
         sign = np.sign(towards)[:, None]
         yield Touches(pair[kept], point[kept], point[kept], (sign * normal)[kept], one[kept])
-
-
-def _inside(low: np.ndarray, high: np.ndarray, box: np.ndarray, margin: float) -> np.ndarray:
-    """Which boxes in a plane come farther than a margin inside other boxes."""
-    return np.all((high > box[:, :2] + margin) & (low < box[:, 2:] - margin), axis=1)

@@ -13,18 +13,8 @@ from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block, Number
-from masonry_opt.scene.drawings import compas_data
+from masonry_opt.scene.drawings import compas_data, stones
 from masonry_opt.scene.drawings.meshes import Mesh, Side, area_vector, polyhedron
-from masonry_opt.scene.drawings.stones import (
-    FlatDrawing,
-    SolidDrawing,
-    Supports,
-    drawing_path,
-    naming,
-    scene_in_space,
-    scene_of,
-    with_supports,
-)
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
 
@@ -41,7 +31,7 @@ _SideView = tuple[list[shapely.Polygon], np.ndarray]
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-class CompasDrawing(FlatDrawing):
+class CompasDrawing(stones.FlatDrawing):
     """Values that COMPAS data leaves open: see :func:`read_compas`."""
 
     model_config = ConfigDict(title="COMPAS data")
@@ -92,16 +82,16 @@ def read_compas(
         faces, and of gaps as in :class:`Scene`).
     contact_tolerance: In space: gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
     """
-    path = drawing_path(path, ".json")
+    path = stones.drawing_path(path, ".json")
     data = parse_file(path)
     if space is None and live is not None:
         space = np.size(live) == 3
     if space and along is not None:
         raise CaseError(f"{path}: 'along' is of scenes in the plane: leave it out, or give a 'live' of two")
     given = locals() | {"along": _AXES.get(along, along) if isinstance(along, str) else along}
-    supports = Supports(fixed=list(fixed), fixed_below=fixed_below)
-    with naming(f"{path}:"):
-        meshes = with_supports(compas_data.meshes(data), supports)
+    supports = stones.Supports(fixed=list(fixed), fixed_below=fixed_below)
+    with stones.naming(f"{path}:"):
+        meshes = stones.with_supports(compas_data.meshes(data), supports)
         if not space:
             flat = CompasDrawing.of(given)
             try:
@@ -112,8 +102,8 @@ def read_compas(
                         f"{error}. Or read the blocks whole: a 'live' of three numbers"
                     ) from None
             else:
-                return scene_of(_blocks(meshes, seen, flat), flat, path)
-        return scene_in_space(meshes, SolidDrawing.of(given), path)
+                return stones.scene_of(_blocks(meshes, seen, flat), flat, path)
+        return stones.scene_in_space(meshes, stones.SolidDrawing.of(given), path)
 
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
@@ -236,7 +226,7 @@ def _seen_along(solids: Sequence[_Prism], direction: np.ndarray) -> _SideView:
     for solid in solids:
         if solid.mesh.flat and not flat:
             raise ValueError(f"block '{solid.mesh.name}' is a single face among solids: give it a thickness")
-        with naming(f"block '{solid.mesh.name}'"):
+        with stones.naming(f"block '{solid.mesh.name}'"):
             outlines.append(_end(solid, plane, unit))
         along = solid.mesh.points @ unit
         reach.append((along.min(), along.max()))

@@ -3,29 +3,20 @@
 from __future__ import annotations
 
 import io
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import shapely
 from pydantic import ConfigDict, Field
 
 from masonry_opt.errors import CaseError, OutputError
 from masonry_opt.files import MARK, refuse_replacing
-from masonry_opt.scene.blocks import Block, Name, Positive
-from masonry_opt.scene.drawings import dxf_curves
-from masonry_opt.scene.drawings.outlines import Outline, closed_outlines, outlines_with_holes
-from masonry_opt.scene.drawings.stones import (
-    FIXED,
-    FlatDrawing,
-    block_name,
-    drawing_path,
-    listed,
-    naming,
-    scene_of,
-)
+from masonry_opt.scene.blocks import Block, Name, Positive, YesNo
+from masonry_opt.scene.drawings import dxf_curves, stones
+from masonry_opt.scene.drawings.nets import net_cells
+from masonry_opt.scene.drawings.outlines import Curve, Outline, closed_outlines, outlines_with_holes
 from masonry_opt.scene.extents import RELATIVE_TOLERANCE
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import geometry
@@ -33,8 +24,11 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector
 from masonry_opt.scene.tables import write_file
 
+#: Openings have one of these words in the names of their layers.
+WINDOWS = ("window", "door", "opening")
 
-class DxfDrawing(FlatDrawing):
+
+class DxfDrawing(stones.FlatDrawing):
     """Values that a DXF drawing leaves open, and the meaning of its layers: see :func:`read_dxf`."""
 
     model_config = ConfigDict(title="a DXF drawing")
@@ -42,7 +36,10 @@ class DxfDrawing(FlatDrawing):
     live_layers: dict[Name, PlaneOrSpaceVector] = {}
     thickness: Positive | None = None
     layers: list[Name] | None = Field(default=None, min_length=1)
-    fixed_layers: list[Name] = list(FIXED)
+    without_layers: list[Name] = []
+    fixed_layers: list[Name] = list(stones.FIXED)
+    net: YesNo = False
+    window_layers: list[Name] = list(WINDOWS)
     outline_tolerance: Positive | None = None
     sagitta: Positive | None = None
 
@@ -55,20 +52,26 @@ def read_dxf(
     live: Sequence[float] | None = None,
     live_layers: Mapping[str, Sequence[float]] | None = None,
     layers: Iterable[str] | None = None,
-    fixed_layers: Iterable[str] = FIXED,
+    without_layers: Iterable[str] = (),
+    fixed_layers: Iterable[str] = stones.FIXED,
+    net: bool = False,
+    window_layers: Iterable[str] = WINDOWS,
     tolerance: float | None = None,
     outline_tolerance: float | None = None,
     sagitta: float | None = None,
     to_metres: bool = False,
     thickness: float | None = None,
 ) -> Scene:
-    """Read a scene from the closed outlines of a DXF drawing.
+    """Read a scene from the closed outlines of a DXF drawing, or from a net of joint lines.
 
     Outlines are closed polylines, circles, ellipses and splines, and loops of lines, arcs, open polylines and
     pieces of ellipses and splines of one layer, in the model space, on layers that are shown. Each is a
     block; an outline inside another one is a hole of it, and one inside a hole is a block again. A text
     inside a block names it, if it is the only one there and names no other block; other blocks are named by
     layer and handle.
+
+    Of a net the closed cells between all lines are blocks, wherever these cross and branch, beside the
+    supports, which are closed outlines. Cells are named by layer and number, from below and from the left.
 
     Parameters
     ----------
@@ -79,13 +82,17 @@ def read_dxf(
         thickness ``[fx, fy, fz]``.
     live_layers: In place of ``live``, that of the blocks on single layers, by name.
     layers: Read these layers alone, supports included (default: all).
+    without_layers: Layers to leave out.
     fixed_layers: Blocks are supports if the name of their layer contains one of these words, in capitals or
         not.
+    net: Whether lines are joints, and the cells between them blocks.
+    window_layers: Of a net: what lines of layers with one of these words in their name enclose is no block.
     tolerance: Length below which gaps and overlaps between blocks are nothing (default: as in
         :class:`Scene`).
     outline_tolerance: Gap up to which two ends of lines meet in an outline, where no third one is as near;
         ends that meet within 1e-6 of the drawing's diagonal are joined before (default: the tolerance, else
-        those 1e-6).
+        those 1e-6). Of a net: gap up to which an end goes on to the next line, and width of the narrowest
+        cell (default: the sagitta, or the tolerance if that is more).
     sagitta: Largest distance between a curve and the chords that take its place (default: 1e-4 of the
         drawing's diagonal). The chords' ends lie on the curve.
     to_metres: Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given are then in
@@ -106,26 +113,30 @@ def read_dxf(
     OptionError
         If ezdxf, of the extra "drawings", is not installed, or the thickness is no positive number.
     """
-    path = drawing_path(path, ".dxf")
+    path = stones.drawing_path(path, ".dxf")
     drawing = DxfDrawing.of(locals())
     document = dxf_curves.read_document(path)
-    with naming(f"{path}:"):
+    with stones.naming(f"{path}:"):
         scale = dxf_curves.metres(document) if to_metres else 1.0
         shown = dxf_curves.visible(document)
-        read = _on_layers(shown, drawing.layers)
+        read = _on_layers(shown, drawing)
         curves, diagonal = dxf_curves.curves(read, scale, drawing.sagitta)
         rounding = RELATIVE_TOLERANCE * diagonal
         apart = drawing.tolerance or rounding
         short = drawing.outline_tolerance or apart
-        outlines = closed_outlines(curves, short, min(rounding, short))
+        whole = [curve for curve in curves if not drawing.net or _has(curve, drawing.fixed_layers)]
+        outlines = closed_outlines(whole, short, min(rounding, short))
         found = outlines_with_holes(outlines, short, overlap=max(short, apart))
+        if drawing.net:
+            near = drawing.outline_tolerance or max(apart, drawing.sagitta or dxf_curves.SAGITTA * diagonal)
+            found = [*_cells(curves, drawing, found, near), *found]
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
         own = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # The live load of each block, over its weight.
         pushes = [own.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
         blocks = _blocks(found, _names(found, shown, scale), drawing, pushes)
-        scene = scene_of(blocks, drawing, path)
+        scene = stones.scene_of(blocks, drawing, path)
         if drawing.thickness is None:
             return scene
         solids = extrude(scene.replace(thickness=drawing.thickness)).in_space()
@@ -134,44 +145,54 @@ def read_dxf(
             block if block.fixed else block.replace(live_per_weight=push)
             for block, push in zip(solids, in_space, strict=True)
         ]
-        return scene_of(loaded, drawing, path)
+        return stones.scene_of(loaded, drawing, path)
 
 
-def _on_layers(entities: list[Any], layers: Sequence[str] | None) -> list[Any]:
-    if layers is None:
-        return entities
+def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
     drawn = [dxf_curves.layer_of(entity).casefold() for entity in entities]
-    asked = {layer.casefold(): layer for layer in layers}
-    for missing in asked.keys() - set(drawn):
-        raise ValueError(f"'layers' (--layer): nothing is drawn on '{asked[missing]}'{_known(entities)}")
+    for key, option in (("layers", "--layer"), ("without_layers", "--without-layer")):
+        for layer in getattr(drawing, key) or ():
+            if layer.casefold() not in drawn:
+                raise ValueError(f"'{key}' ({option}): nothing is drawn on '{layer}'{_known(entities)}")
+    asked = {layer.casefold() for layer in drawing.layers or drawn}
+    asked -= {layer.casefold() for layer in drawing.without_layers}
     return [entity for entity, layer in zip(entities, drawn, strict=True) if layer in asked]
+
+
+def _has(curve: Curve, words: Iterable[str]) -> bool:
+    """Whether the name of its layer contains one of the words."""
+    return any(word.casefold() in curve.layer.casefold() for word in words)
+
+
+def _cells(
+    curves: Sequence[Curve], drawing: DxfDrawing, whole: Sequence[Outline], tolerance: float
+) -> list[Outline]:
+    """Blocks of a net, given those that are drawn whole."""
+    net = [curve for curve in curves if not _has(curve, drawing.fixed_layers)]
+    joints = [curve for curve in net if not _has(curve, drawing.window_layers)]
+    windows = [curve for curve in net if _has(curve, drawing.window_layers)]
+    return net_cells(joints, windows, [shape.polygon for shape in whole], tolerance) if joints else []
 
 
 def _known(entities: list[Any]) -> str:
     """The layers that something is drawn on, as a message ends with them."""
     layers = sorted({dxf_curves.layer_of(entity) for entity in entities})
-    return f" (layers drawn on: {listed(layers)})" if layers else " (it is empty)"
+    return f" (layers drawn on: {stones.listed(layers)})" if layers else " (it is empty)"
 
 
 def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
     """Names of the blocks, from the texts that stand in them, else from layer and handle."""
-    said: dict[int, list[str]] = {}
-    outer = np.array([shapely.Polygon(shape.polygon.exterior) for shape in found], dtype=object)
-    area = shapely.area(outer)
-    tree = shapely.STRtree(outer)
+    said: defaultdict[int, list[str]] = defaultdict(list)
+    tree = shapely.STRtree([shape.polygon for shape in found])
     for text, x, y in dxf_curves.texts(entities):
-        at = shapely.Point(x * scale, y * scale)
-        around = tree.query(at, predicate="within")
-        if len(around):
-            block = int(around[np.argmin(area[around])])
-            if not any(shapely.Polygon(hole).contains(at) for hole in found[block].polygon.interiors):
-                said.setdefault(block, []).append(block_name(text))
+        for block in tree.query(shapely.Point(x * scale, y * scale), predicate="within").tolist():
+            said[block].append(stones.block_name(text))
     alone = {block: texts[0] for block, texts in said.items() if len(texts) == 1}
     once = Counter(alone.values())
     return [
         alone[index]
         if alone.get(index) and once[alone[index]] == 1
-        else block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}")
+        else stones.block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}")
         for index, shape in enumerate(found)
     ]
 
@@ -182,14 +203,12 @@ def _blocks(
     words = [word.casefold() for word in drawing.fixed_layers]
     blocks, loaded = [], set()
     for shape, name, push in zip(found, names, pushes, strict=True):
-        layer = shape.curve.layer.casefold()
-        fixed = any(word in layer for word in words)
-        if not fixed:
-            loaded.add(layer)
+        if not (fixed := _has(shape.curve, words)):
+            loaded.add(shape.curve.layer.casefold())
         # What is extruded gets its live load in space.
         own = {} if drawing.thickness else {"live_per_weight": push}
         blocks.append(drawing.block(name, shape.polygon, fixed, **own))
-    layers = f"layers of blocks: {listed(sorted({shape.curve.layer for shape in found}))}"
+    layers = f"layers of blocks: {stones.listed(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:
             raise ValueError(f"'live_layers' (--live-layer): no movable block is on '{layer}' ({layers})")
@@ -224,7 +243,7 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     """
     if not isinstance(scene, Scene):
         raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")
-    path = drawing_path(path, ".dxf")
+    path = stones.drawing_path(path, ".dxf")
     refuse_replacing(path, force)
     ezdxf = dxf_curves.ezdxf()
     document = ezdxf.new("R2010")

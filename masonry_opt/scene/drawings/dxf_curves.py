@@ -21,6 +21,9 @@ _LARGEST_DXF = 50_000_000
 #: Points of one curve: no drawing of masonry needs more.
 _TOO_MANY = 4000
 
+#: Largest distance between a curve and its chords, over the drawing's diagonal, where none is given.
+SAGITTA = 1e-4
+
 #: Entities that are outlines, or parts of one.
 _READ = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
 
@@ -108,7 +111,7 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
     corners = np.concatenate([_chain(entity, math.inf) for entity in drawn])
     diagonal = scale * float(np.hypot(*np.ptp(corners, axis=0)))
     # Of counts that rounding decides the lower one, from both sides of a joint.
-    reach = (1 + 1e-9) * (sagitta or 1e-4 * diagonal) / scale
+    reach = (1 + 1e-9) * (sagitta or SAGITTA * diagonal) / scale
     found = []
     for entity in drawn:
         points = scale * _chain(entity, reach)

@@ -12,17 +12,9 @@ import numpy as np
 from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Positive
+from masonry_opt.scene.blocks import LARGEST_NUMBER
+from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.meshes import Mesh, shells, used
-from masonry_opt.scene.drawings.stones import (
-    FIXED,
-    SolidDrawing,
-    Supports,
-    block_name,
-    naming,
-    scene_in_space,
-    with_supports,
-)
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, broken, library, read_bytes
@@ -41,14 +33,10 @@ _AXES = {
 }
 
 
-class MeshDrawing(SolidDrawing, Supports):
+class MeshDrawing(stones.SolidDrawing, stones.AsDrawn):
     """Values that a mesh leaves open, and how it is meant: see :func:`read_mesh`."""
 
     model_config = ConfigDict(title="a mesh")
-
-    fixed_layers: list[Name] = list(FIXED)
-    up: Literal["x", "y", "z"] = "z"
-    scale: Positive = 1.0
 
 
 def read_mesh(
@@ -58,7 +46,7 @@ def read_mesh(
     unit_weight: float,
     live: tuple[float, float, float] = (0.0, 0.0, 0.0),
     fixed: Iterable[str] = (),
-    fixed_layers: Iterable[str] = FIXED,
+    fixed_layers: Iterable[str] = stones.FIXED,
     fixed_below: float | None = None,
     up: Literal["x", "y", "z"] = "z",
     scale: float = 1.0,
@@ -102,9 +90,9 @@ def read_mesh(
     if path.suffix.lower() not in MESHES:
         raise CaseError(f"{path}: the name of a mesh ends in {', '.join(MESHES)}")
     drawing = MeshDrawing.of(locals())
-    with naming(f"{path}:"):
-        meshes = with_supports(_meshes(path, drawing), drawing, drawing.fixed_layers)
-        return scene_in_space(meshes, drawing, path)
+    with stones.naming(f"{path}:"):
+        meshes = stones.with_supports(_meshes(path, drawing), drawing, drawing.fixed_layers)
+        return stones.scene_in_space(meshes, drawing, path)
 
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
@@ -143,9 +131,9 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
                 points.append([x, y, z])
             elif word == "o":
                 objects += 1
-                key = (objects, block_name(rest))
+                key = (objects, stones.block_name(rest))
             elif word == "g":
-                group = block_name(rest)
+                group = stones.block_name(rest)
                 key = key if objects else (0, group)
             elif word == "f":
                 given = [int(corner.split("/")[0]) for corner in rest.split()]
@@ -155,7 +143,7 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
                 faces.setdefault(key, []).append(face)
                 layers[key] = group
         except ValueError:
-            raise ValueError(f"not valid OBJ: line {number} ('{block_name(line)[:60]}')") from None
+            raise ValueError(f"not valid OBJ: line {number} ('{stones.block_name(line)[:60]}')") from None
     corners = np.array(points).reshape(-1, 3)
     if any(corner >= len(corners) for own in faces.values() for face in own for corner in face):
         raise ValueError("not valid OBJ: a face has a corner that there is not")
@@ -172,7 +160,7 @@ def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
         # Nothing joined or dropped: blocks that touch keep corners of their own.
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
         found = [
-            (block_name(called), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
+            (stones.block_name(called), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
             for called, mesh in scene.geometry.items()
             if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)
         ]

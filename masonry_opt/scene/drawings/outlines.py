@@ -80,12 +80,13 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
             gap = np.sort(np.hypot(*(ends[free] - ends[free[0]]).T))[1]
             raise ValueError(
                 f"{curve.where} is open: no other end of this layer meets its end at ({x:g}, {y:g})"
-                f" (the nearest is {gap:.3g} away): close it, raise 'outline_tolerance', or name the layers"
-                " of the blocks by 'layers'"
+                f" (the nearest is {gap:.3g} away): close it, raise 'outline_tolerance', name the layers of"
+                " the blocks by 'layers', or say 'net' (--net) if all lines are joints"
             )
         raise ValueError(
             f"{curve.where} meets {meeting[0] - 1} other ends at ({x:g}, {y:g}), which does not say what is a"
-            " block: draw each block as a closed polyline, or lower 'outline_tolerance' to part them"
+            " block: draw each block as a closed polyline, lower 'outline_tolerance' to part them, or say "
+            "'net' (--net) if all lines are joints"
         )
     # From each end at which a curve is entered to that of the next; loops begin with their first curve.
     loops = []

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import shapely
@@ -98,6 +98,14 @@ class Supports(Record):
 
     fixed: list[Name] = []
     fixed_below: Number | None = None
+
+
+class AsDrawn(Supports):
+    """Which they are by name too, and how a mesh stands in its file: see :func:`read_mesh`."""
+
+    fixed_layers: list[Name] = list(FIXED)
+    up: Literal["x", "y", "z"] = "z"
+    scale: Positive = 1.0
 
 
 def listed(names: Sequence[str]) -> str:

@@ -10,9 +10,8 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Number, Positive, YesNo
-from masonry_opt.scene.generator import PartKeys, SolidGenerator, polar
+from masonry_opt.scene.generator import Count, PartKeys, SolidGenerator, polar
 from masonry_opt.scene.solids import Solid, prism
-from masonry_opt.scene.walls import Count
 
 #: Distance from the axis and height.
 _Place = tuple[float, float]

@@ -11,13 +11,12 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
-from masonry_opt.scene.generator import SolidGenerator
+from masonry_opt.scene.generator import Count, SolidGenerator
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
 from masonry_opt.scene.solid_generators.stretches import WallStretch, conflicts, crossed
 from masonry_opt.scene.solids import Solid
-from masonry_opt.scene.walls import Count
 
 #: Of a block, what is rounding.
 _ROUNDING = 1e-6

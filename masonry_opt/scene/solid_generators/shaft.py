@@ -9,9 +9,8 @@ from typing import Annotated
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Positive, YesNo
-from masonry_opt.scene.generator import SolidGenerator, polar
+from masonry_opt.scene.generator import Count, SolidGenerator, Widths, polar
 from masonry_opt.scene.solids import Solid, prism
-from masonry_opt.scene.walls import Count, Widths
 
 
 class Shaft(SolidGenerator):

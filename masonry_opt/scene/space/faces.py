@@ -9,21 +9,10 @@ from typing import Self
 import numpy as np
 import shapely
 
-from masonry_opt.scene.geometry import STRAIGHT
+from masonry_opt.scene.geometry import STRAIGHT, sides_of
 from masonry_opt.scene.rows import Rows, dots, lengths, ranges
-from masonry_opt.scene.space.outlines import (
-    GRID,
-    sound,
-    valid,
-    wide,
-    without_cracks,
-    without_slivers,
-    without_straight_corners,
-)
+from masonry_opt.scene.space import outlines
 from masonry_opt.scene.space.surfaces import Surfaces
-
-#: Share of an area that is rounding.
-_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -79,20 +68,11 @@ class OuterFaces(Rows):
         start = np.searchsorted(face, np.arange(len(self.block)))
         return np.minimum.reduceat(corners, start), np.maximum.reduceat(corners, start)
 
-    @cached_property
-    def convex(self) -> np.ndarray:
-        """Whether each is convex but for rounding, shape (faces,)."""
-        area = shapely.area(self.polygon)
-        return shapely.area(shapely.convex_hull(self.polygon)) - area <= _ROUNDING * area
-
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sides of all outlines and holes, each with its face to the left seen from outside: their ends in
         space, shape (sides, 3) each, and their faces, rising."""
-        rings, face = shapely.get_rings(self.polygon, return_index=True)
-        flat, ring = shapely.get_coordinates(rings, return_index=True)
-        points = self.frame.up(flat, face[ring])
-        inside = ring[:-1] == ring[1:]
-        return points[:-1][inside], points[1:][inside], face[ring[:-1][inside]]
+        tail, tip, face = sides_of(self.polygon)
+        return self.frame.up(tail, face), self.frame.up(tip, face), face
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
@@ -196,7 +176,7 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
     merged = pieces[sample]
     ordered = pieces[np.argsort(side, kind="stable")]
     ends = np.cumsum(count)
-    grid = GRID * tolerance
+    grid = outlines.GRID * tolerance
     for index in np.flatnonzero(count > 1):
         own = ordered[ends[index] - count[index] : ends[index]]
         together = shapely.union_all(own)
@@ -204,17 +184,17 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
         if abs(together.area - shapely.area(own).sum()) > tolerance * together.length:
             together = shapely.union_all(own, grid_size=grid)
         merged[index] = together
-    merged[count > 1] = without_cracks(merged[count > 1], tolerance)
+    merged[count > 1] = outlines.without_cracks(merged[count > 1], tolerance)
     # Where two parts of a block meet, faces of both sides lie in one plane.
     for index in np.flatnonzero(key[:-1] // 2 == key[1:] // 2):
         both = merged[index : index + 2]
-        outer = sound(shapely.difference, both, both[::-1], grid=grid)
-        merged[index : index + 2] = without_slivers(outer, 2 * tolerance)
+        outer = outlines.sound(shapely.difference, both, both[::-1], grid=grid)
+        merged[index : index + 2] = outlines.without_slivers(outer, 2 * tolerance)
     polygons, of_side = shapely.get_parts(merged, return_index=True)
-    simple = valid(without_straight_corners(polygons, STRAIGHT * tolerance))
+    simple = outlines.valid(outlines.without_straight_corners(polygons, STRAIGHT * tolerance))
     polygons, part = shapely.get_parts(simple, return_index=True)
     of_side = of_side[part]
-    kept = wide(polygons, tolerance)
+    kept = outlines.wide(polygons, tolerance)
     polygons, of_side = polygons[kept], of_side[kept]
     plane, inwards = key[of_side] // 2, key[of_side] % 2 == 1
     order = np.argsort(planes.block[plane], kind="stable")

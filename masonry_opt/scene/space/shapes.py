@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 
 from masonry_opt.scene.extents import Common, Extents, frame_of
 from masonry_opt.scene.geometry import raise_for
-from masonry_opt.scene.rows import chunks, combine, dots, lengths, ranges, sums
+from masonry_opt.scene.rows import combine, dots, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import OuterFaces, Planes, outer_faces, planes
 from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, surfaces
@@ -58,24 +58,13 @@ class ConvexParts:
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far the nearest and the farthest corner of the other parts lie outside, at the plane of the one
         parts where that is most; negative inside. Shape (pairs,) each."""
-        planes, points = (np.bincount(of, minlength=len(self.block)) for of in (self.of_plane, self.of_point))
-        first_plane, first_point = np.cumsum(planes) - planes, np.cumsum(points) - points
+        parts = np.arange(len(self.block) + 1)
+        plane, point = (np.searchsorted(of, parts) for of in (self.of_plane, self.of_point))
         nearest, farthest = np.empty(len(one)), np.empty(len(one))
-        for some in chunks(planes[one] * points[other]):
-            a, b = one[some], other[some]
-            rows = np.repeat(np.arange(len(a)), planes[a])
-            i, of_points = ranges(first_plane[a], planes[a]), b[rows]
-            height = [np.empty(len(i)) for _ in range(2)]
-            for part in chunks(points[of_points]):
-                number, k, j = combine(
-                    i[part], np.ones_like(i[part]), *(own[of_points[part]] for own in (first_point, points))
-                )
-                off = dots(self.normal[k], self.points[j]) - self.offset[k]
-                start = np.searchsorted(number, np.arange(len(i[part])))
-                for own, bound in zip(height, (np.minimum, np.maximum), strict=True):
-                    own[part] = bound.reduceat(off, start)
-            pair = np.cumsum(planes[a]) - planes[a]
-            nearest[some], farthest[some] = (np.maximum.reduceat(own, pair) for own in height)
+        for pair, (a, b) in enumerate(zip(one, other, strict=True)):
+            planes, points = slice(*plane[a : a + 2]), slice(*point[b : b + 2])
+            height = self.normal[planes] @ self.points[points].T - self.offset[planes, None]
+            nearest[pair], farthest[pair] = height.min(axis=1).max(), height.max(axis=1).max()
         return nearest, farthest
 
 

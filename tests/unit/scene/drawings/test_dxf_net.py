@@ -1,0 +1,132 @@
+"""Drawings of nets of joint lines: the cells are the stones."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import shapely
+from sheets import polylines, read
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.walls import Facade
+
+FACADE = Facade(
+    openings=(1, 2), block=(0.5, 0.25), jamb=2, opening=(2, 4), sill=1, spandrel=2, unit_weight=2.0
+).blocks()
+
+
+def long_lines(polygons):
+    """Straight lines along all sides, each as long as it goes on."""
+    sides = shapely.union_all([polygon.boundary for polygon in polygons])
+    for axis in (0, 1):
+        runs = {}
+        for part in shapely.get_parts(sides):
+            ends = shapely.get_coordinates(part)
+            for one, other in pairwise(ends):
+                if one[1 - axis] == other[1 - axis]:
+                    runs.setdefault(one[1 - axis], []).append(shapely.LineString([one, other]))
+        for at in runs.values():
+            for line in shapely.get_parts(shapely.line_merge(shapely.union_all(at))):
+                yield shapely.get_coordinates(line)[[0, -1]]
+
+
+def facade(change=lambda line: line, windows="window"):
+    """Its joints as lines, its openings as outlines, and its base as another."""
+    stones = [shapely.Polygon(block.vertices) for block in FACADE if not block.fixed]
+    holes = [list(ring.coords)[:-1] for ring in shapely.union_all(stones).interiors]
+
+    def make(space):
+        for line in long_lines(stones):
+            space.add_line(*change(line), dxfattribs={"layer": "joints"})
+        polylines(*holes, layer=windows)(space)
+        polylines(FACADE[-1].vertices, layer="fixed")(space)
+
+    return make
+
+
+def outlines(scene):
+    return sorted(shapely.normalize(shapely.Polygon(block.vertices)).wkt for block in scene.blocks)
+
+
+def test_a_facade_is_that_of_closed_outlines(sheet):
+    rings = [block.vertices for block in FACADE if not block.fixed]
+
+    def whole(space):
+        polylines(*rings)(space)
+        polylines(FACADE[-1].vertices, layer="fixed")(space)
+
+    drawn, net = read(sheet(whole, floor=False)), read(sheet(facade(), floor=False), net=True)
+    assert outlines(net) == outlines(drawn)
+    joints = [assemble(scene).joints for scene in (drawn, net)]
+    np.testing.assert_array_equal(*(np.sort(found.extent) for found in joints))
+    one, other = (mo.solve(scene, "static").load_factor for scene in (drawn, net))
+    assert other == pytest.approx(one, rel=1e-9)
+
+
+def test_openings_are_blocks_but_for_their_layer(sheet):
+    path = sheet(facade(windows="panes"), floor=False)
+    assert len(read(path, net=True).blocks) == len(FACADE) + 2
+    assert len(read(path, net=True, window_layers=["Pane"]).blocks) == len(FACADE)
+    with pytest.raises(mo.CaseError, match="is open"):
+        read(path)
+
+
+@pytest.mark.parametrize("off", [-0.004, 0.004])
+def test_lines_that_miss_each_other_by_a_little(sheet, off):
+    """Too short or too long at both ends."""
+
+    def change(line):
+        way = line[1] - line[0]
+        return line + off * np.array([-way, way]) / np.hypot(*way)
+
+    path = sheet(facade(change), floor=False)
+    assert len(read(path, net=True, outline_tolerance=0.01).blocks) == len(FACADE)
+    with pytest.raises(
+        mo.CaseError, match=r"LINE \w+ on layer 'joints' divides no stone .*'outline_tolerance'"
+    ):
+        read(path, net=True)
+
+
+def test_layers_are_left_out(sheet):
+    def make(space):
+        facade()(space)
+        space.add_line((-1, 0.6), (0.7, 0.7), dxfattribs={"layer": "Cracks"})
+
+    path = sheet(make, floor=False)
+    with pytest.raises(mo.CaseError, match=r"'Cracks' divides no stone .*'without_layers'"):
+        read(path, net=True)
+    assert len(read(path, net=True, without_layers=["cracks"]).blocks) == len(FACADE)
+    with pytest.raises(
+        mo.CaseError, match=r"'without_layers' \(--without-layer\): nothing is drawn on 'crack'"
+    ):
+        read(path, net=True, without_layers=["crack"])
+
+
+def test_voussoirs_between_arcs_and_radial_lines(sheet):
+    count = 9
+
+    def make(space):
+        space.add_arc((0, 0), 5, 0, 180)
+        space.add_arc((0, 0), 4, 0, 180, dxfattribs={"layer": "Openings"})
+        space.add_line((-4, 0), (4, 0), dxfattribs={"layer": "Openings"})
+        for angle in np.linspace(0, math.pi, count + 1):
+            way = np.array([math.cos(angle), math.sin(angle)])
+            space.add_line(4 * way, 5 * way)
+        space.add_text("key", height=0.1).set_placement((0.1, 4.4))
+
+    blocks = [block for block in read(sheet(make), net=True, live=(0, 0)).blocks if not block.fixed]
+    assert len(blocks) == count
+    areas = [shapely.Polygon(block.vertices).area for block in blocks]
+    assert areas == pytest.approx([math.pi * 9 / 2 / count] * count, rel=5e-3)
+    assert {"key", "0-1", "0-2"} < {block.name for block in blocks}
+
+
+def test_a_stone_in_a_stone_fills_a_hole(sheet):
+    around = [(0, 0), (4, 0), (4, 3), (0, 3)]
+    inner = [(1, 1), (2, 1), (2, 2), (1, 2)]
+    scene = read(sheet(polylines(around, inner)), net=True)
+    stones = {len(block.holes): block for block in scene.blocks if not block.fixed}
+    assert sorted(stones) == [0, 1]
+    assert len(assemble(scene).joints.first) == 5
