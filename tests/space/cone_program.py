@@ -28,7 +28,6 @@ def by_cones(wall: Pushed, friction: float, cohesion: float = 0.0) -> float:
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-9
-    settings.iterative_refinement_reltol = settings.iterative_refinement_abstol = 1e-15
     solution = clarabel.DefaultSolver(
         sp.csc_matrix((unknowns, unknowns)),
         -np.eye(1, unknowns)[0],

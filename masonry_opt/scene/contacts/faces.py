@@ -116,7 +116,8 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     low1, high1, low2, high2 = (corner for own in flat for corner in np.split(shapely.bounds(own), 2, axis=1))
     wide_enough = (np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > shapes.tolerance
     at = np.flatnonzero(wide_enough)
-    pieces, number = common_to(flat[0][at], flat[1][at], shapes.tolerance)
+    convex = faces.convex[i[at]] & faces.convex[j[at]]
+    pieces, number = common_to(flat[0][at], flat[1][at], convex, shapes.tolerance)
     number = at[number]
     kept = wide(pieces, narrowest)
     pieces, number = _without_tails(pieces[kept], number[kept], narrowest)

@@ -14,6 +14,9 @@ from masonry_opt.scene.rows import Rows, dots, lengths, ranges
 from masonry_opt.scene.space import outlines
 from masonry_opt.scene.space.surfaces import Surfaces
 
+#: Share of an area that is rounding.
+_ROUNDING = 1e-12
+
 
 @dataclass(frozen=True)
 class Frames(Rows):
@@ -67,6 +70,12 @@ class OuterFaces(Rows):
         corners = self.frame.up(flat, face)
         start = np.searchsorted(face, np.arange(len(self.block)))
         return np.minimum.reduceat(corners, start), np.maximum.reduceat(corners, start)
+
+    @cached_property
+    def convex(self) -> np.ndarray:
+        """Whether each is convex but for rounding, shape (faces,)."""
+        area = shapely.area(self.polygon)
+        return shapely.area(shapely.convex_hull(self.polygon)) - area <= _ROUNDING * area
 
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sides of all outlines and holes, each with its face to the left seen from outside: their ends in
