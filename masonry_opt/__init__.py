@@ -51,6 +51,7 @@ _HOMES = {
     "studies.many.least": ("least", "most"),
     "studies.many.sample": ("Sample", "sample"),
     "studies.many.sweep": ("sweep",),
+    "studies.report.report": ("report",),
     "studies.settle.settle": ("Settlement", "settle"),
 }
 

@@ -60,5 +60,6 @@ from masonry_opt.studies.many.least import most as most
 from masonry_opt.studies.many.sample import Sample as Sample
 from masonry_opt.studies.many.sample import sample as sample
 from masonry_opt.studies.many.sweep import sweep as sweep
+from masonry_opt.studies.report.report import report as report
 from masonry_opt.studies.settle.settle import Settlement as Settlement
 from masonry_opt.studies.settle.settle import settle as settle

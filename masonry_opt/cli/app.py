@@ -34,6 +34,7 @@ COMMANDS = {
     "directions": "Find the seismic coefficient at which CASE collapses, for earthquakes from all sides.",
     "crossing": "Move the axles of CASE over its road: the load factor by position, and the worst.",
     "least": "Find the least value of a number of CASE at which it stands, or carries a load.",
+    "report": "Write one page for the file: CASE solved, its inputs, what was checked and what was not.",
     "reproduce": "Rebuild results of the paper from the case files (cases/ here, or else the package's own).",
     "settle": "Find the least and the greatest reaction of a support of CASE, in one direction, with which "
     "it stands.",

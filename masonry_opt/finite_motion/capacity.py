@@ -320,6 +320,10 @@ class Capacity:
         self.plot(row).save(path, force)
 
     def __str__(self) -> str:
+        return printable(labelled(self.facts()))
+
+    def facts(self) -> dict[str, str]:
+        """What it found, in words by name."""
         table = self.table
         lines = {
             "case": self.result.case,
@@ -332,7 +336,7 @@ class Capacity:
             told = ", ".join(f"{one!r}–{other!r}" for one, other in row["pairs"][:3])
             at = f"{numeral(row['displacement'], '.4g')}, λ = {numeral(row['load_factor'], '.4g')}"
             lines[f"at {at}"] = f"{row['event']} {told}".strip()
-        return printable(labelled(lines))
+        return lines
 
     def as_dict(self) -> dict[str, Any]:
         """The curve as plain numbers, strings and lists."""

@@ -180,7 +180,7 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
     match path.suffix.lower():
         case ".toml":
             mark = f"# {MARK}, and replaced by it without asking until this line is deleted\n"
-            text = mark + tomli_w.dumps(_keys(scene, "python"))
+            text = mark + toml_text(scene)
         case ".json":
             keys = {JSON_KEY: WRITER} | _keys(scene, "json")
             text = json.dumps(keys, indent=2, ensure_ascii=False) + "\n"
@@ -188,6 +188,11 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
             raise CaseError(f"{path}: a case file's name ends in .toml or .json")
     refuse_replacing(path, force)
     write_file(path, text, CaseError)
+
+
+def toml_text(scene: SceneKeys) -> str:
+    """A scene, or the content of a case file, as TOML."""
+    return tomli_w.dumps(_keys(scene, "python"))
 
 
 def _keys(scene: SceneKeys, mode: Literal["python", "json"]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from masonry_opt.words.sentences import numeral, sentences
 from masonry_opt.words.summary import facts, left_out
 
 #: What each residual of the certificate is.
-_RESIDUALS = {
+RESIDUALS = {
     "equilibrium": "forces out of balance, over the dead load",
     "yield": "force beyond friction, compression or rocking, in block weights",
     "flow": "motion beside the flow rule, over the largest velocity",
@@ -51,7 +51,7 @@ def certificate(result: Outcome) -> str:
         return f"<h2>Existence</h2>\n<p>{text(str(proven.existence))}</p>\n" if proven else ""
     limits = LIMITS[result.kind].as_dict()
     rows = "".join(
-        f'<tr><th scope="row">{name} <small>{_RESIDUALS[name]}</small></th>'
+        f'<tr><th scope="row">{name} <small>{RESIDUALS[name]}</small></th>'
         f'<td class="number">{numeral(value, ".1e")}</td><td class="number">{limits[name]:g}</td></tr>\n'
         for name, value in result.certificate.as_dict().items()
     )

@@ -189,27 +189,20 @@ def _certainty(result: Outcome) -> str:
     """Whether the answer is an exact state, and whether lower ones may exist."""
     if result.load_factor is None:
         return ""
-    below = result.solution.below_zero <= ZERO
-    if any(reason.code is Code.PROVEN for reason in result.reasons) and not below:
-        return "exact, and proven: no state is lower"
-    if any(reason.values.get("fixed") for reason in result.reasons):
-        return "exact: there is no other state"
+    if none_lower := known_least(result):
+        return none_lower
     if result.kind is Kind.COMPLIANT:
         return (
             "to expect of a scene that stands under its weight and is then pushed; with other self-stress or "
             "fit it may carry less (method 'refined' looks for the least)"
         )
-    unique = _is_associative(result)
-    if unique and (result.kind is Kind.ASSOCIATIVE or result.exact):
-        law = f" {_friction_law(result)}" if _by_sides(result) else ""
-        return f"exact{law}: the flow rule of all joints is the associative one, so no state is lower"
     if result.kind is Kind.ASSOCIATIVE and not result.exact:
         return (
             "an upper bound, for joints that open as they slide: those that do not may collapse sooner "
             "(method 'mcp' tells)"
         )
     state = "exact" if result.exact else f"exact but for {_left(result)}"
-    if unique:
+    if _is_associative(result):
         return state
     if bounds := [reason for reason in result.reasons if reason.code in _BOUNDS]:
         return "; ".join([state, *sentences(bounds)])
@@ -219,6 +212,20 @@ def _certainty(result: Outcome) -> str:
     )
     looks = searched[0] if searched else "method 'refined' with search=10 searches for them"
     return f"{', '.join([state, *met])}; lower ones may exist ({looks})"
+
+
+def known_least(result: Outcome) -> str:
+    """Why no state has a lower load factor than the answer; "" where that is not known."""
+    below = result.solution.below_zero <= ZERO
+    if any(reason.code is Code.PROVEN for reason in result.reasons) and not below:
+        return "exact, and proven: no state is lower"
+    if any(reason.values.get("fixed") for reason in result.reasons):
+        return "exact: there is no other state"
+    statics = result.kind is Kind.ASSOCIATIVE
+    if _is_associative(result) and (statics or (result.exact and result.kind is not Kind.COMPLIANT)):
+        law = f" {_friction_law(result)}" if _by_sides(result) else ""
+        return f"exact{law}: the flow rule of all joints is the associative one, so no state is lower"
+    return ""
 
 
 def _is_associative(result: Outcome) -> bool:

@@ -1,11 +1,14 @@
-"""The page of `compare` as a browser lays it out: on a desk, and on a telephone."""
+"""The pages of `compare` and `report` as a browser lays them out: on a desk, and on a telephone."""
 
 import itertools
 
 import pytest
 from comparisons import made_up
+from pages import sticking_out
+from scenes import block_on_floor
 from selenium.webdriver.support.wait import WebDriverWait
 
+import masonry_opt as mo
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.page import page
 
@@ -124,3 +127,12 @@ def test_charts_are_drawn_whole(browser, charts_page, width):
         assert len(ticks) > 1
         assert all(one[2] < other[0] for one, other in itertools.pairwise(ticks))
     assert [line for line in chromium.get_log("browser") if line["level"] == "SEVERE"] == []
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_nothing_of_a_report_moves_sideways(browser, tmp_path, width):
+    mo.report(mo.solve(block_on_floor(), "static"), tmp_path / "report.html")
+    chromium = browser(width)
+    chromium.get((tmp_path / "report.html").as_uri())
+    assert sticking_out(chromium) == []
+    assert all(image.get_property("naturalWidth") for image in chromium.find_elements("css selector", "img"))

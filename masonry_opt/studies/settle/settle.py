@@ -130,6 +130,7 @@ class Settlement(StudyAnswer):
         it was not found.
     least, greatest: the reactions; None where none holds the scene.
     fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
+    assembly: of the scene as it was given, its supports fixed, in its load case.
     """
 
     case: str
@@ -141,6 +142,7 @@ class Settlement(StudyAnswer):
     least: Bound | None = None
     greatest: Bound | None = None
     fallen: Result | None = field(default=None, repr=False)
+    assembly: Assembly = field(repr=False, compare=False)
 
     @property
     def ends(self) -> dict[str, Bound]:
@@ -319,6 +321,7 @@ def settle(
         direction=tuple(along.tolist()),
         turns=turns,
         method=method,
+        assembly=assembly,
     )
     held = freed(assembly, supports, along, None, turns) if turns else assembly
     if fallen := session.falls(held, effort):

@@ -1,0 +1,1 @@
+"""``report``: answers as one page for the file."""

@@ -1,0 +1,314 @@
+"""``report``: answers with their inputs, what was checked and what was not, as one page that prints whole."""
+
+from __future__ import annotations
+
+import math
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date
+from functools import partial, singledispatch
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
+
+from masonry_opt.answer.acceptance import LIMITS
+from masonry_opt.drawing.carried import round_below
+from masonry_opt.drawing.elements import counts, title_of
+from masonry_opt.drawing.figure import Picture, is_page
+from masonry_opt.drawing.marks import movable_box
+from masonry_opt.drawing.page import MOST_BLOCKS
+from masonry_opt.drawing.pictures import result_picture, scene_picture
+from masonry_opt.errors import OptionError, counted, printable
+from masonry_opt.files import refuse_unwritable, write_whole
+from masonry_opt.finite_motion.capacity import Capacity
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.result import Result
+from masonry_opt.scene.axles import Axles
+from masonry_opt.studies.crossing.answer import Crossing
+from masonry_opt.studies.journal import versions
+from masonry_opt.studies.load_cases.cases import Cases
+from masonry_opt.studies.report.tables import case_text, given, of_result, shown
+from masonry_opt.studies.settle.settle import Settlement
+from masonry_opt.studies.writing import render, table
+from masonry_opt.words.page import RESIDUALS
+from masonry_opt.words.page import answer as in_full
+from masonry_opt.words.sentences import numeral
+from masonry_opt.words.summary import facts, known_least, told_factor
+
+#: What can be reported.
+Answer = Result | Crossing | Cases | Settlement | Capacity
+
+#: Blocks whose names are written into the drawing, at most; columns that tell of positions; what is below a
+#: drawing for its scale bar, over its width.
+_NAMED = 60
+_POSITIONS = ["axles", "direction", "position", "load_factor", "mechanism", "status"]
+_BELOW = 0.08
+
+#: What common sets of axles are in.
+_OF_SETS = "m, kN"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """What an answer puts on the page.
+
+    Attributes
+    ----------
+    heading, says: what it is of, and the answer in a line.
+    assembly: of the scene as that was given.
+    told, others: results that are told in full, by what they are, and results that are not.
+    facts, pictures, tables: of the answer itself, by what they are of.
+    axles: groups that crossed.
+    left_open, left_out: what this answer alone leaves open; load cases that it does not answer.
+    followed: whether a mechanism was, beyond its onset.
+    """
+
+    heading: str
+    says: str
+    assembly: Assembly
+    told: Mapping[str, Result] = field(default_factory=dict)
+    others: Mapping[str, Result] = field(default_factory=dict)
+    facts: Mapping[str, str] = field(default_factory=dict)
+    pictures: Mapping[str, Picture] = field(default_factory=dict)
+    tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
+    axles: Sequence[Axles] = ()
+    left_open: Sequence[str] = ()
+    left_out: Sequence[str] = ()
+    followed: bool = False
+
+
+def report(
+    answer: Answer | Sequence[Answer], path: str | Path, *, units: str | None = None, force: bool = False
+) -> None:
+    """Write answers as one page (.html) for the file, whole or not at all.
+
+    It has the answer, what was checked and what was not, the inputs, a drawing of the scene with a scale bar,
+    results by load case and position, mechanism and thrust, the case, versions and date. It needs no network,
+    and prints whole on A4; browsers write it as PDF.
+
+    Parameters
+    ----------
+    answer: of ``solve``, ``crossing``, ``solve_cases``, ``directions``, ``settle`` or ``capacity``, or
+        several of these about one scene.
+    path: of the page.
+    units: of length and force, as in "m, kN", which case files do not say (default: not named).
+    force: whether to replace a file that was not written here.
+
+    Raises
+    ------
+    OptionError
+        If there is no such answer, answers are of different scenes, units are not two names, the name does
+        not end in .html, the file cannot be written or replaced, or Jinja2, of the extra "studies", is not
+        installed.
+    OSError
+        If the file cannot be written.
+    """
+    refuse_report(path, units, force)
+    parts = [_part(one) for one in (answer if isinstance(answer, list | tuple) else [answer])]
+    called = dict.fromkeys(part.assembly.scene.called for part in parts)
+    if len(called) != 1:
+        raise OptionError(f"a report is of answers about one scene (found {', '.join(called) or 'none'})")
+    write_whole(path, _page(parts, _units(units)))
+
+
+def refuse_report(path: str | Path, units: str | None = None, force: bool = False) -> None:
+    """Raise OptionError if a report could not be written so: to be asked before long work."""
+    if not is_page(path):
+        raise OptionError(f"{path}: a report's name ends in .html; browsers print it as PDF")
+    _units(units)
+    refuse_unwritable(Path(path), force)
+
+
+def _units(units: str | None) -> dict[str, str]:
+    """By "length" and "force"; "" where they are not known."""
+    if units is None:
+        return {"length": "", "force": ""}
+    named = [one.strip() for one in units.split(",")] if isinstance(units, str) else []
+    if len(named) != 2 or not all(named):
+        raise OptionError(f"units are those of length and force, as in 'm, kN' (found {units!r})")
+    return dict(zip(("length", "force"), named, strict=True))
+
+
+@singledispatch
+def _part(answer: object) -> Part:
+    raise OptionError(
+        "a report is of what solve, crossing, solve_cases, directions, settle or capacity found "
+        f"(found {type(answer).__name__})"
+    )
+
+
+@_part.register
+def _(answer: Result) -> Part:
+    told = {f"method {answer.method}": answer}
+    return Part(heading="Collapse", says=told_factor(answer), assembly=answer.assembly, told=told)
+
+
+@_part.register
+def _(answer: Crossing) -> Part:
+    worst, least = answer.worst, answer.least
+    if least is None:
+        return _part(worst)
+    away = numeral(answer.resolution or 0.0, ".3g")
+    open_ = f"Positions between those solved, at the worst {away} away: λ may be less there."
+    first = f"travelling {answer.direction}, first axle at x = {numeral(least.position, '.6g')}"
+    rows = shown(answer.table[_POSITIONS], position="first axle at")
+    return Part(
+        heading="Axles" if worst.load_case is None else f"Axles, load case '{worst.load_case}'",
+        says=f"least {told_factor(worst)}: '{answer.axles}' {first}",
+        assembly=least.passage.assembly,
+        told={f"worst position, method {worst.method}": worst},
+        facts=answer.facts(),
+        pictures={"λ by the position of the first axle, and the mechanism at the worst": answer.plot()},
+        tables={f"Every position solved ({len(answer.table)})": rows},
+        axles=list({one.passage.axles.name: one.passage.axles for one in answer.passages}.values()),
+        left_open=[open_] if answer.bound is None else [],
+    )
+
+
+@_part.register
+def _(answer: Cases) -> Part:
+    found, what = answer.to_draw, answer.what
+    sure = [facts(result).get("how sure") or result.message for result in answer.results.values()]
+    rows = answer.table.assign(sure=sure).drop(columns="exact")
+    governs = f"'{answer.governing}' governs" if answer.governing else "none governs"
+    return Part(
+        heading=f"{what.capitalize()}s",
+        says=f"{told_factor(found)}: {governs} of {counted(len(answer.results), what)}",
+        assembly=found.assembly,
+        told={answer.governing or next(iter(answer.results)): found},
+        others=answer.results,
+        pictures={f"λ by {what}": answer.plot()},
+        tables={f"Every {what} ({len(rows)})": shown(rows, load_case="load case", sure="how sure")},
+        left_out=answer.left_out,
+    )
+
+
+@_part.register
+def _(answer: Settlement) -> Part:
+    known = answer.facts()
+    said = [f"{end} reaction {known[end].partition(';')[0]}" for end in answer.ends]
+    rows = shown(answer.table, kind="flow", moves="moves, fastest first")
+    return Part(
+        heading="Settlement",
+        says="; ".join(said) or known["reaction"],
+        assembly=answer.assembly,
+        told={"how it falls": answer.fallen} if answer.fallen else {},
+        others={
+            f"{end} reaction, {kind}": of
+            for end, one in answer.ends.items()
+            for kind, of in one.results.items()
+        },
+        facts=known,
+        pictures={f"What moves at the {end} reaction": answer.plot(end) for end in answer.ends},
+        tables={"Reactions": rows} if answer.ends else {},
+    )
+
+
+@_part.register
+def _(answer: Capacity) -> Part:
+    pictures = {"λ over displacement": answer.plot(), "Blocks at its end, to scale": answer.plot(-1)}
+    return Part(
+        heading="After the onset",
+        says=f"{told_factor(answer.result)} at the onset; {answer.message}",
+        assembly=answer.result.assembly,
+        told={f"onset, method {answer.result.method}": answer.result},
+        facts=answer.facts(),
+        pictures=pictures,
+        tables={f"Every state ({len(answer.table)})": shown(answer.table.drop(columns="pairs"))},
+        left_open=[] if answer.reaches_zero else ["What comes after the curve's end."],
+        followed=True,
+    )
+
+
+def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
+    assembly = parts[0].assembly
+    scene, problem = assembly.scene, assembly.problem
+    axles = [group for part in parts for group in part.axles] or scene.axles
+    if not units["length"] and any(group.set for group in axles):
+        units = _units(_OF_SETS)
+    results = {
+        f"{part.heading}: {name}" if len(parts) > 1 else name: of
+        for part in parts
+        for name, of in {**part.told, **part.others}.items()
+    }
+    found = {name: of for name, of in results.items() if of.certificate is not None}
+    loads = {kind: _resultant(assembly, getattr(problem, kind)) for kind in ("dead", "live")}
+    low, high = movable_box(assembly)
+    return render(
+        "report.html",
+        title=title_of(scene.with_load_case(None)),
+        day=date.today().isoformat(),
+        versions=versions(),
+        parts=parts,
+        told=[[(name, of, _pictures(of), of_result(of)) for name, of in part.told.items()] for part in parts],
+        in_full=in_full,
+        source=partial(_source, "png" if len(scene.blocks) > MOST_BLOCKS else "svg"),
+        printable=printable,
+        angle=lambda tangent: math.degrees(math.atan(tangent)),
+        residuals=table(["answer", *RESIDUALS], [[name, *_residuals(of)] for name, of in found.items()]),
+        meaning=RESIDUALS,
+        least={name: known_least(of) for name, of in found.items()},
+        sure={name: facts(of)["how sure"] for name, of in found.items() if not known_least(of)},
+        results=results,
+        solved={of.load_case for of in results.values()},
+        scene=scene,
+        counts=counts(assembly),
+        size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
+        limited=len(problem.crushing),
+        joints=problem.joints,
+        units=units,
+        loads=loads,
+        axles=axles,
+        given=given(scene, axles),
+        drawing=_drawing(assembly, units["length"] or "units"),
+        case=case_text(scene),
+    )
+
+
+def _residuals(result: Result) -> list[str]:
+    """Residuals of a certified answer, with what they may be at most."""
+    limits, found = LIMITS[result.kind].as_dict(), result.certificate
+    return (
+        [f"{numeral(value, '.1e')} ≤ {limits[of]:g}" for of, value in found.as_dict().items()]
+        if found
+        else []
+    )
+
+
+def _resultant(assembly: Assembly, load: np.ndarray) -> list[str]:
+    """Sum of the forces of a load; none where it has no forces."""
+    problem = assembly.problem
+    total, size = problem.forces(load).sum(axis=0), float(problem.force_sizes(load).sum())
+    total = np.where(np.abs(total) > 1e-9 * size, total, 0.0) * problem.force_unit
+    return [f"{part:.5g}" for part in total] if size else []
+
+
+def _source(kind: str, picture: Picture) -> str:
+    """A picture as the source of an image of HTML."""
+    mime = {"png": "image/png", "svg": "image/svg+xml"}[kind]
+    return f"data:{mime};base64,{b64encode(picture.image(kind)).decode()}"
+
+
+def _pictures(result: Result) -> dict[str, Picture]:
+    drawn = {"Mechanism": result_picture(result)}
+    if result.joints["n"].notna().all():
+        drawn["Thrust"] = result_picture(result, "thrust")
+    if result.curve is not None and not result.curve.empty:
+        drawn["λ over displacement"] = result_picture(result, "curve")
+    return drawn
+
+
+def _drawing(assembly: Assembly, length: str) -> Picture:
+    """The scene before it is solved, with a scale bar below."""
+    made = scene_picture(assembly, names=len(assembly.scene.blocks) <= _NAMED)
+    axes = made.axes[0]
+    wide = float(np.ptp(axes.get_xlim()))
+    axes.set_ylim(bottom=axes.get_ylim()[0] - _BELOW * wide)
+    bar = round_below(wide / 4)
+    scale = AnchoredSizeBar(axes.transData, bar, printable(f"{bar:g} {length}"), "lower right", pad=0.3)
+    scale.set_zorder(10)
+    axes.add_artist(scale)
+    return made

@@ -1,0 +1,203 @@
+"""The report for the file: its numbers are the answers', and it prints whole."""
+
+import math
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from scenes import CASES, block_on_floor, pressed_down, run_command
+
+import masonry_opt as mo
+from masonry_opt.errors import OptionError
+
+WHEEL = mo.Axles(name="wheel", loads=[3, 2], distances=[0.5])
+
+#: A slab on a pier, under wind and under a wheel.
+BRIDGE = """
+title = "slab"
+joints.friction = 0.5
+block = [
+    { name = "slab", vertices = [[-1, 0], [1, 0], [1, 1], [-1, 1]], weight = 12 },
+    { name = "pier", vertices = [[-0.5, -1], [0.5, -1], [0.5, 0], [-0.5, 0]], fixed = true },
+]
+load = [{ block = "slab", live = [1, 0], group = "wind" }]
+axles = [{ name = "wheel", loads = [3], road = [[-2, 1], [2, 1]] }]
+load_case = [{ name = "wind", live = { wind = 1 } }, { name = "traffic", live = { axles = 1.5 } }]
+"""
+
+
+class Read(HTMLParser):
+    """Text, rows of tables as dictionaries, and sources of a page."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.texts, self.rows, self.sources, self.label = [], [], [], None
+        self.feed(path.read_text("utf-8"))
+        self.text = " ".join(" ".join(self.texts).split())
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        self.sources += [attributes[key] for key in ("src", "href") if key in attributes]
+        if tag == "tr":
+            self.rows.append({})
+        self.label = attributes.get("data-label") if tag == "td" else None
+
+    def handle_data(self, data):
+        self.texts.append(data)
+        if self.label is not None:
+            self.rows[-1][self.label] = data
+
+    def handle_endtag(self, tag):
+        self.label = None
+
+    def column(self, label):
+        return [row[label] for row in self.rows if label in row]
+
+
+def reported(tmp_path, answer, **given):
+    mo.report(answer, tmp_path / "report.html", **given)
+    return Read(tmp_path / "report.html")
+
+
+def settled():
+    return mo.settle(block_on_floor(), "floor", (0, -1))
+
+
+ANSWERS = {
+    "result": lambda: mo.solve(block_on_floor()),
+    "associative": lambda: mo.solve(block_on_floor().replace(joints={"dilatancy": 0.6}), "static"),
+    "none": lambda: mo.solve(pressed_down()),
+    "falls": lambda: mo.solve(block_on_floor(dead=(5.0, 0.0))),
+    "crossing": lambda: mo.crossing(CASES / "bridges" / "arch_with_fill.toml", WHEEL, method="static"),
+    "settlement": settled,
+    "capacity": lambda: mo.capacity(mo.solve(block_on_floor(), expected=False)),
+    "directions": lambda: mo.directions(block_on_floor(live=(0.0, 0.0))),
+    "space": lambda: mo.solve(CASES / "space" / "pushed_box.toml", "static"),
+}
+
+
+@pytest.mark.parametrize("name", [name for name in ANSWERS if name != "crossing"])
+def test_every_answer_says_what_was_not_checked_and_needs_no_network(tmp_path, name):
+    page = reported(tmp_path, ANSWERS[name]())
+    for words in ("What was not checked", "strength is infinite", "Foundations", "Values given", "Service"):
+        assert words in page.text
+    without = name in ("none", "falls")
+    assert ("lowest state found is no proof" in page.text) == (not without and name != "associative")
+    assert ("so no state is lower" in page.text) == (name == "associative")
+    assert ("residuals below" in page.text) == (not without)
+    assert page.sources
+    assert all(source.startswith("data:") for source in page.sources)
+
+
+def test_numbers_are_those_of_the_result(tmp_path):
+    """Of a block, λ, its one joint, the residuals and the sums of its loads."""
+    result = mo.solve(block_on_floor())
+    page = reported(tmp_path, result, units="m, kN")
+    assert f"λ = {result.load_factor:.5f}" in page.text
+    (joint,) = result.joints.to_dict("records")
+    (row,) = [row for row in page.rows if "utilisation" in row]
+    for key in ("x", "length", "n", "s", "m", "utilisation"):
+        assert float(row[key]) == pytest.approx(joint[key], rel=1e-4, abs=1e-9)
+    assert float(row["e"]) == pytest.approx(joint["m"] / joint["n"], rel=1e-4)
+    assert row["moves"] == "hinges"
+    (row,) = [row for row in page.rows if "equilibrium" in row]
+    assert row["flow"].startswith(f"{result.certificate.flow:.1e} ≤ ")
+    assert "in all [0, -1] kN" in page.text
+    assert "in all [1, 0] kN for λ = 1" in page.text
+    assert "take up 1 × 2 m" in page.text
+    assert "μ = 0.6 (φ = 30.96°)" in page.text
+
+
+def test_positions_and_the_passive_pressure_of_a_crossing(tmp_path):
+    crossed = ANSWERS["crossing"]()
+    page = reported(tmp_path, crossed)
+    (fill,) = crossed.passages[0].passage.assembly.scene.fills
+    passive = math.tan(math.radians(45 + fill.friction_angle / 2)) ** 2
+    assert f"K_p = {passive:.4g}" in page.text
+    assert f"m = {fill.mobilised:.4g} may act: m K_p = {fill.mobilised * passive:.4g}" in page.text
+    assert [float(x) for x in page.column("first axle at")] == pytest.approx(
+        crossed.table["position"], rel=1e-4
+    )
+    found = [row["λ"] for row in page.rows if "first axle at" in row]
+    known = ["–" if math.isnan(value) else f"{value:.6g}" for value in crossed.table["load_factor"]]
+    assert found == known
+    assert f"least λ = {crossed.load_factor:.5f}" in page.text
+    assert "3, 2" in page.text
+
+
+def test_reactions_states_and_load_cases(tmp_path):
+    end = settled().least
+    page = reported(tmp_path, settled())
+    assert f"least reaction {end.reaction:.6g}" in page.text
+    assert [float(of) for of in page.column("reaction")] == pytest.approx(
+        settled().table["reaction"], rel=1e-5
+    )
+    curve = ANSWERS["capacity"]()
+    page = reported(tmp_path, curve)
+    assert [float(of) for of in page.column("λ")] == pytest.approx(curve.table["load_factor"], rel=1e-5)
+    shaken = ANSWERS["directions"]()
+    page = reported(tmp_path, shaken)
+    assert [float(of) for of in page.column("λ")] == pytest.approx(shaken.table["load_factor"], rel=1e-5)
+
+
+def test_the_command_solves_load_cases_and_crosses(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    Path("bridge.toml").write_text(BRIDGE)
+    asked = ("--method", "static", "--units", "m, kN")
+    code, out, _ = run_command(monkeypatch, capsys, "report", "bridge.toml", *asked)
+    assert (code, out.splitlines()[-1]) == (0, "bridge_report.html")
+    page = Read(tmp_path / "bridge_report.html")
+    for words in ("Load cases: λ = 6.00000", "Axles, load case 'traffic': least λ = 2.66667", "1.5"):
+        assert words in page.text
+    assert "only a crossing answers it" not in page.text
+    assert "only a crossing answers it" in reported(tmp_path, mo.solve_cases("bridge.toml", "static")).text
+    mo.save(pressed_down(), "none.toml")
+    assert run_command(monkeypatch, capsys, "report", "none.toml", "-o", "none.html")[0] == 1
+    assert "unlimited" in Read(tmp_path / "none.html").text
+
+
+def test_what_cannot_be_reported_is_named(monkeypatch, capsys, tmp_path):
+    result = mo.solve(block_on_floor(), "static")
+    named = mo.solve(block_on_floor().replace(title="other"), "static")
+    for answer, said in (("wall", "found str"), ([], "found none"), ([result, named], "scene, other")):
+        with pytest.raises(OptionError, match=said):
+            mo.report(answer, tmp_path / "report.html")
+    for units in ("m", "m, ", 3):
+        with pytest.raises(OptionError, match="units are those of length and force"):
+            mo.report(result, tmp_path / "report.html", units=units)
+    with pytest.raises(OptionError, match=r"ends in \.html"):
+        mo.report(result, tmp_path / "report.pdf")
+    (tmp_path / "report.html").write_text("mine")
+    with pytest.raises(OptionError, match="is there already"):
+        mo.report(result, tmp_path / "report.html")
+    case = CASES / "gilbert" / "two_blocks.toml"
+    code, _, error = run_command(monkeypatch, capsys, "report", case, "-o", tmp_path / "report.pdf")
+    assert code == 2
+    assert "report.pdf: a report's name ends in .html" in error
+
+
+@pytest.mark.slow
+def test_every_row_of_a_crossing_is_printed(tmp_path):
+    """In the report and in the page of the crossing itself, with the table's heading on each page."""
+    pypdf, chromium = pytest.importorskip("pypdf"), shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("needs the program chromium")
+    crossed = mo.crossing(CASES / "bridges" / "arch_with_fill.toml", WHEEL, method="static")
+    assert len(crossed.table) > 50  # more than a page holds
+    mo.report(crossed, tmp_path / "report.html")
+    crossed.save(tmp_path / "crossing.html")
+    for name in ("report", "crossing"):
+        pdf = tmp_path / f"{name}.pdf"
+        switches = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer")
+        profile = f"--user-data-dir={tmp_path / 'profile'}"
+        page = (tmp_path / f"{name}.html").as_uri()
+        run = (chromium, *switches, profile, f"--print-to-pdf={pdf}", page)
+        subprocess.run(run, check=True, capture_output=True, timeout=120)
+        pages = [page.extract_text() for page in pypdf.PdfReader(pdf).pages]
+        rows = [len(re.findall(r"wheel\s+(?:right|left)\s+-?\d", text)) for text in pages]
+        assert sum(rows) == len(crossed.table)
+        heads = [len(re.findall(r"axle at\s+λ", text)) for text in pages]
+        assert all(head for head, count in zip(heads, rows, strict=True) if count)
