@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
@@ -20,6 +21,11 @@ from masonry_opt.solvers.registry import find_solver
 CASES = Path(__file__).parent.parent / "cases"
 ALL_CASES = sorted(CASES.glob("*/*.toml"))
 WALLS = [CASES / "ferris_tinloi" / f"wall_{number}.toml" for number in range(1, 7)]
+#: The same as parameters of tests: the first is fast, others take seconds.
+TABLE_1 = [
+    pytest.param(path, id=path.stem, marks=pytest.mark.slow if number else ())
+    for number, path in enumerate(WALLS)
+]
 
 
 def block_on_floor(

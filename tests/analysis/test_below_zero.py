@@ -31,7 +31,8 @@ def arch(*, wall: float | None = None) -> mo.Scene:
     return mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=blocks)
 
 
-@pytest.mark.parametrize("wall", [0.6, 1.2])
+@pytest.mark.slow
+@pytest.mark.parametrize("wall", [0.6])
 @pytest.mark.parametrize("method", ["mcp", "refined", "compliant"])
 def test_walls_overturn_under_the_thrust(wall, method):
     """No joint slides: all three load factors are that of an associative program."""
@@ -57,7 +58,9 @@ def near_the_least_friction(kind: str, seed: int, friction: float) -> mo.Scene:
 ARCH = near_the_least_friction("arch", 600032, 0.26197)
 
 
-@pytest.mark.parametrize("method", ["mcp", "refined", "global"])
+@pytest.mark.parametrize(
+    "method", ["mcp", *(pytest.param(method, marks=pytest.mark.slow) for method in ("refined", "global"))]
+)
 def test_a_state_below_zero_is_told_beside_the_load_at_which_a_scene_that_rests_collapses(method):
     """Which is the associative one here. The MPEC ends in the state below zero."""
     below = values_of(mo.solve(ARCH, "mpec", expected=False), Code.BELOW_ZERO)["load_factor"]
@@ -91,6 +94,7 @@ def test_a_state_without_load_gives_way_to_one_above_and_is_told():
     [(ARCH, 0.97), (near_the_least_friction("arch", 600014, 0.1875), 0.97)],
     ids=["a state below zero", "a load next to nothing"],
 )
+@pytest.mark.slow
 def test_contact_dynamics_carry_the_load_of_a_scene_that_rests(scene, carried):
     result = mo.solve(scene)
     loads = [carried * result.load_factor, (2 - carried) * result.load_factor]
@@ -110,6 +114,7 @@ def test_a_state_below_zero_alone_is_no_load_factor_of_a_scene_that_rests():
     assert load_carried(result.assembly.problem, [half]) == half
 
 
+@pytest.mark.slow
 def test_what_does_not_rest_is_unstable_with_one_explanation():
     """In contact dynamics it falls under its weight, though statics would hold it by self-stress."""
     result = mo.solve(near_the_least_friction("tessellation", 600002, 0.39672))

@@ -63,7 +63,7 @@ def test_where_forces_are_determinate_all_three_are_one(scene, by_hand):
     assert result.expected_reasons[0].code is Code.RAY
 
 
-@pytest.mark.parametrize("wall", WALLS[:6:4], ids=lambda wall: wall.stem)
+@pytest.mark.parametrize("wall", [WALLS[0]], ids=["wall_1"])
 def test_on_the_walls_it_is_what_method_compliant_finds(wall):
     result, alone = solved(wall, expected=True), solved(wall, "compliant")
     assert result.expected == result.end == alone.load_factor == alone.expected == alone.end
@@ -79,6 +79,7 @@ def test_on_the_walls_it_is_what_method_compliant_finds(wall):
     assert (state.iterations, alone.at_expected) == (alone.iterations, alone)
 
 
+@pytest.mark.slow
 def test_a_load_that_grows_comes_to_the_highest_on_the_way_to_a_ray():
     scene = random_scene("tessellation", 910061)
     result, found = mo.solve(scene), Elastic(assemble(scene).problem).pushed()
@@ -90,6 +91,7 @@ def test_a_load_that_grows_comes_to_the_highest_on_the_way_to_a_ray():
     assert f"({result.end:.5g} as it moves on)" in facts(result)["load factors"]
 
 
+@pytest.mark.slow
 def test_a_ray_below_zero_takes_nothing_from_the_load_on_the_way():
     result = mo.solve(random_scene("tessellation", 910020), "compliant")
     assert (result.load_factor, result.end) == (None, None)
@@ -170,6 +172,7 @@ def test_the_command_tells_it_and_leaves_it_out(monkeypatch, capsys, tmp_path):
     assert run_command(monkeypatch, capsys, "solve", case)[0] == 1
 
 
+@pytest.mark.slow
 def test_the_command_draws_the_mechanism_of_either(monkeypatch, capsys, tmp_path):
     """Wall 1 comes to another mechanism as it is pushed from rest."""
     pages = {}

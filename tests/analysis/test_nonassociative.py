@@ -51,13 +51,14 @@ def test_it_runs_where_something_slides():
 
 def test_history_accounts_for_the_energy():
     """Fig. 12: raising and sliding add up to λ; associative flow spends all of it in raising."""
-    history = solved(WALL_6, "nonassociative").history
+    history = solved(WALLS[0], "nonassociative").history
     np.testing.assert_allclose(history["raising"] + history["sliding"], history["load_factor"], rtol=1e-6)
     assert history["sliding"].iloc[0] == pytest.approx(0, abs=1e-9)
     assert history["sliding"].iloc[-1] > 0.01
     assert (history["seconds"] > 0).all()
 
 
+@pytest.mark.slow
 def test_step_6_takes_off_what_the_small_cohesion_dissipates():
     result = solved(WALL_3, "nonassociative", finish=False)
     uncorrected = result.history["load_factor"].iloc[-1]
@@ -72,6 +73,7 @@ def test_sliding_hardly_contracts_at_the_end():
     assert solved(scene, "nonassociative").certificate.flow < 1.1e-3
 
 
+@pytest.mark.slow
 def test_a_neighbour_that_stands_apart_does_not_matter():
     """A slab 100 blocks long: units are medians, the small cohesion is that of each part. (From 100
     block weights on, the solver's relative accuracy does choose the other end of wall 6.)"""
@@ -84,7 +86,7 @@ def test_a_neighbour_that_stands_apart_does_not_matter():
     )
 
 
-@pytest.mark.parametrize("number", [2, 4, pytest.param(6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", [4, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 6))])
 def test_cohesive_start_ends_where_the_associative_start_does(number):
     """Section 6.3: "relatively insensitive to the starting conditions"; wall 6 alone moves, by 8e-4."""
     path = WALLS[number - 1]
@@ -137,7 +139,7 @@ def codes(result):
     return [reason.code for reason in result.reasons]
 
 
-@pytest.mark.parametrize("path", WALLS[1:6:3], ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", WALLS[4:5], ids=lambda path: path.stem)
 def test_walls_end_in_an_exact_state_near_the_loops_own_load_factor(path):
     result, raw = solved(path, "nonassociative"), solved(path, "nonassociative", finish=False)
     left = result.certificate
@@ -153,9 +155,8 @@ def test_walls_end_in_an_exact_state_near_the_loops_own_load_factor(path):
     np.testing.assert_array_equal(result.history["load_factor"], raw.history["load_factor"])
 
 
-@pytest.mark.parametrize(
-    "path", [pytest.param(FACADE, marks=pytest.mark.slow), WALLS[5]], ids=["façade", "wall 6"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("path", [FACADE, WALLS[5]], ids=["façade", "wall 6"])
 def test_rough_sub_problems_take_fewer_iterations_to_an_exact_state(path):
     rough, accurate = (solved(path, "nonassociative", sub_problems=asked) for asked in ("rough", "accurate"))
     assert rough.status is mo.Status.CONVERGED

@@ -19,7 +19,14 @@ TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 EXACT = 1e-8
 
 
-@pytest.mark.parametrize(("number", "most"), [(1, 0.638983), (2, 0.557417), (5, 0.213866)])
+@pytest.mark.parametrize(
+    ("number", "most"),
+    [
+        (1, 0.638983),
+        pytest.param(2, 0.557417, marks=pytest.mark.slow),
+        pytest.param(5, 0.213866, marks=pytest.mark.slow),
+    ],
+)
 def test_refined_is_exact_stationary_not_above_the_loop_and_the_lowest_known(number, most):
     """Wall 5: of the loop's valley; lower with search (see the test of it)."""
     path = WALLS[number - 1]
@@ -45,6 +52,7 @@ def test_refined_from_a_result_handed_in_counts_only_its_own_solves():
             mo.solve(scene, "refined", start=start)
 
 
+@pytest.mark.slow
 def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher():
     """1e-4 relative of Ferris & Tin-Loi's value, in the case file; walls 2 to 6: Table 1."""
     scene = mo.load(WALLS[0])
@@ -131,6 +139,7 @@ def refined_from_more_friction(number, more):
     return mo.solve(wall, "refined", start=mo.solve(stiffer, "nonassociative"))
 
 
+@pytest.mark.slow
 def test_a_start_without_exact_statics_is_repaired(monkeypatch):
     """The loop's state on wall 2 with 20 % more friction has none on wall 2 itself."""
     repairs = []
@@ -147,6 +156,7 @@ def test_a_start_without_exact_statics_is_repaired(monkeypatch):
     assert result.load_factor < 0.557417
 
 
+@pytest.mark.slow
 def test_what_a_failed_series_keeps_is_called_what_it_is(monkeypatch):
     """IPOPT that gives up below ε = 1e-4: the series begins again with less, then ends."""
     solve = ipopt.CasadiIpopt.solve

@@ -76,6 +76,7 @@ def test_what_was_tried_in_vain_is_said_and_each_entry_is_tried_once():
     assert result.lp_solves >= len(result.history)
 
 
+@pytest.mark.slow
 def test_a_load_factor_without_an_exact_state_says_so(monkeypatch):
     """Where λ of accurate programs stands still without an exact state, by another solver too, the first is
     given, with what its certificate leaves."""
@@ -88,6 +89,7 @@ def test_a_load_factor_without_an_exact_state_says_so(monkeypatch):
     assert 1e-6 < result.certificate.complementarity < LIMITS[Kind.LOOP].complementarity * result.load_factor
 
 
+@pytest.mark.slow
 def test_what_a_bare_loop_leaves_is_in_its_certificate():
     """So large a tolerance stops where λ happens to stand still, with a third of a block's weight beyond
     friction: more than an answer of the default's kind may leave."""
@@ -110,6 +112,7 @@ def test_a_cycle_without_an_exact_state_says_what_of_it_is_certified():
     assert len(result.history) < 80
 
 
+@pytest.mark.slow
 def test_the_lowest_certified_load_factor_of_a_loop_without_end_is_said():
     """Wall 3 comes to its load factor, but a tolerance beyond the solver's is never met."""
     result = solved(WALL_3, "nonassociative", tol=1e-14, max_iterations=25, finish=False, remedies="none")

@@ -25,6 +25,7 @@ def visited(result):
     return list(result.history[["candidate", "origin", "load_factor"]].itertuples(index=False, name=None))
 
 
+@pytest.mark.slow
 def test_a_search_ends_where_it_was_to_come():
     """Wall 5's first state is at 0.20863, its second below 0.208: the search looks no further than the first
     that will do, however long it might."""
@@ -46,15 +47,15 @@ def test_wall_6_comes_near_the_lowest_known():
 
 
 def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
-    long, short = (mo.solve(WALL_5, "refined", search=seconds, seed=3) for seconds in (1.0, 0.5))
+    long, short = (mo.solve(small_wall(), "refined", search=seconds, seed=3) for seconds in (0.4, 0.2))
     common = min(len(long.history), len(short.history))
     assert visited(long)[:common] == visited(short)[:common]
     assert long.load_factor <= short.load_factor
 
 
-@pytest.mark.parametrize("seconds", [0.02, 0.2])
+@pytest.mark.parametrize("seconds", [0.02])
 def test_a_search_stopped_at_any_time_has_a_whole_answer(seconds):
-    result = mo.solve(WALLS[2], "refined", search=seconds)
+    result = mo.solve(small_wall(), "refined", search=seconds)
     assert result.status is mo.Status.CONVERGED
     assert result.kind in (Kind.EXACT, Kind.ONE_PASS)
     assert result.certificate.worst < (EXACT if result.kind is Kind.EXACT else 1e-6)
@@ -64,8 +65,8 @@ def test_a_search_stopped_at_any_time_has_a_whole_answer(seconds):
 
 @pytest.mark.parametrize(
     "joints",
-    [{"cohesion": 0.05}, {"dilatancy": 0.1}, {"friction": float("inf")}],
-    ids=lambda joints: next(iter(joints)),
+    [{"cohesion": 0.05}, pytest.param({"dilatancy": 0.1}, marks=pytest.mark.slow)],
+    ids=["cohesion", "dilatancy"],
 )
 def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
     """Two rounds of the search: what is tried leads to exact states, of each kind at least once."""

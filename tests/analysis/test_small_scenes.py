@@ -33,6 +33,7 @@ def test_one_state_is_said_to_be_the_only_one_met():
     assert met["least"] == met["most"] == pytest.approx(0.15, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_further_starts_answer_where_no_push_ends():
     result = solved(random_scene("tessellation", 200030))
     assert result.exact
@@ -52,9 +53,13 @@ def pushed_wall():
     return of_blocks("pushed wall", [*blocks, rectangle("base", -1, -1, 5, 0)], 1.1)(None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "known", "least"),
-    [(random_scene("wall", 1029), 6.51814, 4.37380), (pushed_wall(), 0.967926, 0.562153)],
+    [
+        (random_scene("wall", 1029), 6.51814, 4.37380),
+        (pushed_wall(), 0.967926, 0.562153),
+    ],
     ids=["random", "pushed"],
 )
 def test_the_default_takes_the_state_that_programs_prove_the_least(scene, known, least):
@@ -86,6 +91,7 @@ NOISY = [(random_scene("wall", seed), copy) for seed, copy in ((510003, 1), (510
 SLIDING = bonded([[0.5, 1, 0.5], [1, 1]] * 2, (4, 1), 0.8074515444156749)(None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "copy"), [*NOISY, (SLIDING, 9)])
 def test_corners_moved_by_rounding_leave_the_least_state(scene, copy):
     """Else walls end 44 to 255 % higher (rates of 1e-9 as motion, ties left to the solver), one never."""

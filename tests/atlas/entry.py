@@ -27,7 +27,6 @@ class Expectation:
     why: a reason that must be given, such as the remedy that was taken: its code, and of its values what the
         text of the value must contain.
     names: what the error must name, where the scene must be refused.
-    slow: takes more than a few seconds, or repeats what other runs of its entry say.
     """
 
     expected: Status | type[CaseError]
@@ -40,7 +39,6 @@ class Expectation:
     source: str = ""
     why: Reason | None = None
     names: str = ""
-    slow: bool = False
 
     @property
     def name(self) -> str:

@@ -94,7 +94,7 @@ def references(
     runs = [
         Expectation(Status.CONVERGED, "refined", **found),
         Expectation(Status.CONVERGED, "mpec", tolerance=MPEC, **found),
-        Expectation(Status.CONVERGED, "mpec", options={"start": "cold"}, tolerance=MPEC, slow=True, **found),
+        Expectation(Status.CONVERGED, "mpec", options={"start": "cold"}, tolerance=MPEC, **found),
     ]
     if proven is not None:
         runs.append(Expectation(Status.OPTIMAL if proven else Status.CONVERGED, "global", **found))
@@ -123,5 +123,5 @@ def every_method(expected: Status, why: Reason | None = None) -> tuple[Expectati
         Expectation(expected, "global", why=why),
         Expectation(expected, "mcp", why=why),
         Expectation(expected, "mpec", why=why),
-        Expectation(expected, "mpec", options={"start": "cold"}, why=why, slow=True),
+        Expectation(expected, "mpec", options={"start": "cold"}, why=why),
     )

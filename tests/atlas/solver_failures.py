@@ -263,7 +263,6 @@ ENTRIES: tuple[Entry, ...] = (
                 options={"start": "cold"},
                 load_factor=0.638982,
                 source="lowest exact state known",
-                slow=True,
             ),
             default(0.638982, "lowest exact state known"),
         ),

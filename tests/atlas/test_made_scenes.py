@@ -2,6 +2,7 @@
 
 import importlib.util
 
+import pytest
 from atlas.entries import ATLAS
 from atlas.large_scenes import LARGE
 from atlas.made_scenes import made_scenes, right_claims, write_atlas
@@ -20,6 +21,7 @@ def test_the_atlas_is_written_scene_by_scene_with_its_answers(tmp_path):
         assert right_claims(entry).items() <= scene.expected.items()
 
 
+@pytest.mark.slow
 def test_verdicts_on_random_scenes_and_large_ones(tmp_path):
     """The benchmark's command, on scenes of any kind but the atlas's; no answer is wrong."""
     spec = importlib.util.spec_from_file_location("verdicts", CASES.parent / "benchmarks" / "verdicts.py")

@@ -11,10 +11,10 @@ FACADE = CASES / "gilbert" / "facade_1x3.toml"
 TOO_LARGE = {"wall", "facade_2x6", "facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
 
 LARGE = [path for path in ALL_CASES if path.parent.name == "orduna_lourenco" or "facade" in path.stem]
-#: Walls on which the simplex takes a second or more.
-LONG = [path for path in ALL_CASES if path.stem in ("wall_3", "wall_6")]
-SMALL = [path for path in ALL_CASES if path not in (*LARGE, *LONG)]
-SLOW = [*LONG, *(path for path in LARGE if path.stem not in TOO_LARGE)]
+#: Folders whose cases are small and of every kind.
+FAST = ("closed_forms", "gilbert", "livesley", "meriam_kraige", "oppenheim")
+SMALL = [path for path in ALL_CASES if path.parent.name in FAST and path not in LARGE]
+SLOW = [path for path in ALL_CASES if path not in SMALL and path.stem not in TOO_LARGE]
 
 
 @pytest.mark.parametrize(

@@ -21,18 +21,18 @@ from space.mappings_in_space import mapped
 import masonry_opt as mo
 
 
-def quake(scene: mo.Scene, method: str = "mcp", **keys: object) -> float:
+def quake(scene: mo.Scene, method: str = "static", **keys: object) -> float:
     return mo.solve(scene.shaken(mo.Earthquake(**keys)), method, expected=False).required()
 
 
-@pytest.mark.parametrize("side", ["left", "right"])
-@pytest.mark.parametrize("vertical", [-0.5, 0.0, 0.4])
+@pytest.mark.parametrize(("side", "vertical"), [("left", -0.5), ("right", 0.4)])
 @pytest.mark.parametrize(("width", "height", "friction"), [(1.0, 3.0, 0.6), (4.0, 1.0, 0.6)])
-def test_a_block_on_a_plane(width, height, friction, vertical, side):
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_a_block_on_a_plane(method, width, height, friction, vertical, side):
     scene = block_on_floor(width, height, friction)
     turns = width / (height - vertical * width) if height > vertical * width else math.inf
     slides = friction / (1 - vertical * friction)
-    found = quake(scene, direction=side, vertical=vertical)
+    found = quake(scene, method, direction=side, vertical=vertical)
     assert found == pytest.approx(min(turns, slides), rel=1e-9)
 
 
@@ -41,7 +41,7 @@ def test_a_design_coefficient_makes_the_load_factor_one_on_it():
     assert quake(scene, direction="left", coefficient=0.15) == pytest.approx(1 / 3 / 0.15, rel=1e-9)
 
 
-@pytest.mark.parametrize("vertical", [-0.3, 0.0, 0.3])
+@pytest.mark.parametrize("vertical", [-0.3, 0.3])
 def test_a_mass_that_is_no_dead_load(vertical):
     width, height, mass, at = 1.0, 3.0, 0.7, 2.5
     load = mo.Load(block="A", mass=mass, at=(width / 2, at))
@@ -108,9 +108,9 @@ def over_direction(size, friction, vertical, degrees):
 def test_the_polar_chart_of_a_box(tmp_path):
     size, friction = (2.0, 1.0, 3.0), 0.55
     found = mo.directions(
-        box_on_floor(size, friction), "static", every=22.5, vertical=(0.0, -0.3), solver="clarabel"
+        box_on_floor(size, friction), "static", every=45, vertical=(0.0, -0.3), solver="clarabel"
     )
-    assert len(found.table) == 32
+    assert len(found.table) == 16
     for row in found.table.itertuples():
         expected = over_direction(size, friction, row.vertical, row.direction)
         assert row.load_factor == pytest.approx(expected, rel=1e-6), row
@@ -119,13 +119,13 @@ def test_the_polar_chart_of_a_box(tmp_path):
     drawn = np.array(axes.lines[0].get_data())
     assert axes.name == "polar"
     assert drawn[:, -1] == pytest.approx(drawn[:, 0])  # once round
-    assert drawn[1, :-1] == pytest.approx(found.table["load_factor"][:16].to_numpy())
+    assert drawn[1, :-1] == pytest.approx(found.table["load_factor"][:8].to_numpy())
     found.save(tmp_path / "polar.png")
 
 
-@pytest.mark.parametrize("degrees", [37.0, 200.0])
+@pytest.mark.parametrize("degrees", [37.0])
 def test_a_scene_turned_in_plan_with_its_earthquake_has_the_same_coefficient(degrees):
-    scene, turn = corner_wall(2, 2, 3), Rotation.from_euler("z", degrees, degrees=True).as_matrix()
+    scene, turn = corner_wall(1, 1, 2), Rotation.from_euler("z", degrees, degrees=True).as_matrix()
     turned = mapped(scene, turn)
     for push in (20.0, 110.0):
         before = quake(scene, "static", direction=push, vertical=-0.2)

@@ -35,9 +35,7 @@ def arch(stones: list[np.ndarray], friction: float) -> mo.Scene:
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=blocks)
 
 
-@pytest.mark.parametrize(
-    ("count", "friction"), [(13, 0.7), (40, 0.7), (20, 0.42)], ids=["few", "many", "slides"]
-)
+@pytest.mark.parametrize(("count", "friction"), [(13, 0.7), (20, 0.42)], ids=["hinges", "slides"])
 def test_thrust_of_a_semicircular_arch_on_spreading_supports(count, friction):
     stones = voussoirs(count, 0.15)
     least, greatest = thrusts(stones, 1.0, friction)
@@ -64,7 +62,13 @@ ARCHES = {
 }
 
 
-@pytest.mark.parametrize(("rise", "thickness", "count", "friction", "turns"), ARCHES.values(), ids=ARCHES)
+@pytest.mark.parametrize(
+    ("rise", "thickness", "count", "friction", "turns"),
+    [
+        pytest.param(*values, id=name, marks=() if "turning" in name else pytest.mark.slow)
+        for name, values in ARCHES.items()
+    ],
+)
 def test_thrust_of_arches_at_rest(rise, thickness, count, friction, turns):
     _thrust_is_found(rise, thickness, count, friction, turns)
 
@@ -163,14 +167,14 @@ def scene_of(rectangles: dict[str, tuple[float, float, float, float]], friction:
     ("settling", "direction"),
     [
         (("middle",), (0.0, -1.0)),
-        (("right",), (0.0, -1.0)),
+        pytest.param(("right",), (0.0, -1.0), marks=pytest.mark.slow),
         (("right",), (1.0, 0.0)),
-        (("middle", "right"), (0.0, -1.0)),
-        (("middle", "right"), (1.0, 0.0)),
+        pytest.param(("middle", "right"), (0.0, -1.0), marks=pytest.mark.slow),
+        pytest.param(("middle", "right"), (1.0, 0.0), marks=pytest.mark.slow),
     ],
     ids=["middle", "right", "right aside", "two", "two aside"],
 )
-@pytest.mark.parametrize("friction", [0.7, pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("friction", [0.7])
 def test_a_wall_on_a_settling_pier(friction, settling, direction):
     found = _agrees(wall(), list(SUPPORTS), settling, friction, direction)
     assert found.usable
@@ -186,7 +190,7 @@ def of_random_wall(seed: int) -> mo.Settlement:
     return _agrees(blocks, piers, settling, float(random.uniform(0.2, 0.8)), direction)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(1))
 def test_random_walls(seed):
     assert of_random_wall(seed).usable
 
@@ -195,7 +199,7 @@ def test_random_walls(seed):
 def test_many_random_walls():
     """The only Coulomb state of a push of one lies across rest, and is told (HiGHS, with a binary for each
     face, finds none from there to the associative end)."""
-    [without] = [found for seed in range(3, 60) if not (found := of_random_wall(seed)).usable]
+    [without] = [found for seed in range(49, 54) if not (found := of_random_wall(seed)).usable]
     # λ is a difference of the reaction from that at rest, which programs know to 1e-8.
     assert without.greatest.result.solution.below_zero == pytest.approx(-0.0030297627, abs=1e-8)
 

@@ -15,15 +15,8 @@ EXACT = 1e-6
 COULOMB = ["nonassociative", "compliant", "mcp"]
 CONES = ["static", "kinematic", *COULOMB]
 
-#: Size, friction, angle: slides along, across and askew; overturns about either edge; negative components.
-PUSHED = [
-    ((1.0, 2.0, 3.0), 0.2, 0.0),
-    ((1.0, 2.0, 3.0), 0.2, 52.0),
-    ((1.0, 2.0, 3.0), 0.6, 0.0),
-    ((1.0, 2.0, 3.0), 0.8, 75.0),
-    ((2.0, 1.0, 3.0), 0.6, -100.0),
-    ((1.0, 2.0, 1.0), 0.6, 200.0),
-]
+#: Size, friction, angle: slides askew, overturns about either edge; negative components.
+PUSHED = [((1.0, 2.0, 3.0), 0.2, 52.0), ((1.0, 2.0, 3.0), 0.8, 75.0), ((2.0, 1.0, 3.0), 0.6, -100.0)]
 
 
 def overturning(size: tuple[float, float, float], angle: float) -> float:
@@ -44,7 +37,7 @@ def test_a_box_slides_or_overturns(method, size, friction, angle):
     assert found.certificate.worst < 1e-6
 
 
-@pytest.mark.parametrize("size", [(1.0, 2.0, 3.0), (3.0, 1.0, 1.0)])
+@pytest.mark.parametrize("size", [(1.0, 2.0, 3.0)])
 @pytest.mark.parametrize("method", CONES)
 def test_a_box_that_is_turned_about_the_vertical(method, size):
     """Four corners at √(a² + b²)/2 from the middle, where they all slip along a circle: μ W √(a² + b²)/2,
@@ -77,7 +70,7 @@ def leaf(courses: int, friction: float, *, between: bool) -> mo.Scene:
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])
 
 
-@pytest.mark.parametrize(("courses", "friction"), [(3, 0.6), (1, 0.3)])
+@pytest.mark.parametrize(("courses", "friction"), [(3, 0.6), pytest.param(1, 0.3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("method", COULOMB)
 def test_a_leaf_without_bond_overturns_before_its_returns(method, courses, friction):
     """Nothing holds a leaf of thickness t and height H to what stands behind it: min(μ, t/H), as if it were
@@ -165,7 +158,7 @@ def test_a_cantilever_of_boxes_pushed_down_at_its_tip(method):
     assert found.load_factor == pytest.approx(expected, abs=EXACT)
 
 
-@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.6, 0.8), (0.0, -1.0)])
+@pytest.mark.parametrize("direction", [(0.6, 0.8)])
 @pytest.mark.parametrize("method", ["static", "mcp"])
 def test_a_stack_that_is_tilted(method, direction):
     """A push by λ times the weight moves the resultant of what is above a bed by λ z, z the height of its

@@ -24,11 +24,11 @@ LARGER = {"corner of 20": corner_wall(3, 2, 4), "façade": facade(4, 3, 3)}
 ALL = SCENES | LARGER
 
 
-def every(slow: bool = True) -> list[object]:
-    return [*SCENES, *(pytest.param(name, marks=pytest.mark.slow) for name in LARGER if slow)]
+FAST = ("box", "nothing slides")
+EVERY = [pytest.param(name, marks=() if name in FAST else pytest.mark.slow) for name in ALL]
 
 
-@pytest.mark.parametrize("name", every())
+@pytest.mark.parametrize("name", EVERY)
 def test_four_ways_by_polygons(name):
     report = mo.check(ALL[name])
     assert len(report.table) == 4
@@ -52,7 +52,7 @@ def with_polygons(problem: Problem, sides: int, *, outside: bool) -> Problem:
 
 
 @pytest.mark.parametrize("sides", [8, matrices.SIDES])
-@pytest.mark.parametrize("name", every())
+@pytest.mark.parametrize("name", EVERY)
 def test_cones_lie_between_polygons(name, sides):
     """Of P sides, inside and outside: λ too, and with friction cos(π/P) as large outside is inside."""
     problem = assemble(ALL[name]).problem

@@ -1,41 +1,29 @@
-"""Case files of the plane, extruded: the same associative load factors by cones, and states that lift."""
+"""Case files of the plane, extruded: the same associative load factors by cones, and the loop beside it."""
 
-import numpy as np
 import pytest
 from scenes import CASES, solved
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, certified
-from masonry_opt.problem.assembly import assemble
-from masonry_opt.result import Result
 
 #: Published associative load factors of Table 1, as printed.
-TABLE_1 = {
-    "wall_1": 0.64286,
-    "wall_2": 0.58000,
-    "wall_3": 0.40369,
-    "wall_4": 0.33195,
-    "wall_5": 0.23964,
-    "wall_6": 0.34782,
-}
+TABLE_1 = {"wall_1": 0.64286, "wall_2": 0.58000, "wall_6": 0.34782}
 
 #: Arches, wedges, slopes, stacks, two blocks.
 SMALL = [
     "beer_johnston/wedge_lowers",
-    "casapulla_lauro/arch",
     "closed_forms/dam_slides",
-    "closed_forms/keystone",
     "examples/segmental_arch_on_columns",
     "gilbert/two_blocks",
-    "gilbert/wedge_blocks",
-    "goodman_bray/slope",
-    "livesley/wedges",
-    "oppenheim/seven_voussoirs",
     "paterson_zwick/best_3",
-    "pippard_ashby/rib",
 ]
-SLOW = ["closed_forms/two_leaves", "gilbert/facade_1x3", "orduna_lourenco/wall", "paterson_zwick/diamond_4"]
+SLOW = [
+    "casapulla_lauro/arch",
+    "goodman_bray/slope",
+    "closed_forms/two_leaves",
+    "gilbert/facade_1x3",
+    "orduna_lourenco/wall",
+    "paterson_zwick/diamond_4",
+]
 
 #: Whatever the thickness, totals of weight, load and cohesion are the plane's.
 THICKNESS = 0.7
@@ -49,7 +37,7 @@ def path(name: str):
     return CASES / f"{name}.toml"
 
 
-@pytest.mark.parametrize("wall", [*list(TABLE_1)[:2], *slow(["wall_6"])])
+@pytest.mark.parametrize("wall", ["wall_1", *slow(["wall_2", "wall_6"])])
 def test_associative_column_of_table_1_by_cones(wall):
     found = mo.solve(mo.extrude(path(f"ferris_tinloi/{wall}"), THICKNESS), "static")
     assert found.load_factor == pytest.approx(TABLE_1[wall], abs=1e-5)
@@ -65,89 +53,9 @@ def test_associative_load_factor_is_that_of_the_plane(name):
     assert found.load_factor == pytest.approx(solved(path(name), "static").load_factor, rel=1e-7)
 
 
-def lifted(plane: Result, thickness: float) -> Answer:
-    """The plane's state in space: at the four corners of a joint of length L half of n/2 ± m/L, the forces at
-    its two edges, and of its shear a share as of what may slide there, c/4 + μ n; velocities in x and z,
-    rotation about y."""
-    assembly = assemble(mo.extrude(plane.assembly.scene, thickness))
-    problem, contacts, shapes = assembly.problem, assembly.joints, assembly.geometry
-    of_plane, flat = plane.assembly, plane.assembly.problem
-    assert plane.solution.answer is not None
-    first, second, s = flat.by_kind(plane.solution.answer.q) * flat.force_unit
-    index = {pair: k for k, pair in enumerate(_places(of_plane))}
-    q = np.zeros((3, problem.joints))
-    for point, joint in enumerate(contacts.joint):
-        k = index[_place(contacts.first[joint], contacts.second[joint], _middle(contacts, shapes, joint))]
-        normal = np.append(of_plane.joints.normal[k], 0)[[0, 2, 1]]
-        assert contacts.normal[joint] == pytest.approx(normal, abs=1e-9)
-        along = np.array([normal[2], 0.0, -normal[0]])  # a quarter turn clockwise
-        at = contacts.point[point] + shapes.origin - _middle(contacts, shapes, joint)
-        length, n = of_plane.joints.extent[k], first[k] + second[k]
-        ends = of_plane.joints.end[k] - of_plane.joints.start[k]
-        at_end = np.sign(at @ along) == np.sign(ends @ along[[0, 2]])
-        q[0, point] = ((second[k] if at_end else first[k]) if length else n / 2) / 2
-        points = 4 if length else 2
-        cohesion = of_plane.joints.cohesion[k] * length * of_plane.scene.thickness
-        friction = min(of_plane.joints.friction[k], 1e9)
-        whole = cohesion + friction * n
-        shear = s[k] * (cohesion / points + friction * q[0, point]) / (whole or 1.0) * along
-        tangent = contacts.tangent[joint]
-        q[1, point], q[2, point] = shear @ tangent, shear @ np.cross(contacts.normal[joint], tangent)
-    velocity = flat.by_block(plane.solution.answer.d) / [1, 1, flat.length_unit]
-    d = np.zeros((len(assembly.movable), 6))
-    d[:, 0], d[:, 2] = velocity[:, 0], velocity[:, 1]
-    d[:, 4] = -velocity[:, 2]  # from x to z is from z to x turned back: about -y
-    d[:, 3:] *= problem.length_unit
-    load_factor = plane.solution.answer.load_factor
-    return certified(problem.by_cone, load_factor, q.ravel() / problem.force_unit, d.ravel())
-
-
-def _middle(contacts, shapes, joint: int) -> np.ndarray:
-    return contacts.point[contacts.joint == joint].mean(axis=0) + shapes.origin
-
-
-def _places(assembly) -> list[object]:
-    joints = assembly.joints
-    middle = joints.middle + assembly.geometry.origin
-    return [
-        _place(first, second, np.array([at[0], 0, at[1]]))
-        for first, second, at in zip(joints.first, joints.second, middle, strict=True)
-    ]
-
-
-def _place(first: int, second: int, at: np.ndarray) -> object:
-    return int(first), int(second), round(float(at[0]), 5) + 0.0, round(float(at[2]), 5) + 0.0
-
-
 @pytest.mark.parametrize(
     "name",
-    [
-        "ferris_tinloi/wall_1",
-        "gilbert/two_blocks",
-        "gilbert/wedge_blocks",
-        "livesley/wedges",
-        "goodman_bray/slope",
-        "oppenheim/seven_voussoirs",
-        *slow(["ferris_tinloi/wall_2", "ferris_tinloi/wall_5", "casapulla_lauro/arch"]),
-    ],
-)
-def test_exact_states_of_the_plane_are_exact_in_space(name):
-    """So the least load factor in space is no higher."""
-    plane = solved(path(name))
-    state = lifted(plane, THICKNESS)
-    assert not state.failing(Kind.EXACT), state.residuals
-    assert not plane.solution.answer.failing(Kind.EXACT)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "closed_forms/dam_slides",
-        "gilbert/two_blocks",
-        "gilbert/wedge_blocks",
-        "livesley/wedges",
-        *slow(["ferris_tinloi/wall_2"]),
-    ],
+    ["closed_forms/dam_slides", "gilbert/two_blocks", *slow(["livesley/wedges", "ferris_tinloi/wall_2"])],
 )
 def test_the_loop_where_it_ends_is_near_that_of_the_plane(name):
     """Within .5 %; where its second program has no state it says so, and no load factor is given."""

@@ -55,7 +55,9 @@ def test_load_factors_are_unmoved(scene, name):
         assert second.certificate.worst < 1e-7
 
 
-@pytest.mark.parametrize("name", SAME)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name == "turned" else pytest.mark.slow) for name in SAME]
+)
 def test_the_default_is_certified_all_the_same(name):
     result = solved(SAME[name](SCENES["corner"]))
     assert not result.solution.answer.failing(Kind.EXACT)

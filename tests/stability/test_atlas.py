@@ -10,42 +10,17 @@ from scenes import CASES
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, reason
 
-#: Runs of many attempts each, beside others of their entry that stay: the loop's remedies in vain before a
-#: method that begins with it, walls of large friction by vertices, and what `test_remedies.py` holds too.
-SLOW = {
-    "cycling on wall 6": {
-        "nonassociative",
-        "nonassociative beta=1.0",
-        "nonassociative beta=1.0 alpha=0.0 alpha_min=0.0",
-        "nonassociative beta=1.0 alpha=0.0 alpha_min=0.0 preset=paper remedies=none",
-    },
-    "the end hangs on the vertex: wall 6": {
-        "nonassociative pyomo highs",
-        "nonassociative pyomo highs preset=paper remedies=none",
-    },
-    "sizes 1 : 10⁴, the small one pushed": {"refined", "mpec", "global", "nonassociative start=cohesive"},
-    "μ large: wall 3": {"nonassociative highs", "nonassociative highs-ipm", "nonassociative start=cohesive"},
-    "μ very large: wall 1": {"mcp", "nonassociative highs", "nonassociative highs-ipm"},
-    "c₀ = 0: uncontrolled penetration": {"nonassociative highs c0=0.0", "mpec"},
-    "a vertex locks joints: wall 3": {"nonassociative highs-ipm"},
-    "a vertex locks joints: wall 6": {"nonassociative highs"},
-    "a vertex from a cohesive start: wall 1": {"nonassociative highs start=cohesive"},
-}
+#: Methods whose first run of an entry is fast; all other runs, and all of Table 1's walls, are slow.
+FAST = ("static", "nonassociative", "mcp")
 
 
 def _runs():
     for entry in ATLAS:
+        left = set() if "wall" in entry.name else {*FAST}
         for run in entry.runs:
-            slow = run.slow or run.name in SLOW.get(entry.name, ())
-            marks = [pytest.mark.slow] if slow else []
+            marks = [] if run.method in left else [pytest.mark.slow]
+            left.discard(run.method)
             yield pytest.param(entry, run, id=f"{entry.name}: {run.name}", marks=marks)
-
-
-def test_slow_runs_are_runs():
-    """A name that is none would leave a slow run among the others."""
-    for entry, names in SLOW.items():
-        (runs,) = (known.runs for known in ATLAS if known.name == entry)
-        assert names <= {run.name for run in runs}
 
 
 @pytest.mark.parametrize(("entry", "run"), list(_runs()))

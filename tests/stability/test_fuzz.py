@@ -43,42 +43,6 @@ friction = inf
 [reference]
 associative = { value = 0.5, source = "by hand", tolerance = 1e-3 }
 """
-WALL = """
-tilt = "left"
-thickness = 0.5
-[joints]
-friction_angle = 35
-[[column]]
-name = "pier"
-at = [-3, 0]
-width = [1.5, 1]
-batter = "left"
-height = 2
-drums = 2
-unit_weight = 20
-[wall]
-block = [4, 1.75]
-weight = 1
-repeat = 2
-courses = ["H", [1, -0.25, 1], "H"]
-course = { H = [0.5, 1, 0.5] }
-base = true
-"""
-FACADE = """
-[joints]
-friction = 0.65
-[facade]
-openings = [1, 1]
-block = [2, 1]
-jamb = 1
-opening = [1, 1]
-sill = 2
-spandrel = 2
-doors = [1]
-weight = 1
-lintel_weight = 1
-live = [0.1, 0]
-"""
 LOADED = """
 thickness = 0.5
 [joints]
@@ -137,9 +101,15 @@ between = ["corner", "parts"]
 friction = 0.3
 strength = 5
 """
-#: Two published arches: point loads; skewbacks, and loads by name.
-ARCHES = [CASES / "pippard_ashby" / "rib.toml", CASES / "examples" / "segmental_arch_on_columns.toml"]
-SEEDS = [SMALL, WALL, FACADE, LOADED, STONES, *(path.read_text("utf-8") for path in ARCHES)]
+#: Published: a wall, a façade, and arches with point loads, with skewbacks, and loads by name.
+PUBLISHED = [
+    CASES / f"{name}.toml"
+    for name in (
+        *("ferris_tinloi/wall_1", "gilbert/facade_1x3", "pippard_ashby/rib"),
+        "examples/segmental_arch_on_columns",
+    )
+]
+SEEDS = [SMALL, LOADED, STONES, *(path.read_text("utf-8") for path in PUBLISHED)]
 
 #: What is put in place of a value or a key: other types, edges of numbers, words a terminal or a file
 #: system would take for its own.
@@ -269,15 +239,15 @@ def test_seeds_are_valid(tmp_path):
 
 
 def test_mutated_case_files_end_in_a_message(tmp_path):
-    told = list(outcomes(mutants(range(150)), tmp_path))
+    told = list(outcomes(mutants(range(60)), tmp_path))
     # The mutations bite, and not always in the same place.
-    assert 12 < told.count("loads") < 90
-    assert len({message.split(": ", 1)[-1][:40] for message in told}) > 40
+    assert 4 < told.count("loads") < 40
+    assert len({message.split(": ", 1)[-1][:40] for message in told}) > 20
 
 
 @pytest.mark.slow
 def test_many_mutated_case_files_end_in_a_message(tmp_path):
-    assert len(list(outcomes(mutants(range(1000, 1400)), tmp_path))) == 400
+    assert len(list(outcomes(mutants(range(1000, 1300)), tmp_path))) == 300
 
 
 #: Façades of thousands of blocks have the keys of the smallest, and take seconds a mutation.
@@ -296,4 +266,4 @@ def test_mutated_published_cases_end_in_a_message(path, tmp_path):
         mutate_tree(tree, random.Random(f"{path.name} {seed}"))
         return ".json", json.dumps(tree).encode()
 
-    assert len(list(outcomes(((seed, mutated(seed)) for seed in range(4)), tmp_path))) == 4
+    assert len(list(outcomes(((seed, mutated(seed)) for seed in range(3)), tmp_path))) == 3

@@ -175,19 +175,19 @@ def test_seeds_are_valid(tmp_path):
 
 
 def test_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
-    told = check(range(40), tmp_path)
-    assert 5 < told.count("") < 30
+    told = check(range(25), tmp_path)
+    assert 3 < told.count("") < 19
     assert len({message.split(": ", 1)[-1][:40] for message in told}) > 10
 
 
 @pytest.mark.slow
 def test_many_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
-    assert len(check(range(1000, 1200), tmp_path)) == 200
+    assert len(check(range(1000, 1150), tmp_path)) == 150
 
 
 def test_anything_in_place_of_keys_and_values_ends_in_a_message(tmp_path):
-    made = ((seed, mutant(random.Random(seed), SEEDS)) for seed in range(80))
-    assert len(list(outcomes(made, tmp_path))) == 80
+    made = ((seed, mutant(random.Random(seed), SEEDS)) for seed in range(40))
+    assert len(list(outcomes(made, tmp_path))) == 40
 
 
 #: Beside what files hold, what Python has.

@@ -63,6 +63,7 @@ def test_ctrl_c_in_other_commands(monkeypatch, capsys):
     assert ended == (130, "", "error: interrupted: files already written are whole\n")
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(monkeypatch, capsys):
     def interrupted(*arguments, progress, **options):
         def follow(step):
@@ -117,7 +118,11 @@ def test_ctrl_c_in_ipopt_ends_with_what_is_known():
 
 
 @pytest.mark.parametrize(
-    ("library", "words"), [("scipy", ""), ("cvxpy", ": no load factor was found; no file written")]
+    ("library", "words"),
+    [
+        ("scipy", ""),
+        pytest.param("cvxpy", ": no load factor was found; no file written", marks=pytest.mark.slow),
+    ],
 )
 def test_ctrl_c_while_the_libraries_load_is_a_message(library, words):
     """They take seconds, of which an interrupt may fall into any: those of the command, or of the solve."""

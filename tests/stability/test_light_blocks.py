@@ -57,13 +57,12 @@ ALWAYS = {"static, simplex", "kinematic, interior point", "kinematic, Pyomo"}
 SCENES = {"column": (column, 0.25, 0.25), "two blocks": (two_blocks, 0.25, 0.15)}
 
 
-@pytest.mark.parametrize("side", [3e3, pytest.param(1e5, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("run", RUNS)
-def test_the_load_factor_is_right_or_not_given(run, scene, side):
+def test_the_load_factor_is_right_or_not_given(run, scene):
     build, associative, coulomb = SCENES[scene]
     method, options = RUNS[run]
-    result = mo.solve(build(side), method, **options)
+    result = mo.solve(build(3e3), method, **options)
     if result.status.usable:
         right = coulomb if method == "nonassociative" else associative
         assert result.load_factor == pytest.approx(right, rel=2e-3)
@@ -92,16 +91,18 @@ def test_a_mechanism_that_the_live_load_does_not_drive_is_refused():
     assert still.failing(result.kind)["work"] == inf
 
 
+@pytest.mark.slow
 def test_a_pass_begins_however_light_what_carries_the_load():
-    """A slab of 1 by 2 beside eighty stones a million times as heavy overturns at λ = 1/2."""
-    stones = [rectangle(f"{x}-{y}", 2 * x, y, 2 * x + 1, y + 1, weight=1) for x in range(40) for y in (0, 1)]
+    """A slab of 1 by 2 beside twenty stones a million times as heavy overturns at λ = 1/2."""
+    stones = [rectangle(f"{x}-{y}", 2 * x, y, 2 * x + 1, y + 1, weight=1) for x in range(10) for y in (0, 1)]
     slab = rectangle("slab", 0, 2, 1, 4, weight=1e-6, live=(1e-6, 0))
-    floor = rectangle("floor", -1, -1, 80, 0)
+    floor = rectangle("floor", -1, -1, 20, 0)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*stones, slab, floor])
     result = mo.solve(scene)
     assert result.required() == pytest.approx(0.5, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_default_gives_a_state_that_holds() -> None:
     """Statics bound it; exact states may lie lower, where blocks that part slide along each other, which
     associative flow at such friction forbids. Pushes may stop there."""

@@ -4,11 +4,9 @@ Of associative flow they are theorems (λ is the optimum of one linear program):
 of the solver. The loop is a heuristic: its λ depends on which of many optimal states a solver returns.
 """
 
-import math
-from itertools import pairwise
-
 import numpy as np
 import pytest
+from atlas.odd_stones import odd_scene
 from mappings import SAME, mapped, same
 from scenes import WALLS, small_wall, solved
 
@@ -20,15 +18,22 @@ EXACT, RANDOM = 1e-7, 1e-6
 #: The loop's own tolerance is 1e-5 on λ, and rounding may choose another optimal state on the way.
 LOOP = 5e-4
 
-BASE = small_wall(6, 4)
+BASE, SMALL = small_wall(6, 4), small_wall(3, 2)
 
 
+#: Kinematics find what statics do, on every case and kind of joint: see the tests of duality.
 @pytest.mark.parametrize("name", SAME)
 @pytest.mark.parametrize(
-    ("method", "tolerance"), [("static", EXACT), ("kinematic", EXACT), ("nonassociative", LOOP)]
+    ("scene", "method", "tolerance"),
+    [
+        (BASE, "static", EXACT),
+        (odd_scene(1), "static", RANDOM),
+        pytest.param(BASE, "nonassociative", LOOP, marks=pytest.mark.slow),
+    ],
+    ids=["wall", "odd stones", "loop"],
 )
-def test_load_factor_of_a_wall_is_unmoved(method, tolerance, name):
-    same(solved(BASE, method), solved(SAME[name](BASE), method), tolerance)
+def test_load_factor_is_unmoved(scene, method, tolerance, name):
+    same(solved(scene, method), solved(SAME[name](scene), method), tolerance)
 
 
 #: Two pushes that differ by rounding.
@@ -43,7 +48,7 @@ ANOTHER_MECHANISM = [(WALLS[1], 2e-3), (WALLS[5], 1.25e-2)]
 @pytest.mark.parametrize("name", SAME)
 @pytest.mark.parametrize(
     "wall",
-    [BASE, *(pytest.param(WALLS[n], marks=pytest.mark.slow, id=f"wall_{n + 1}") for n in (1, 5))],
+    [SMALL, *(pytest.param(WALLS[n], marks=pytest.mark.slow, id=f"wall_{n + 1}") for n in (1, 5))],
     ids=lambda wall: "wall",
 )
 def test_the_default_is_unmoved(wall, name):
@@ -72,44 +77,33 @@ def test_results_come_in_the_units_of_the_case():
     np.testing.assert_allclose(newtons.joints["n"], 2.3e4 * metres.joints["n"], atol=1e-2)
 
 
-@pytest.mark.parametrize("factor", [1e-12, 3.0, 1e12])
+@pytest.mark.parametrize("factor", [1e-12, 1e12])
 @pytest.mark.parametrize(
     ("method", "tolerance"),
     [("static", EXACT), ("kinematic", EXACT), ("nonassociative", LOOP), ("mcp", SAME_WAY)],
 )
 def test_scaling_the_live_load_divides_the_load_factor(factor, method, tolerance):
-    wall = small_wall(4, 3)
+    wall = small_wall(3, 2)
     expected = solved(wall, method).load_factor / factor
-    result = mo.solve(mapped(wall, live=factor), method)
+    result = solved(mapped(wall, live=factor), method)
     assert result.load_factor == pytest.approx(expected, rel=tolerance, abs=0)
     if method == "mcp":
         assert result.reasons[0].code is Code.ONE_PASS
 
 
-def semicircle(voussoirs, friction):
-    """Semicircle of radii 4 and 5, live load downwards on the third voussoir from the right."""
-    angles = np.linspace(0, math.pi, voussoirs + 1)
-    ring = [
-        mo.Block(
-            name=f"v{k}",
-            vertices=[(r * math.cos(a), r * math.sin(a)) for r, a in ((4, a0), (5, a0), (5, a1), (4, a1))],
-            unit_weight=20,
-            live=(0, -1) if k == 2 else (0, 0),
-        )
-        for k, (a0, a1) in enumerate(pairwise(angles))
-    ]
-    feet = [
-        mo.Block(name=name, vertices=[(x, -1), (x + 1, -1), (x + 1, 0), (x, 0)], fixed=True)
-        for name, x in (("left", -5), ("right", 4))
-    ]
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*ring, *feet])
-
-
-@pytest.mark.parametrize("voussoirs", [9])
-@pytest.mark.parametrize("friction", [0.35, 0.42, 0.6])
-def test_arches_have_no_load_factor_above_the_associative_one(voussoirs, friction):
+@pytest.mark.parametrize("friction", [0.35, 0.6])
+def test_arches_have_no_load_factor_above_the_associative_one(friction):
     """Section 5.2: for many single ring arches the flow rule has no influence."""
-    associative = mo.solve(semicircle(voussoirs, friction), "static").load_factor
-    loop = mo.solve(semicircle(voussoirs, friction), "nonassociative").load_factor
+    ring = mo.Arch(
+        radius=4.5,
+        angles=(180, 0),
+        thickness=1,
+        voussoirs=9,
+        unit_weight=20,
+        point_loads=[mo.PointLoad(voussoir=7, force=(0, -1))],
+    )
+    scene = mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=ring.blocks())
+    associative = solved(scene, "static").load_factor
+    loop = solved(scene, "nonassociative").load_factor
     assert loop == pytest.approx(associative, rel=1e-3)
     assert loop <= associative * (1 + 1e-8)  # what solvers leave, asked for 1e-9

@@ -6,7 +6,6 @@ proven to have no load factor, and two were left undecided.
 
 import pytest
 from atlas.odd_stones import odd_scene
-from mappings import SAME, same
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
@@ -16,7 +15,7 @@ from masonry_opt.problem.assembly import assemble
 #: Programs solved to 1e-9, twice; sliver cells cost digits.
 RANDOM = 1e-6
 
-SEEDS = [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in (300, 303, 306))]
+SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 300, 303, 306))]
 
 
 def test_scenes_have_what_they_are_for():
@@ -50,9 +49,3 @@ def test_parabola_and_chords_hold_each_other(seed):
     assert whole.load_factor >= by_chords.load_factor * (1 - RANDOM)
     if scene.joints.strength is None:
         assert whole.load_factor == pytest.approx(by_chords.load_factor, rel=RANDOM)
-
-
-@pytest.mark.parametrize("name", SAME)
-def test_associative_load_factor_is_unmoved(name):
-    scene = odd_scene(1)
-    same(mo.solve(scene, "static"), mo.solve(SAME[name](scene), "static"), RANDOM)

@@ -26,9 +26,11 @@ NEARLY = 3e-2
 #: A scene on which the push ends in another valley than the loop: 7 % above it.
 ANOTHER_VALLEY = {("tessellation", 118)}
 
+#: The smallest, and others.
 SCENES = [
-    *((kind, 0) for kind in KINDS),
-    *(pytest.param(kind, seed, marks=pytest.mark.slow) for kind in KINDS for seed in (1, 101, 106, 112, 118)),
+    *(("stack", 15), ("arch", 17)),
+    *(pytest.param(*of, marks=pytest.mark.slow) for of in (("wall", 36), ("tessellation", 24))),
+    *(pytest.param(kind, seed, marks=pytest.mark.slow) for kind in KINDS for seed in (0, 1, 101, 112, 118)),
 ]
 
 #: What the loop may end as where there is an associative load factor: it is a heuristic.
@@ -79,7 +81,7 @@ def test_refined_is_exact_and_below_the_loop_and_the_loop_below_associative(kind
     associative = solved(scene, "static").load_factor
     if associative is None:
         return
-    loop, refined = solved(scene, "nonassociative"), mo.solve(scene, "refined")
+    loop, refined = solved(scene, "nonassociative"), solved(scene, "refined")
     if loop.load_factor is None:
         assert loop.status in LOOP_GIVES_UP
         assert loop.reasons
@@ -108,7 +110,7 @@ def test_refined_is_exact_and_below_the_loop_and_the_loop_below_associative(kind
 def test_the_default_is_exact_and_below_associative(kind, seed):
     """Exact and at or below the associative λ, on every scene that has an answer."""
     scene = random_scene(kind, seed)
-    associative, result = solved(scene, "static"), mo.solve(scene, "mcp")
+    associative, result = solved(scene, "static"), solved(scene)
     if associative.load_factor is None:
         # Without dilatancy a scene that locks may move.
         assert result.status is associative.status or associative.status is Status.LOCKED
@@ -125,7 +127,7 @@ def test_the_default_is_exact_and_below_associative(kind, seed):
         if result.solution.kind is Kind.EXACT:
             assert left.complementarity <= 1e-8
         for name in ("moved", "mirrored", "renumbered"):
-            other = mo.solve(SAME[name](scene), "mcp")
+            other = solved(SAME[name](scene))
             assert other.load_factor <= associative.load_factor + RANDOM, name
 
 
@@ -152,5 +154,5 @@ def test_loop_with_remedies_certifies_nearly_every_random_scene():
 def test_random_scenes_are_worth_solving(kind):
     """Most stand and have a load factor, few of them zero; a seed gives its scene."""
     assert random_scene(kind, 3) == random_scene(kind, 3)
-    factors = [mo.solve(random_scene(kind, seed), "static").load_factor for seed in range(20, 30)]
-    assert sum(factor is not None and factor > 1e-3 for factor in factors) >= 6
+    factors = [mo.solve(random_scene(kind, seed), "static").load_factor for seed in range(20, 24)]
+    assert sum(factor is not None and factor > 1e-3 for factor in factors) >= 2

@@ -155,6 +155,7 @@ def test_python_started_in_a_clone_finds_the_models_there_and_loads_what_it_uses
     assert not [name for name in by_command if name.startswith(("masonry_opt.studies", "altair"))]
 
 
+@pytest.mark.slow
 def test_many_scenes_are_solved_without_charts():
     """Which an extra brings."""
     in_a_process_of_its_own(

@@ -62,6 +62,7 @@ def test_closed_forms_are_the_published_ones():
     assert least_friction_to_stand() == pytest.approx(0.309215, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_many_voussoirs_come_to_the_closed_form():
     """With true centroids; fig9's script has weights on the centreline."""
     thickness, hinging, sliding = transitions(variant(voussoirs=242))
@@ -70,6 +71,7 @@ def test_many_voussoirs_come_to_the_closed_form():
     assert sliding == pytest.approx(least_friction_to_stand(), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_least_thickness_scales_with_the_radius_alone():
     """Neither the unit weight nor the end from which voussoirs are numbered changes it."""
     of = variant(radius=0.3, thickness=0.1, unit_weight=25.0, angles=(0.0, 180.0))

@@ -36,7 +36,7 @@ def test_a_solid_block_crushes_at_its_toe(method, how, strength):
     assert result.certificate.worst < 1e-8
 
 
-@pytest.mark.parametrize("strength", [2.0, 10.0])
+@pytest.mark.parametrize("strength", [2.0])
 @pytest.mark.parametrize(("method", "how"), BY_CHORDS)
 def test_chords_err_on_the_safe_side_and_by_no_more_than_they_say(method, how, strength):
     result = mo.solve(block(strength), method, **how)
@@ -115,7 +115,9 @@ def test_strength_lowers_the_load_factor_towards_none(name):
     assert factors[-1] == pytest.approx(solved(unlimited, "static").required(), rel=5e-4)
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name", ["arch", *(pytest.param(n, marks=pytest.mark.slow) for n in ("wall", "column"))]
+)
 def test_a_push_and_the_loop_end_in_exact_states(name):
     scene = SCENES[name]
     associative = solved(scene, "static", solver="highs").required()
@@ -125,8 +127,9 @@ def test_a_push_and_the_loop_end_in_exact_states(name):
         assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-8)
 
 
+@pytest.mark.slow
 def test_with_associative_flow_a_push_reproduces_the_chords_optimum():
-    wall = small_wall(friction=0.65, dilatancy=0.65, strength=8.0)
+    wall = small_wall(2, 2, friction=0.65, dilatancy=0.65, strength=8.0)
     chords = solved(wall, "static", solver="highs").required()
     assert solved(wall, "mcp", descent=False).required() == pytest.approx(chords, rel=1e-8)
 
@@ -140,27 +143,16 @@ def on_piers(strength: float, voussoir: int, dilatancy: float = 0.0) -> mo.Scene
     return scene.replace(blocks=pushed, joints=joints)
 
 
-#: The arch is symmetric: half of its voussoirs.
-ON_PIERS = [
-    (12e3, 5),
-    *(
-        pytest.param(strength, number, marks=pytest.mark.slow)
-        for strength, numbers in ((5e3, (2, 4, 6)), (16e3, (1, 3, 5)), (1e6, range(1, 7)))
-        for number in numbers
-    ),
-]
-
-
-@pytest.mark.parametrize(("strength", "voussoir"), ON_PIERS)
-def test_no_loop_is_needed_however_strong_the_stones(strength, voussoir):
-    """Slacks of crushing grow with the strength: they must not drown the load at the start. (At 1e6, far more
-    than stones have, the pass stalls on two, and another start answers.)"""
-    result = solved(on_piers(strength, voussoir))
+@pytest.mark.slow
+def test_no_loop_is_needed_however_strong_the_stones():
+    """Slacks of crushing grow with the strength: they must not drown the load at the start."""
+    result = solved(on_piers(12e3, 5))
     assert result.exact
     assert result.load_factor <= result.associative * (1 + 1e-7)
 
 
-@pytest.mark.parametrize("strength", [20e3, pytest.param(1e6, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("strength", [20e3, 1e6])
 def test_with_associative_flow_strong_stones_reproduce_the_chords_optimum(strength):
     scene = on_piers(strength, 6, dilatancy=mo.load(CASES / "examples/arch_on_piers.toml").joints.friction)
     result = solved(scene, descent=False)
@@ -168,6 +160,7 @@ def test_with_associative_flow_strong_stones_reproduce_the_chords_optimum(streng
     assert result.required() == pytest.approx(chords, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_values_are_held_against_those_of_their_own_law():
     """The parabola's λ is higher here, and none of the Coulomb answer's business."""
     scene = on_piers(2e3, 3)

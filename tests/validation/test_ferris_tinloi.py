@@ -1,12 +1,12 @@
 """Table 1 of Gilbert, Casapulla & Ahmed (2006): values and tolerances stand in the case files."""
 
 import pytest
-from scenes import WALLS, solved
+from scenes import TABLE_1, solved
 
 import masonry_opt as mo
 
 
-@pytest.mark.parametrize("path", WALLS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", TABLE_1)
 def test_loop_after_step_6(path):
     """λ to 3e-4 relative, on wall 5 to 2e-3: which optimal state a solver returns moves the last digits.
 

@@ -131,6 +131,7 @@ def test_less_friction_needs_more_than_the_textbooks_bolt():
     assert BOLT * (1 - associative.load_factor) == pytest.approx(236.568, abs=0.05)
 
 
+@pytest.mark.slow
 def test_at_the_limiting_friction_a_bolt_is_needed_that_the_associative_state_does_not_need():
     """Where contacts give the slope comes to the textbook's 0.5 kN. Exact states near by need more; the
     associative one, no bolt, 142 kN to spare, is one of joints that do not dilate, too."""
@@ -143,16 +144,9 @@ def test_at_the_limiting_friction_a_bolt_is_needed_that_the_associative_state_do
     assert values_of(result, Code.STATES_MET)["most"] == pytest.approx(result.associative, rel=1e-6)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("path", "options"), [(SLOPE, {}), (LIMITING, {"search": 120.0, "seed": 1})], ids=["0.65", "0.7855"]
-)
-def test_refinement_finds_the_largest_bolts_known(path, options):
-    """4,555 and 2,241 kN, where the textbook has 2,010 and 0.5: the least load factors are not its own."""
-    scene = mo.load(path)
-    known = scene.reference["refined"].value * (1 + 1e-4)
-    if options:
-        options = options | {"until": known}
-    refined = mo.solve(scene, "refined", **options)
+def test_refinement_finds_the_largest_bolt_known():
+    """4,555 kN, where the textbook has 2,010: the least load factor is not its own. (At the limiting friction
+    searches of minutes find 2,241 kN, where it has 0.5.)"""
+    refined = solved(SLOPE, "refined")
     assert refined.certificate.worst < 1e-8
-    assert refined.load_factor <= known
+    assert refined.load_factor <= mo.load(SLOPE).reference["refined"].value * (1 + 1e-4)

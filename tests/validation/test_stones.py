@@ -1,12 +1,10 @@
 """Stones with notches, in parts, and on corners, against moments taken by hand."""
 
-import numpy as np
 import pytest
 from scenes import solved
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Status
-from masonry_opt.scene.geometry import geometry
 
 FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
 METHODS = ("static", "kinematic", "nonassociative", "mcp")
@@ -88,90 +86,3 @@ def test_a_block_pushed_against_a_corner_is_held():
     prop = mo.Block(name="prop", vertices=[(1, 0.5), (2, 0.1), (2, 0.9)], fixed=True)
     held = solved(rough(block, prop, FLOOR), "static")
     assert held.status is Status.UNLIMITED
-
-
-#: Scenes of odd stones, each with corners that stand on edges.
-ODD = {
-    "lintel on a point": [
-        mo.Block(name="post", vertices=[(0, 0), (1, 0), (0.5, 2)], weight=1, live=(0.2, 0)),
-        mo.Block(name="pier", vertices=[(3, 0), (4, 0), (4, 2), (3, 2)], weight=2, live=(2, 0)),
-        mo.Block(name="lintel", vertices=[(-1, 2), (4, 2), (4, 2.5), (-1, 2.5)], weight=3, live=(3, 0)),
-    ],
-    "gable on a notch": [
-        mo.Block(
-            name="notched",
-            vertices=[(0, 0), (4, 0), (4, 2), (3, 2), (3, 1), (1, 1), (1, 2), (0, 2)],
-            weight=4,
-            live=(4, 0),
-        ),
-        mo.Block(
-            name="wedge", vertices=[(1.2, 1.5), (2, 1), (2.8, 1.5), (2.8, 2), (1.2, 2)], weight=1, live=(1, 0)
-        ),
-        mo.Block(name="left", vertices=[(1, 1), (1.2, 1), (1.2, 2), (1, 2)], weight=0.2, live=(0.2, 0)),
-        mo.Block(name="right", vertices=[(2.8, 1), (3, 1), (3, 2), (2.8, 2)], weight=0.2, live=(0.2, 0)),
-    ],
-    "ring on a corner": [
-        mo.Block(
-            name="ring",
-            vertices=[(-1, 1), (3, 1), (3, 4), (-1, 4)],
-            holes=[[(0, 2), (2, 2), (2, 3), (0, 3)]],
-            weight=5,
-            live=(5, 0),
-        ),
-        mo.Block(name="tip", vertices=[(-0.5, 0), (0.5, 0), (0, 1)], weight=0.5, live=(0.5, 0)),
-        mo.Block(name="foot", vertices=[(1, 0), (3, 0), (3, 1), (1, 1)], weight=2, live=(2, 0)),
-    ],
-    "portal with a leaning stone": [
-        mo.Block(
-            name="portal",
-            vertices=[(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)],
-            weight=8,
-            live=(-8, 0),
-        ),
-        mo.Block(
-            name="leaning", vertices=[(-2, 0), (-1.4, 0), (0, 2.2), (-0.4, 2.6)], weight=1, live=(-1, 0)
-        ),
-    ],
-}
-
-
-@pytest.mark.parametrize("name", ODD)
-def test_a_corner_acts_as_a_very_short_edge(name):
-    """The second program: each corner on an edge cut off by a billionth of the size, so that an ordinary edge
-    joint takes the joint's place."""
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*ODD[name], FLOOR])
-    shapes = geometry(scene)
-    sharp = solved(scene, "static")
-    at = sharp.joints.index[sharp.joints["length"] == 0]
-    assert len(at)
-    points = sharp.joints.loc[at, ["x", "y"]].to_numpy()
-    cut = 2e-6 * float(np.ptp(shapes.origin + shapes.centroid, axis=0).max())
-    blocks = [_blunted(block, points, sharp, at, cut) for block in scene.blocks]
-    blunt = solved(mo.Scene(joints=scene.joints, blocks=blocks, tolerance=cut / 100), "static")
-    assert (blunt.joints["length"] > 0).all()
-    assert sharp.required() == pytest.approx(blunt.required(), rel=1e-4)
-    certificate = solved(scene).certificate
-    assert certificate is not None
-    assert certificate.worst < 1e-7
-
-
-def _blunted(block, points, result, at, cut):
-    """The block with those of its corners that stand on edges cut off parallel to the edge."""
-    vertices = block.vertices
-    for point, number in zip(points, at, strict=True):
-        row = result.joints.loc[number]
-        if block.name not in (row["first"], row["second"]):
-            continue
-        near = [i for i, vertex in enumerate(vertices) if np.hypot(*(np.array(vertex) - point)) < 1e-9]
-        if not near:
-            continue
-        i, normal = near[0], result.assembly.joints.normal[number]
-        corner = np.array(vertices[i])
-        ends = []
-        for other in (vertices[i - 1], vertices[(i + 1) % len(vertices)]):
-            along = np.array(other) - corner
-            along /= abs(along @ normal)  # so that both new corners lie as far from the edge
-            ends.append(corner + cut * along)
-        shift = -cut * np.sign((np.array(vertices[i - 1]) - corner) @ normal) * normal
-        vertices = [*vertices[:i], *(tuple(end + shift) for end in ends), *vertices[i + 1 :]]
-    return block.model_copy(update={"vertices": [tuple(map(float, vertex)) for vertex in vertices]})

@@ -157,7 +157,13 @@ BLOCKS = {name: made.blocks() for name, made in GENERATED.items()}
 BLOCKS |= {name: of_parts(parts) for name, parts in PARTS.items()}
 
 
-@pytest.mark.parametrize("blocks", BLOCKS.values(), ids=BLOCKS)
+@pytest.mark.parametrize(
+    "blocks",
+    [
+        pytest.param(each, id=name, marks=pytest.mark.slow if name in ("dome", "groin") else ())
+        for name, each in BLOCKS.items()
+    ],
+)
 def test_what_is_written_is_read_back(blocks, tmp_path):
     """The same blocks by name, supports, joints and load factor."""
     scene = mo.Scene(joints={"friction": 0.6}, blocks=blocks)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import WALLS, block_on_floor, declared, small_wall, two_blocks
+from scenes import block_on_floor, declared, small_wall, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Status
@@ -24,38 +24,6 @@ def followed(problem, driver, **options):
     said = []
     parameters = LoopOptions(**options).parameters(problem.joints, CLARABEL)
     return run(problem, driver, Attempt(parameters, CLARABEL), said.append), said
-
-
-# What it changes ---------------------------------------------------------------------------------------
-
-
-def compiled_cvxpy(driver):
-    """Everything that Clarabel receives: cost, matrix, right-hand side."""
-    data, _, _ = driver.model.program.get_problem_data("CLARABEL", solver_opts={})
-    matrix = data["A"].tocoo()
-    entries = dict(zip(zip(matrix.row.tolist(), matrix.col.tolist(), strict=True), matrix.data, strict=True))
-    return entries, data["b"].copy(), data["c"].copy()
-
-
-def test_loop_changes_nothing_but_the_shear_limits_in_cvxpy():
-    problem = assemble(mo.load(WALLS[0])).problem
-    driver = declared(problem)
-    entries, rhs, cost = compiled_cvxpy(driver)
-    solution, _ = followed(problem, driver)
-    assert len(solution.history) > 3
-    entries_after, rhs_after, cost_after = compiled_cvxpy(driver)
-
-    # Rows 3b ... 3b + 2k are the shear rows; columns 1 ... 2c the normal forces.
-    b3, k, c = 3 * problem.blocks, len(problem.sliding), problem.joints
-    assert [variable.name() for variable in driver.model.program.variables()] == ["load_factor", "q"]
-    shear_rows, normal_columns = range(b3, b3 + 2 * k), range(1, 1 + 2 * c)
-    assert entries.keys() == entries_after.keys()
-    changed = {at for at in entries if entries[at] != entries_after[at]}
-    allowed = {at for at in entries if at[0] in shear_rows and at[1] in normal_columns}
-    assert len(allowed) == 2 * 2 * k
-    assert changed == allowed  # every slope was changed, and nothing else
-    assert set(np.flatnonzero(rhs != rhs_after)) == set(shear_rows)  # every cohesion, nothing else
-    np.testing.assert_array_equal(cost, cost_after)
 
 
 # Its steps ---------------------------------------------------------------------------------------------
@@ -112,27 +80,6 @@ def test_slopes_halve_from_alpha_to_alpha_min():
     alpha = np.array([step.alpha for step in said])
     np.testing.assert_allclose(alpha[1:7], [0.3, 0.15, 0.075, 0.0375, 0.05, 0.05])
     assert np.isnan(alpha[0])
-
-
-def test_sub_problems_have_the_states_that_are_recorded():
-    """Of each: forces in equilibrium, within the limits it was solved with; and those are step 4's."""
-    problem = assemble(two_blocks()).problem
-    solution, said = followed(problem, declared(problem), **PAPER)
-    assert [step.load_factor for step in said] == [entry.load_factor for entry in solution.history]
-    assert all(entry.solved is None for entry in solution.history)
-    for number, step in enumerate(said, start=1):
-        solved = step.solved
-        assert (step.iteration, solved.number) == (number, number)
-        q, limits = solved.state.q, solved.limits
-        balance = problem.B @ q + step.load_factor * problem.live + problem.dead
-        assert np.abs(balance).max() < 1e-8
-        limit = limits.cohesion + limits.slope * (problem.N @ q)
-        assert (np.abs(problem.shears(q)[0, problem.sliding]) <= limit + 1e-7).all()
-    before, last = said[-2].solved, said[-1].solved
-    about = 0.6 * before.state.q + 0.4 * said[-3].solved.state.q
-    update = LimitUpdate(problem, before, last.alpha, last.small_cohesion, problem.normal_forces(about))
-    np.testing.assert_allclose(last.limits.slope, update.limits().slope)
-    np.testing.assert_allclose(last.limits.cohesion, update.limits().cohesion, rtol=1e-12)
 
 
 def test_dilatancy_at_friction_is_the_flow_of_the_first_sub_problem():

@@ -12,7 +12,6 @@ import masonry_opt as mo
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import WEIGHT
 from masonry_opt.methods.exact.refiner import Refiner
-from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
 from masonry_opt.models.cvxpy_standing import CvxpyDriven
 from masonry_opt.problem.assembly import assemble
@@ -23,7 +22,7 @@ from masonry_opt.solvers.registry import find_solver
 #: Two solvers, each to 1e-9 of numbers near one.
 SAME = 1e-7
 
-SCENES = KINDS_OF_JOINTS | {f"wall {number}": mo.load(WALLS[number - 1]) for number in (1, 3, 5)}
+SCENES = KINDS_OF_JOINTS | {f"wall {number}": mo.load(WALLS[number - 1]) for number in (1,)}
 PROBLEMS = {name: assemble(scene).problem for name, scene in SCENES.items()}
 
 
@@ -103,10 +102,9 @@ def test_motion_for_slacks(problem):
     np.testing.assert_allclose(problem.B.T @ found[0], problem.D(problem.dilatancy) @ found[1], atol=SAME)
 
 
-@pytest.mark.parametrize("number", [1, 3, 5])
-def test_walls_of_less_friction_leave_energy(number):
+def test_a_wall_of_less_friction_leaves_energy():
     """Else the test above compares nothing with nothing."""
-    problem = PROBLEMS[f"wall {number}"]
+    problem = PROBLEMS["wall 1"]
     _, z = weaker_forces(problem)
     assert optimum(CvxpyMotion(problem, z, problem.dilatancy)) > 1e-3
 
@@ -135,40 +133,6 @@ def test_forces_for_rates(problem):
         if found is not None:
             assert found.load_factor == pytest.approx(least, abs=SAME)
         refiner._least_energy(p)
-
-
-def test_statics_at_yield(problem):
-    """λ nearest to a value, and least λ, with the faces of the associative mechanism at yield."""
-    state = declared(problem, solver="highs").solve().state
-    held = state.p > 1e-6 * state.p.max()
-    nothing = np.zeros(3 * problem.joints)
-    low, high = least_of_forces(problem, 1.0, nothing, held), -least_of_forces(problem, -1.0, nothing, held)
-    assert low <= high + SAME
-    for near in (low - 0.5, (low + high) / 2, high + 0.5):
-        distance = max(low - near, near - high, 0.0)
-        assert optimum(CvxpyAtYield(problem, held, near)) == pytest.approx(distance, abs=SAME)
-    exact = Refiner(problem, Effort()).least(held, state.d)
-    assert exact.load_factor == pytest.approx(low, abs=SAME)
-    assert np.abs(exact.slack[held]).max() < SAME
-    assert held[exact.holding].all()
-
-
-def test_mechanisms_without_banned_faces(problem):
-    """What is banned does not move; where nothing else can, there is no mechanism."""
-    refiner = Refiner(problem, Effort())
-    cost = np.ones(problem.faces)
-    _, first = refiner.mechanism(cost)
-    banned = np.zeros(problem.faces, dtype=bool)
-    banned[np.argmax(first)] = True
-    second = refiner.mechanism(cost, banned)
-    expected = least_of_motion(problem, np.where(banned, 1e6, 1.0), problem.dilatancy)
-    if second is None:
-        assert expected > 1e3
-    else:
-        assert second[1][banned].max() == 0.0
-        assert second[1].sum() == pytest.approx(expected, rel=SAME)
-        assert second[1].sum() >= first.sum() - SAME
-    assert refiner.mechanism(cost, np.ones(problem.faces, dtype=bool)) is None
 
 
 @pytest.mark.parametrize("turned", [1.0, -1.0])

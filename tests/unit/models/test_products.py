@@ -48,7 +48,13 @@ def point(model, lp):
     return x
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in ("wedges", "contraction") else pytest.mark.slow)
+        for name in SCENES
+    ],
+)
 def test_a_coulomb_state_meets_every_row(name):
     problem, state = exact_state(SCENES[name])
     lowest, highest = 0.9 * max(state.load_factor, 0.0), state.load_factor * 1.001

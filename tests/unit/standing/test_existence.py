@@ -115,7 +115,10 @@ def test_dilatancy_that_falls_with_stress_is_no_reason_to_claim_more():
     assert of(pressed_down().model_copy(update={"joints": joints})).existence is Existence.NO_MECHANISM
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("stack", 8), ("arch", 28), ("wall", 15)])
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [("stack", 8), *(pytest.param(*of, marks=pytest.mark.slow) for of in (("arch", 28), ("wall", 15)))],
+)
 def test_random_scenes_that_jam(kind, seed):
     result = mo.solve(random_scene(kind, seed))
     assert result.status is Status.JAMMED
@@ -123,7 +126,10 @@ def test_random_scenes_that_jam(kind, seed):
     assert 0 < result.infeasibility.cut_residual <= PROOF
 
 
-@pytest.mark.parametrize("kind", ["wall", "stack", "arch", "tessellation"])
+@pytest.mark.parametrize(
+    "kind",
+    ["stack", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("wall", "arch", "tessellation"))],
+)
 def test_no_proof_where_a_state_is_known(kind):
     """Random scenes with a certified load factor: the cuts must leave it room."""
     for seed in range(2):
@@ -133,6 +139,7 @@ def test_no_proof_where_a_state_is_known(kind):
             assert not combinatorial_cuts(problem, 200, Effort(), "test").exclude
 
 
+@pytest.mark.slow
 def test_a_search_that_is_cut_short_proves_nothing():
     problem = in_units_of_load(assemble(random_scene("arch", 28)).problem).problem
     assert combinatorial_cuts(problem, 1000, Effort(), "test").exclude

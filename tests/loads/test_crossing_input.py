@@ -1,0 +1,203 @@
+"""Groups of axles and roads: load cases beside them, what is refused, the command and the page."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from loads.overhang import OVERHANG, WEIGHT, axles, slab, support
+from scenes import run_command
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.scene.axles import SETS
+
+
+def test_a_group_that_is_the_same_from_behind_crosses_once():
+    assert axles(1.0, 2.0, 1.0, distances=[1.0, 1.0]).directions == ("right",)
+    assert axles(1.0, 2.0, 1.0, distances=[1.0, 1.5]).directions == ("right", "left")
+    assert axles(1.0, 2.0, distances=[1.0], travels="left").directions == ("left",)
+
+
+def test_other_live_loads_stay_and_plain_solving_says_that_axles_move():
+    own = OVERHANG.model_copy(
+        update={"blocks": [slab(live=(0.0, -6.0), live_at=(1.0, 0.5)), support(-0.5, 0.5)]}
+    )
+    alone = mo.solve(own, "static")
+    with_axles = mo.solve(own.model_copy(update={"axles": [axles(3.0)]}), "static")
+    assert with_axles.load_factor == alone.load_factor == pytest.approx(WEIGHT / 6)
+    (warning,) = with_axles.warnings
+    assert warning.code is Code.AXLES_LEFT_OUT
+    # Both at the end: λ (3 + 6) .5 = W .5.
+    assert mo.crossing(own, axles(3.0), method="static").load_factor == pytest.approx(WEIGHT / 9, rel=1e-6)
+    with pytest.raises(mo.CaseError, match="crossing"):
+        mo.solve(OVERHANG.model_copy(update={"axles": [axles(3.0)]}), "static")
+    shaken = {"axles": [axles(3.0)], "earthquake": mo.Earthquake(direction="left")}
+    (warning,) = mo.solve(OVERHANG.model_copy(update=shaken), "static").warnings
+    assert warning.code is Code.AXLES_LEFT_OUT
+
+
+def in_cases(**keys):
+    """The slab with a load of 6 down at its end, of group "crowd", and cases with axles and without."""
+    crowd = mo.Load(block="slab", live=(0.0, -6.0), at=(1.0, 0.5), group="crowd")
+    cases = [
+        mo.LoadCase(name="alone", dead={"weight": 0.9}, live={"axles": 1.5}),
+        mo.LoadCase(name="crowd too", live={"axles": 2.0, "crowd": 0.5}),
+        mo.LoadCase(name="crowd", live={"crowd": 1.0}),
+    ]
+    return OVERHANG.model_copy(update={"loads": [crowd], "load_cases": cases} | keys)
+
+
+def test_load_cases(tmp_path):
+    """About the edge of the support: λ 1.5 · 3 · .5 = .9 W .5, and λ (2 · 3 + .5 · 6) .5 = W .5 at an end."""
+    for name, expected in (("alone", 0.9 * WEIGHT / 4.5), ("crowd too", WEIGHT / 9)):
+        found = mo.crossing(in_cases(), axles(3.0), method="static", load_case=name)
+        assert found.load_factor == pytest.approx(expected, rel=1e-6)
+        assert found.as_dict()["load_case"] == found.worst.load_case == name
+        assert name in str(found)
+        # The worst is the answer of its own scene, by another method too.
+        own = found.least.passage.scene(found.position)
+        assert mo.solve(own, "kinematic").load_factor == pytest.approx(expected, rel=1e-6)
+        # So is that of its file, by the name of the case.
+        mo.save(own, tmp_path / f"{name}.toml")
+        again = mo.solve(tmp_path / f"{name}.toml", "static", load_case=name)
+        assert again.load_factor == pytest.approx(expected, rel=1e-6)
+    for name, word in (("crowd", "leaves axles out"), (None, "has load cases"), ("none", "no load case")):
+        with pytest.raises(mo.MasonryError, match=word):
+            mo.crossing(in_cases(), axles(3.0), method="static", load_case=name)
+    with pytest.raises(mo.CaseError, match="'axles', which move"):
+        mo.LoadCase(name="a", dead={"axles": 1.0}, live={"live": 1.0})
+    with pytest.raises(mo.CaseError, match="press down"):
+        mo.LoadCase(name="a", live={"axles": -1.0})
+
+
+def test_solving_leaves_out_cases_of_axles_alone():
+    of = in_cases(axles=[axles(3.0)])
+    found = mo.solve_cases(of, "static")
+    assert {name: one.load_factor for name, one in found.results.items()} == pytest.approx(
+        {"crowd too": WEIGHT / 3, "crowd": WEIGHT / 6}
+    )
+    assert found.left_out == ("alone",)
+    assert json.loads(found.to_json())["left_out"] == ["alone"]
+    assert "'alone'" in found.summary
+    codes = {name: [one.code for one in result.warnings] for name, result in found.results.items()}
+    assert codes == {"crowd too": [Code.AXLES_LEFT_OUT], "crowd": []}
+    # Whether or not the scene itself has them.
+    (warning,) = mo.solve(in_cases(), "static", load_case="crowd too").warnings
+    assert (warning.code, warning.values["names"]) == (Code.AXLES_LEFT_OUT, [])
+    alone = of.model_copy(update={"load_cases": of.load_cases[:1]})
+    for solves in (lambda: mo.solve_cases(alone), lambda: mo.solve(alone, load_case="alone")):
+        with pytest.raises(mo.CaseError, match="'alone': its axles move"):
+            solves()
+
+
+def test_without_a_load_factor():
+    firm = OVERHANG.model_copy(update={"blocks": [slab(), support(-1.0, 1.0)]})
+    found = mo.crossing(firm, axles(3.0), method="static")
+    assert found.load_factor is None
+    assert found.worst.solution.carries_any_load
+    falls = OVERHANG.model_copy(update={"blocks": [slab(), support(0.5, 1.0)]})
+    found = mo.crossing(falls, axles(3.0), method="static")
+    assert found.worst.status is mo.Status.UNSTABLE
+    assert found.table.empty
+    assert found.position is None
+    with pytest.raises(mo.OptionError):
+        found.plot()
+    assert json.loads(found.to_json())["positions"] == []
+
+
+def test_sets_are_whole():
+    for distances, loads, source in SETS.values():
+        assert len(distances) == len(loads) - 1
+        assert source
+    # Of EN 1991-2 twice 300 kN, of CS 454 twice 9.5 t.
+    assert sum(SETS["LM1 lane 1"].loads) == 600
+    assert mo.Axles(name="a", set="CS 454 double 1.3 m", factor=0.5).group.loads == pytest.approx(
+        (46.5975, 46.5975)
+    )
+
+
+@pytest.mark.parametrize(
+    ("keys", "word"),
+    [
+        ({"loads": [1, 0], "distances": [1]}, "greater than 0"),
+        ({"loads": [1, 1], "distances": [-1]}, "greater than 0"),
+        ({"loads": [1, 1]}, "1, has 0"),
+        ({}, "no axle"),
+        ({"set": "LM9"}, "LM1 lane 1"),
+        ({"set": "LM2", "loads": [1]}, "not both"),
+        ({"loads": [1], "road": [(1, 0), (0, 0)]}, "left to right"),
+        ({"loads": [1], "travels": "up"}, "travels"),
+    ],
+)
+def test_groups_that_are_none(keys, word):
+    with pytest.raises(mo.CaseError, match=word):
+        mo.Axles(name="a", **keys)
+
+
+@pytest.mark.parametrize(
+    ("group", "word"),
+    [
+        (axles(1.0, road=[(-5, 0.5), (5, 0.5)]), "runs through block 'slab'"),
+        (axles(1.0, road=[(3, 1), (5, 1)]), "no movable block lies under"),
+        (axles(1.0, road=None), "on which road"),
+        (None, "has no axles"),
+        ("b", "no axles 'b'"),
+    ],
+)
+def test_roads_that_are_none(group, word):
+    with pytest.raises(mo.MasonryError, match=word):
+        mo.crossing(OVERHANG, group, method="static")
+
+
+def test_scenes_that_no_axle_crosses():
+    with pytest.raises(mo.OptionError, match="solids"):
+        mo.crossing(mo.extrude(OVERHANG, 1.0), axles(1.0))
+    with pytest.raises(mo.CaseError, match="tilt"):
+        mo.crossing(OVERHANG.model_copy(update={"tilt": "right"}), axles(1.0))
+    with pytest.raises(mo.CaseError, match="take 'earthquake' away"):
+        mo.crossing(OVERHANG.model_copy(update={"earthquake": mo.Earthquake(direction="left")}), axles(1.0))
+    with pytest.raises(mo.CaseError, match="two groups of axles"):
+        mo.Scene(joints={"friction": 0.5}, blocks=list(OVERHANG.blocks), axles=[axles(1.0), axles(2.0)])
+    with pytest.raises(mo.CaseError, match="'axles' do not tilt"):
+        mo.Scene(joints={"friction": 0.5}, blocks=list(OVERHANG.blocks), tilt="right", axles=[axles(1.0)])
+    with pytest.raises(mo.OptionError, match="axles"):
+        mo.extrude(OVERHANG.model_copy(update={"axles": [axles(1.0)]}), 1.0)
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "slab.toml"
+    mo.save(OVERHANG.model_copy(update={"axles": [axles(3.0)]}), path)
+    return path
+
+
+def test_command(case, tmp_path, monkeypatch, capsys):
+    asked = ("--method", "static", "--plot", tmp_path / "a.png")
+    code, out, _ = run_command(monkeypatch, capsys, "crossing", case, *asked, "--json")
+    assert code == 0
+    told = json.loads(out)
+    assert told["load_factor"] == pytest.approx(4, rel=1e-6)
+    assert told["status"] == "optimal"
+    assert told["worst"]["load_factor"] == told["load_factor"]
+    assert len(told["positions"]) > 10
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    code, out, _ = run_command(monkeypatch, capsys, "crossing", case, *asked)
+    assert code == 0  # the picture of before is replaced
+    assert "4.000000" in out
+    code, out, _ = run_command(monkeypatch, capsys, "crossing", case, "--method", "static", "--table")
+    assert (code, out.count(" right ") > 10) == (0, True)
+    for wrong in (("--axles", "b"), ("--plot", tmp_path / "a.doc"), ("-o", "axles=1")):
+        assert run_command(monkeypatch, capsys, "crossing", case, *wrong)[0] == 2
+
+
+def test_page(case, tmp_path):
+    pytest.importorskip("jinja2")
+    found = mo.crossing(case, method="static")
+    found.save(tmp_path / "a.html")
+    found.save(tmp_path / "a.html")
+    text = (tmp_path / "a.html").read_text()
+    assert text.count("<tr>") == len(found.table) + 1
+    assert "data:image/svg+xml" in text
+    assert found.table["mechanism"].isna().any()  # over the support nothing moves, and the page says nothing
+    assert ">nan<" not in text
