@@ -94,13 +94,13 @@ class Bounds:
         return True if self.inside is not None else False if self.outside is None else None
 
 
-def bounds(assembly: Assembly, sides: int = SIDES) -> Bounds:
-    """Of the scene of an assembly; in space by polygons of so many sides."""
-    return Bounds(_largest(assembly, sides, inside=True), _largest(assembly, sides, inside=False))
+def bounds(assembly: Assembly) -> Bounds:
+    """Of the scene of an assembly."""
+    return Bounds(_largest(assembly, inside=True), _largest(assembly, inside=False))
 
 
-def _largest(assembly: Assembly, sides: int, inside: bool) -> float | None:
-    statics, rows, limits = _program(assembly, sides, inside)
+def _largest(assembly: Assembly, inside: bool) -> float | None:
+    statics, rows, limits = _program(assembly, inside)
     problem = assembly.problem
     unknowns = statics.shape[1]
     free = [(None, None)] * unknowns
@@ -126,10 +126,9 @@ def _largest(assembly: Assembly, sides: int, inside: bool) -> float | None:
     return float(-found.fun) / problem.live_norm
 
 
-def _program(assembly: Assembly, sides: int, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
+def _program(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
     """Equilibrium of all forces, shape (rows, forces); and yield, rows @ forces + limits ≥ 0."""
-    in_space = assembly.scene.dimension == 3
-    return _in_space(assembly, sides, inside) if in_space else _in_the_plane(assembly, inside)
+    return _in_space(assembly, inside) if assembly.scene.dimension == 3 else _in_the_plane(assembly, inside)
 
 
 def _acting(assembly: Assembly, joint: np.ndarray, at: np.ndarray, force: np.ndarray) -> sp.csc_array:
@@ -190,7 +189,7 @@ def _parabola(inside: bool) -> list[tuple[float, float]]:
     return [(1 - low - high, low * high) for low, high in zip(at[:-1].tolist(), at[1:].tolist(), strict=True)]
 
 
-def _in_space(assembly: Assembly, sides: int, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
+def _in_space(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
     joints, problem = assembly.joints, assembly.problem
     joint, count = joints.joint, len(joints.joint)
     normal, tangent = joints.normal[joint], joints.tangent[joint]
@@ -203,8 +202,8 @@ def _in_space(assembly: Assembly, sides: int, inside: bool) -> tuple[sp.csr_arra
     slides = np.flatnonzero(np.isfinite(joints.friction[joint]))
     share = (joints.extent / np.bincount(joint, minlength=len(joints.extent)))[joint] / problem.force_unit
     held, cohesion = joints.friction[joint][slides], (joints.cohesion[joint] * share)[slides]
-    factor = np.cos(np.pi / sides) if inside else 1.0
-    for angle in 2 * np.pi / sides * (np.arange(sides) + 0.5):
+    factor = np.cos(np.pi / SIDES) if inside else 1.0
+    for angle in 2 * np.pi / SIDES * (np.arange(SIDES) + 0.5):
         pressed = sp.diags_array(factor * held) @ one[slides]
         rows.append(sp.hstack([pressed, -np.cos(angle) * one[slides], -np.sin(angle) * one[slides]]))
         limits.append(factor * cohesion)
