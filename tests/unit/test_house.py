@@ -15,7 +15,7 @@ BUDGETS = {
     "scene": 8665,  # what help and a prompt show of records; nets of joint lines
     "problem": 2308,  # layouts of the plane and of space, and laws, as objects
     "solvers": 1087,  # what is kept of programs, which problem held
-    "methods": 4719,  # keyframes of a push; states beside one that stops; rougher corners first on large walls
+    "methods": 4719,  # keyframes of a push; states beside one that stops; rougher corners on large walls
     "standing": 714,
     "answer": 1912,
     "words": 1121,  # equal load factors said once; why none is lower
