@@ -13,14 +13,20 @@ from masonry_opt.scene.solids import Vector
 
 Kind = Literal["dead", "live"]
 
-_KINDS: dict[type, str] = {list: "<several>", tuple: "<several>", str: "<plane>"}
-
 #: Where an earthquake pushes: a side of the plane, an angle in plan in degrees, or a direction in space.
 Push = Annotated[
     Annotated[Literal["left", "right"], Tag("<plane>")]
     | Annotated[Number, Tag("<one>")]
     | Annotated[Vector, Tag("<several>")],
-    Discriminator(lambda value: _KINDS.get(type(value), "<one>")),
+    Discriminator(
+        lambda value: (
+            "<several>"
+            if isinstance(value, list | tuple)
+            else "<plane>"
+            if isinstance(value, str)
+            else "<one>"
+        )
+    ),
 ]
 
 

@@ -12,6 +12,7 @@ import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
+from numbers import Integral
 from pathlib import Path
 from typing import Any, Self
 
@@ -118,9 +119,9 @@ class Workers:
 
 def whole(name: str, value: Any, least: int) -> int:
     """A whole number that is given by a name. Raises OptionError if it is none, or less."""
-    if not isinstance(value, int) or isinstance(value, bool) or value < least:
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
-    return value
+    return int(value)
 
 
 def in_processes(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
@@ -197,9 +198,6 @@ class _Cluster:
         self._executor = self._client.get_executor(pure=False)
 
     def submit(self, task: Any) -> Future[TaskEnd]:
-        return self._executor.submit(_made, self._prepare, task)
-
-    def room(self) -> int:
         try:
             self._client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
@@ -207,6 +205,9 @@ class _Cluster:
                 f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
                 f"{self._address}'; runs already made are kept where 'out' is given"
             ) from None
+        return self._executor.submit(_made, self._prepare, task)
+
+    def room(self) -> int:
         return _AHEAD * max(1, sum(self._client.nthreads().values()))
 
     def close(self) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import shapely
 from pydantic import ConfigDict, Field
 
-from masonry_opt.errors import CaseError, OutputError
+from masonry_opt.errors import CaseError, OptionError, OutputError
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Positive, YesNo
 from masonry_opt.scene.drawings import dxf_curves, stones
@@ -111,10 +111,16 @@ def read_dxf(
         If the file cannot be read, an outline is no block, or the blocks make no scene; the message names the
         file, and the entity by its handle and layer.
     OptionError
-        If ezdxf, of the extra "drawings", is not installed, or the thickness is no positive number.
+        If ezdxf, of the extra "drawings", is not installed, the thickness is no positive number, or
+        ``window_layers`` are given without ``net``.
     """
     path = stones.drawing_path(path, ".dxf")
     drawing = DxfDrawing.of(locals())
+    if not drawing.net and drawing.window_layers != list(WINDOWS):
+        raise OptionError(
+            "'window_layers' (--window-layer) are those of a net: give 'net' (--net), or leave layers out by "
+            "'without_layers' (--without-layer)"
+        )
     document = dxf_curves.read_document(path)
     with stones.naming(f"{path}:"):
         scale = dxf_curves.metres(document) if to_metres else 1.0

@@ -26,7 +26,8 @@ def net_cells(
     Lines may cross and branch. Ends that stop short of another line by no more than the tolerance go on to
     it, and cells narrower than that are none. A cell is on the layer of the first joint drawn along it.
 
-    Raises ValueError, naming the curve, if a joint ends within a cell, which it does not divide.
+    Raises ValueError, naming the curve, if a joint ends within a cell, which it does not divide, or the line
+    of a window encloses none with others of windows.
     """
     points = [[*own.points, *own.points[: int(own.closed)]] for own in (*joints, *windows)]
     lines = np.array([shapely.LineString(own) for own in points], dtype=object)
@@ -38,6 +39,7 @@ def net_cells(
     found = shapely.simplify(shapely.normalize(cells), _STRAIGHT * grid)
     found = shapely.transform(found, partial(_as_drawn, shapely.get_coordinates(every), grid))
     openings = shapely.get_parts(shapely.polygonize(_noded(lines[len(joints) :], tolerance, grid)))
+    _refuse_open(windows, lines[len(joints) :], openings, tolerance)
     outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, *openings]))
     found = found[outside & (2 * shapely.area(found) > tolerance * shapely.length(found))]
     left, low, _, _ = shapely.bounds(found).T
@@ -59,6 +61,16 @@ def _refuse_loose(joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray,
                 f"{joints[owner].where} divides no stone round ({middle.x:g}, {middle.y:g}), along "
                 f"{piece.length:.3g}: let it end on another line, raise 'outline_tolerance', or leave its "
                 "layer out by 'without_layers'"
+            )
+
+
+def _refuse_open(windows: Sequence[Curve], lines: np.ndarray, openings: np.ndarray, tolerance: float) -> None:
+    closed = shapely.buffer(shapely.union_all(openings), tolerance)
+    for window, line in zip(windows, lines, strict=True):
+        if shapely.length(shapely.difference(line, closed)) > tolerance:
+            raise ValueError(
+                f"{window.where} encloses no opening with other lines of windows: draw openings whole, sill "
+                "and threshold too, or leave the layer out by 'without_layers'"
             )
 
 

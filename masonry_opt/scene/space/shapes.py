@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 
 from masonry_opt.scene.extents import Common, Extents, frame_of
 from masonry_opt.scene.geometry import raise_for
-from masonry_opt.scene.rows import combine, dots, lengths, sums
+from masonry_opt.scene.rows import chunks, combine, dots, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import OuterFaces, Planes, outer_faces, planes
 from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, surfaces
@@ -62,9 +62,12 @@ class ConvexParts:
         plane, point = (np.searchsorted(of, parts) for of in (self.of_plane, self.of_point))
         nearest, farthest = np.empty(len(one)), np.empty(len(one))
         for pair, (a, b) in enumerate(zip(one, other, strict=True)):
-            planes, points = slice(*plane[a : a + 2]), slice(*point[b : b + 2])
-            height = self.normal[planes] @ self.points[points].T - self.offset[planes, None]
-            nearest[pair], farthest[pair] = height.min(axis=1).max(), height.max(axis=1).max()
+            planes, points = slice(*plane[a : a + 2]), self.points[slice(*point[b : b + 2])]
+            low, high = np.full((2, planes.stop - planes.start), [[np.inf], [-np.inf]])
+            for some in chunks(np.full(len(points), len(low))):
+                height = self.normal[planes] @ points[some].T - self.offset[planes, None]
+                low, high = np.minimum(low, height.min(axis=1)), np.maximum(high, height.max(axis=1))
+            nearest[pair], farthest[pair] = low.max(), high.max()
         return nearest, farthest
 
 

@@ -116,16 +116,21 @@ def run_many(
 
     def missing() -> Iterator[Scene]:
         for index in _neighbours_together(points):
-            try:
-                scene = study.make(points[index])
-            except CaseError as error:
-                rows[index] = row(points[index], TaskEnd(REFUSED, str(error)))
-                continue
-            key = ""
-            if journal:
-                values = {name: float(value) for name, value in points[index].items()}
-                key = digest((values, _of_scene(scene) if study.scene is None else None))
-            if journal is None or (found := journal.find(key)) is None:
+            values = {name: float(value) for name, value in points[index].items()}
+            key, found = "", None
+            if journal and study.scene is not None:
+                key = digest((values, None))
+                found = journal.find(key)
+            if found is None:
+                try:
+                    scene = study.make(points[index])
+                except CaseError as error:
+                    rows[index] = row(points[index], TaskEnd(REFUSED, str(error)))
+                    continue
+                if journal and study.scene is None:
+                    key = digest((values, _of_scene(scene)))
+                    found = journal.find(key)
+            if found is None:
                 under_way.append((index, key))
                 yield scene
             else:

@@ -73,6 +73,20 @@ def test_openings_are_blocks_but_for_their_layer(sheet):
         read(path)
 
 
+def test_lines_of_windows_that_enclose_none_are_no_stone_in_silence(sheet):
+    """Jambs and a lintel, as doors are often drawn; and layers of windows where nothing is a net."""
+
+    def make(space):
+        facade(lambda line: line, "panes")(space)
+        space.add_lwpolyline([(1, 0), (1, 0.2), (1.2, 0.2), (1.2, 0)], dxfattribs={"layer": "Doors"})
+
+    path = sheet(make, floor=False)
+    with pytest.raises(mo.CaseError, match=r"LWPOLYLINE \w+ on layer 'Doors' encloses no opening"):
+        read(path, net=True)
+    with pytest.raises(mo.OptionError, match=r"'window_layers' \(--window-layer\) .*--net"):
+        read(path, window_layers=["Doors"])
+
+
 @pytest.mark.parametrize("off", [-0.004, 0.004])
 def test_lines_that_miss_each_other_by_a_little(sheet, off):
     """Too short or too long at both ends."""
