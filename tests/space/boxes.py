@@ -112,6 +112,11 @@ def pushed(
     return Pushed(B, dead[~fixed].ravel(), live[~fixed].ravel(), touching.area)
 
 
+def single_box(a: float, b: float, h: float) -> Boxes:
+    """A box a × b × h that stands in the middle of the ground."""
+    return _on_ground([((-a / 2, -b / 2, 0.0), (a / 2, b / 2, h))])
+
+
 def corner_wall(along_x: int, along_y: int, courses: int) -> Boxes:
     """An L of blocks 2 × 1 × 1 from the origin, legs as long as so many blocks along x and y.
 

@@ -1,6 +1,6 @@
 """Associative load factor of blocks in space: Coulomb's cones handed to Clarabel.
 
-Greatest λ so that B q + λ live + dead = 0 with, at each contact point, n ≥ 0 and |(s, t)| ≤ μ n.
+Greatest λ so that B q + λ live + dead = 0 with, at each contact point, n ≥ 0 and |(s, t)| ≤ c + μ n.
 """
 
 import clarabel
@@ -9,8 +9,8 @@ import scipy.sparse as sp
 from space.boxes import Pushed
 
 
-def by_cones(wall: Pushed, friction: float) -> float:
-    """Greatest load factor by second-order cones.
+def by_cones(wall: Pushed, friction: float, cohesion: float = 0.0) -> float:
+    """Greatest load factor by second-order cones; cohesion is a force per area.
 
     Raises ArithmeticError where Clarabel ends with anything but a solution.
     """
@@ -19,9 +19,11 @@ def by_cones(wall: Pushed, friction: float) -> float:
     statics = sp.hstack([wall.live[:, None], wall.B])
     normal = 1 + 3 * np.arange(points)
     pressing = sp.csc_array((-np.ones(points), (np.arange(points), normal)), shape=(points, unknowns))
-    # Clarabel: A x + slack = b, so a cone's slack is (μ n, s, t).
+    # Clarabel: A x + slack = b, so a cone's slack is (c + μ n, s, t).
     factor = np.tile([friction, 1.0, 1.0], points)
     cone = sp.hstack([sp.csc_array((3 * points, 1)), sp.diags_array(-factor)])
+    limit = np.zeros((points, 3))
+    limit[:, 0] = cohesion * wall.area
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-9
@@ -29,7 +31,7 @@ def by_cones(wall: Pushed, friction: float) -> float:
         sp.csc_matrix((unknowns, unknowns)),
         -np.eye(1, unknowns)[0],
         sp.csc_matrix(sp.vstack([statics, pressing, cone])),
-        np.concatenate([-wall.dead, np.zeros(4 * points)]),
+        np.concatenate([-wall.dead, np.zeros(points), limit.ravel()]),
         [
             clarabel.ZeroConeT(rows),
             clarabel.NonnegativeConeT(points),

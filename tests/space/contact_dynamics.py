@@ -3,7 +3,7 @@
 The blocks first come to rest under their weight; then the load grows, and they must come to rest under each.
 Displacements are small: contact points and directions stay. Every time step is an implicit one, solved by
 Newton's method: B q + load = viscosity, where at each point n = k max(0, −opening), and the shear is the last
-one less k/2 times the slip since, returned to the cone |(s, t)| ≤ μ n (Simo and Hughes, Computational
+one less k/2 times the slip since, returned to the cone |(s, t)| ≤ c + μ n (Simo and Hughes, Computational
 Inelasticity, 1998, ch. 2, with the normal force of the end of the step). As the geometry stays, forces at
 rest do not depend on k: it is 1 on the mean area of a point.
 """
@@ -35,10 +35,11 @@ class State:
 
 @dataclass(frozen=True)
 class Springs:
-    """What holds one wall: friction and stiffness of its contact points."""
+    """What holds one wall: friction and stiffness of its contact points, cohesion of each as a force."""
 
     wall: Pushed
     friction: float
+    cohesion: np.ndarray
     stiffness: np.ndarray
 
     def forces(self, moved: np.ndarray, last: State) -> tuple[np.ndarray, sp.csc_array]:
@@ -49,7 +50,7 @@ class Springs:
         pressing = motion[:, 0] < 0
         normal = np.where(pressing, -k * motion[:, 0], 0.0)
         trial = last.forces[:, 1:] - SHEAR_STIFFNESS * k[:, None] * since
-        size, most = np.hypot(*trial.T), self.friction * normal
+        size, most = np.hypot(*trial.T), self.friction * normal + self.cohesion
         slides = size > most
         share = np.where(slides, most / np.where(slides, size, 1.0), 1.0)
         along = trial / np.where(slides, size, 1.0)[:, None]
@@ -106,14 +107,20 @@ class Springs:
         raise ArithmeticError("no time step is short enough")
 
 
-def load_carried(wall: Pushed, friction: float, increment: float = 0.01, least: float = 5e-4) -> float:
+def of_wall(wall: Pushed, friction: float, cohesion: float = 0.0) -> Springs:
+    """Springs as stiff as their contact points have area; cohesion is a force per area."""
+    return Springs(wall, friction, cohesion * wall.area, wall.area / wall.area.mean())
+
+
+def load_carried(
+    wall: Pushed, friction: float, cohesion: float = 0.0, increment: float = 0.01, least: float = 5e-4
+) -> float:
     """Greatest load factor under which the blocks come to rest, to within the least increment.
 
-    Springs are as stiff as their contact points have area. The load grows by increments, halved after each
-    under which blocks fall. Raises ArithmeticError where they fall under their weight, or neither fall nor
-    come to rest.
+    The load grows by increments, halved after each under which they fall. Raises ArithmeticError where they
+    fall under their weight, or neither fall nor come to rest.
     """
-    springs = Springs(wall, friction, wall.area / wall.area.mean())
+    springs = of_wall(wall, friction, cohesion)
     state = springs.at_rest(wall.dead, springs.unloaded)
     if state is None:
         raise ArithmeticError("falls under its weight")

@@ -37,7 +37,7 @@ def scene(reference: Reference) -> mo.Scene:
     return getattr(scenes_in_space, reference.wall.__name__)(*reference.size, reference.friction)
 
 
-@pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 100))
+@pytest.mark.parametrize("reference", corners(lambda wall: True))
 def test_associative_load_factor_is_that_of_cones_declared_directly(reference):
     """For Clarabel, over contact points found by another program, whose units are not scaled: on walls of 100
     and 231 blocks it ends up to 6e-6 below, where statics and kinematics here agree to 3e-9."""
@@ -58,11 +58,14 @@ def test_associative_load_factor_by_polygons_is_that_of_another_program(referenc
     assert found.load_factor == pytest.approx(inside, abs=2e-6)
 
 
-@pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= MOST))
+@pytest.mark.parametrize("reference", corners(lambda wall: wall.carried is not None))
 def test_load_to_expect_is_that_of_contact_dynamics(reference):
-    """Within 1 %; a load increment there is .3 % of the least."""
+    """Within 1 %; a load increment there is .3 % of the least. Rigid blocks in LMGC90 begin to leave within
+    3.5 % of it."""
     found = solved(scene(reference), "compliant")
     assert found.expected == pytest.approx(reference.carried, rel=1e-2)
+    if reference.lmgc90 is not None:
+        assert found.expected == pytest.approx(reference.lmgc90, rel=3.5e-2)
     known = EXPECTED.get((reference.blocks, reference.friction))
     if reference.wall.__name__ == "corner_wall" and known:
         assert found.expected == pytest.approx(known, rel=2e-2)
