@@ -1,9 +1,12 @@
 """The report for the file: its numbers are the answers', and it prints whole."""
 
+import contextlib
 import math
 import re
 import shutil
+import signal
 import subprocess
+from base64 import b64decode
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -85,7 +88,11 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(tmp_path, n
     for words in ("What was not checked", "strength is infinite", "Foundations", "Values given", "Service"):
         assert words in page.text
     without = name in ("none", "falls")
-    assert ("lowest state found is no proof" in page.text) == (not without and name != "associative")
+    no_proof = not without and name not in ("associative", "settlement")
+    assert ("lowest state found is no proof" in page.text) == no_proof
+    assert ("method 'refined'" in page.text) == no_proof
+    assert ("begin to move at others" in page.text) == (name == "settlement")
+    assert ("for λ = 1" in page.text) == (name != "settlement")
     assert ("so no state is lower" in page.text) == (name == "associative")
     assert ("residuals below" in page.text) == (not without)
     assert page.sources
@@ -112,8 +119,11 @@ def test_numbers_are_those_of_the_result(tmp_path):
 
 
 def test_positions_and_the_passive_pressure_of_a_crossing(tmp_path):
+    """Every position, in tables that print whole with their heading on each page."""
     crossed = ANSWERS["crossing"]()
     page = reported(tmp_path, crossed)
+    for rule in ("size: A4", "overflow: visible; max-height: none", "thead { display: table-header-group; }"):
+        assert rule in page.text
     (fill,) = crossed.passages[0].passage.assembly.scene.fills
     passive = math.tan(math.radians(45 + fill.friction_angle / 2)) ** 2
     assert f"K_p = {passive:.4g}" in page.text
@@ -150,19 +160,70 @@ def test_the_command_solves_load_cases_and_crosses(monkeypatch, capsys, tmp_path
     code, out, _ = run_command(monkeypatch, capsys, "report", "bridge.toml", *asked)
     assert (code, out.splitlines()[-1]) == (0, "bridge_report.html")
     page = Read(tmp_path / "bridge_report.html")
-    for words in ("Load cases: λ = 6.00000", "Axles, load case 'traffic': least λ = 2.66667", "1.5"):
+    for words in ("Load cases: λ = 6.00000", "Axles 'wheel', load case 'traffic': least λ = 2.66667", "1.5"):
         assert words in page.text
     assert "only a crossing answers it" not in page.text
     assert "only a crossing answers it" in reported(tmp_path, mo.solve_cases("bridge.toml", "static")).text
     mo.save(pressed_down(), "none.toml")
-    assert run_command(monkeypatch, capsys, "report", "none.toml", "-o", "none.html")[0] == 1
+    assert run_command(monkeypatch, capsys, "report", "none.toml", "--out", "none.html")[0] == 1
     assert "unlimited" in Read(tmp_path / "none.html").text
+
+
+def test_answers_of_one_kind_stand_beside_each_other(tmp_path):
+    """By load case, number and support; what is said of some is not said of one that falls."""
+    calm, storm = {"name": "calm", "live": {"live": 1}}, {"name": "storm", "live": {"live": 2}}
+    falls = {"name": "falls", "live": {"live": 1}, "dead": {"push": 1}}
+    push = mo.Load(block="A", dead=(5, 0), group="push")
+    scene = block_on_floor().replace(load_cases=[calm, storm, falls], loads=[push])
+    results = {name: mo.solve(scene, "mcp", load_case=name) for name in ("calm", "storm", "falls")}
+    page = reported(tmp_path, [results["calm"], results["storm"]])
+    names = [f"Collapse, load case '{name}': method mcp" for name in ("calm", "storm")]
+    assert [row["answer"] for row in page.rows if "equilibrium" in row] == names
+    assert f"{'; '.join(names)}: exact" in page.text
+    assert "dead load alone: forces" in page.text
+    assert "live load, as drawn: load case 'calm'" in page.text
+    page = reported(tmp_path, [results["storm"], results["storm"], results["falls"]])
+    names = [f"Collapse, load case 'storm' ({number}): method mcp" for number in (1, 2)]
+    assert [row["answer"] for row in page.rows if "equilibrium" in row] == names
+    assert f"{'; '.join(names)}: exact" in page.text
+    assert f"dead load alone ({'; '.join(names)}): forces" in page.text
+    one = reported(tmp_path, settled()).column("equilibrium")
+    pushed_in = mo.settle(block_on_floor(), "floor", (1, -1))
+    page = reported(tmp_path, [settled(), pushed_in, mo.solve(block_on_floor())])
+    assert len({row["answer"] for row in page.rows if "equilibrium" in row}) == 2 * len(one) + 1
+
+
+def test_a_scale_bar_stands_in_the_plane_and_axes_in_space(tmp_path):
+    for name, bars in (("result", 1), ("space", 0)):
+        sources = reported(tmp_path, ANSWERS[name](), units="m, kN").sources
+        drawn = b64decode(sources[0].partition(",")[2]).decode()
+        assert len(re.findall(r"<!-- [\d.]+ m -->", drawn)) == bars
+        assert ("azimuth" in drawn) == (not bars)
+
+
+def test_an_interrupted_search_writes_no_page(monkeypatch, capsys, tmp_path):
+    """Ctrl-C, which a search catches: it has an answer, the lowest state by then."""
+    solve = mo.solve
+
+    def interrupted(*given, **options):
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        return solve(*given, "static")
+
+    monkeypatch.setattr(mo, "solve", interrupted)
+    mo.save(block_on_floor(), tmp_path / "block.toml")
+    page = tmp_path / "page.html"
+    code, _, error = run_command(monkeypatch, capsys, "report", tmp_path / "block.toml", "--out", page)
+    assert (code, page.exists()) == (130, False)
+    assert "interrupted: no page written" in error
 
 
 def test_what_cannot_be_reported_is_named(monkeypatch, capsys, tmp_path):
     result = mo.solve(block_on_floor(), "static")
     named = mo.solve(block_on_floor().replace(title="other"), "static")
-    for answer, said in (("wall", "found str"), ([], "found none"), ([result, named], "scene, other")):
+    rough = [result, mo.solve(block_on_floor(friction=0.7), "static")]
+    refused = (("wall", "found str"), ([], "found none"), ([result, named], "scene, other"))
+    for answer, said in (*refused, (rough, "scene, of different content")):
         with pytest.raises(OptionError, match=said):
             mo.report(answer, tmp_path / "report.html")
     for units in ("m", "m, ", 3):
@@ -170,11 +231,13 @@ def test_what_cannot_be_reported_is_named(monkeypatch, capsys, tmp_path):
             mo.report(result, tmp_path / "report.html", units=units)
     with pytest.raises(OptionError, match=r"ends in \.html"):
         mo.report(result, tmp_path / "report.pdf")
+    with pytest.raises(OptionError, match="the path of a file is text"):
+        mo.report(result, 3)
     (tmp_path / "report.html").write_text("mine")
     with pytest.raises(OptionError, match="is there already"):
         mo.report(result, tmp_path / "report.html")
     case = CASES / "gilbert" / "two_blocks.toml"
-    code, _, error = run_command(monkeypatch, capsys, "report", case, "-o", tmp_path / "report.pdf")
+    code, _, error = run_command(monkeypatch, capsys, "report", case, "--out", tmp_path / "report.pdf")
     assert code == 2
     assert "report.pdf: a report's name ends in .html" in error
 

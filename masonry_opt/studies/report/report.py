@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import date
 from functools import partial, singledispatch
 from pathlib import Path
@@ -29,7 +29,7 @@ from masonry_opt.result import Result
 from masonry_opt.scene.axles import Axles
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.journal import versions
-from masonry_opt.studies.load_cases.cases import Cases
+from masonry_opt.studies.load_cases.cases import Cases, Directions
 from masonry_opt.studies.report.tables import case_text, given, of_result, shown
 from masonry_opt.studies.settle.settle import Settlement
 from masonry_opt.studies.writing import render, table
@@ -41,11 +41,20 @@ from masonry_opt.words.summary import facts, known_least, told_factor
 #: What can be reported.
 Answer = Result | Crossing | Cases | Settlement | Capacity
 
-#: Blocks whose names are written into the drawing, at most; columns that tell of positions; what is below a
-#: drawing for its scale bar, over its width.
+#: Blocks whose names are written into the drawing, at most.
 _NAMED = 60
+
+#: Columns that tell of positions of axles.
 _POSITIONS = ["axles", "direction", "position", "load_factor", "mechanism", "status"]
+
+#: Height below a drawing for its scale bar, over its width.
 _BELOW = 0.08
+
+#: What is open of reactions.
+_REACTIONS = (
+    "Reactions of other states: none lies beyond those of associative flow, but on this side of them the "
+    "scene may begin to move at others than those in the table."
+)
 
 #: What common sets of axles are in.
 _OF_SETS = "m, kN"
@@ -64,6 +73,8 @@ class Part:
     axles: groups that crossed.
     left_open, left_out: what this answer alone leaves open; load cases that it does not answer.
     followed: whether a mechanism was, beyond its onset.
+    pushed: whether live loads play a part, so that results are load factors.
+    varied: keys of the scene that the answer's own scene has otherwise than that given.
     """
 
     heading: str
@@ -78,6 +89,8 @@ class Part:
     left_open: Sequence[str] = ()
     left_out: Sequence[str] = ()
     followed: bool = False
+    pushed: bool = True
+    varied: Collection[str] = ()
 
 
 def report(
@@ -85,14 +98,14 @@ def report(
 ) -> None:
     """Write answers as one page (.html) for the file, whole or not at all.
 
-    It has the answer, what was checked and what was not, the inputs, a drawing of the scene with a scale bar,
-    results by load case and position, mechanism and thrust, the case, versions and date. It needs no network,
-    and prints whole on A4; browsers write it as PDF.
+    It has the answer, what was checked and what was not, the inputs, a drawing of the scene with a scale bar
+    (in space axes), results by load case and position, mechanism and thrust, the case, versions and date. It
+    needs no network, and prints whole on A4; browsers write it as PDF.
 
     Parameters
     ----------
     answer: of ``solve``, ``crossing``, ``solve_cases``, ``directions``, ``settle`` or ``capacity``, or
-        several of these about one scene.
+        several of these about one scene, of equal content.
     path: of the page.
     units: of length and force, as in "m, kN", which case files do not say (default: not named).
     force: whether to replace a file that was not written here.
@@ -108,18 +121,40 @@ def report(
     """
     refuse_report(path, units, force)
     parts = [_part(one) for one in (answer if isinstance(answer, list | tuple) else [answer])]
-    called = dict.fromkeys(part.assembly.scene.called for part in parts)
-    if len(called) != 1:
-        raise OptionError(f"a report is of answers about one scene (found {', '.join(called) or 'none'})")
-    write_whole(path, _page(parts, _units(units)))
+    _refuse_others(parts)
+    write_whole(path, _page(_told_apart(parts), _units(units)))
 
 
 def refuse_report(path: str | Path, units: str | None = None, force: bool = False) -> None:
     """Raise OptionError if a report could not be written so: to be asked before long work."""
+    if not isinstance(path, str | Path):
+        raise OptionError(f"the path of a file is text or a pathlib.Path (found {path!r})")
     if not is_page(path):
         raise OptionError(f"{path}: a report's name ends in .html; browsers print it as PDF")
     _units(units)
     refuse_unwritable(Path(path), force)
+
+
+def _refuse_others(parts: Sequence[Part]) -> None:
+    """Raise OptionError unless the content of all scenes is that of one, beside what answers vary."""
+    varied = {key for part in parts for key in part.varied}
+    scenes = [part.assembly.scene for part in parts]
+    contents = [scene.model_dump(exclude=varied) for scene in scenes]
+    if not scenes or any(content != contents[0] for content in contents):
+        called = ", ".join(dict.fromkeys(scene.called for scene in scenes))
+        found = f"{called}, of different content" if scenes else "none"
+        raise OptionError(f"a report is of answers about one scene (found {found})")
+
+
+def _told_apart(parts: Sequence[Part]) -> list[Part]:
+    """Parts with numbers in headings that repeat."""
+    every = [part.heading for part in parts]
+    return [
+        replace(part, heading=f"{part.heading} ({every[: place + 1].count(part.heading)})")
+        if every.count(part.heading) > 1
+        else part
+        for place, part in enumerate(parts)
+    ]
 
 
 def _units(units: str | None) -> dict[str, str]:
@@ -143,39 +178,42 @@ def _part(answer: object) -> Part:
 @_part.register
 def _(answer: Result) -> Part:
     told = {f"method {answer.method}": answer}
-    return Part(heading="Collapse", says=told_factor(answer), assembly=answer.assembly, told=told)
+    heading = _of_case("Collapse", answer)
+    return Part(heading=heading, says=told_factor(answer), assembly=answer.assembly, told=told)
 
 
 @_part.register
 def _(answer: Crossing) -> Part:
     worst, least = answer.worst, answer.least
-    if least is None:
-        return _part(worst)
+    if least is None:  # the axles are loads of its scene
+        return replace(_part(worst), varied=("axles", "loads", "load_cases"))
     away = numeral(answer.resolution or 0.0, ".3g")
     open_ = f"Positions between those solved, at the worst {away} away: λ may be less there."
     first = f"travelling {answer.direction}, first axle at x = {numeral(least.position, '.6g')}"
     rows = shown(answer.table[_POSITIONS], position="first axle at")
+    axles = {one.passage.axles.name: one.passage.axles for one in answer.passages}
     return Part(
-        heading="Axles" if worst.load_case is None else f"Axles, load case '{worst.load_case}'",
+        heading=_of_case(f"Axles {', '.join(map(repr, axles))}", worst),
         says=f"least {told_factor(worst)}: '{answer.axles}' {first}",
         assembly=least.passage.assembly,
         told={f"worst position, method {worst.method}": worst},
         facts=answer.facts(),
         pictures={"λ by the position of the first axle, and the mechanism at the worst": answer.plot()},
         tables={f"Every position solved ({len(answer.table)})": rows},
-        axles=list({one.passage.axles.name: one.passage.axles for one in answer.passages}.values()),
+        axles=list(axles.values()),
+        varied=("axles",),
         left_open=[open_] if answer.bound is None else [],
     )
 
 
 @_part.register
 def _(answer: Cases) -> Part:
-    found, what = answer.to_draw, answer.what
+    found, what, shaken = answer.to_draw, answer.what, isinstance(answer, Directions)
     sure = [facts(result).get("how sure") or result.message for result in answer.results.values()]
     rows = answer.table.assign(sure=sure).drop(columns="exact")
     governs = f"'{answer.governing}' governs" if answer.governing else "none governs"
     return Part(
-        heading=f"{what.capitalize()}s",
+        heading=_of_case("Earthquakes", found) if shaken else "Load cases",
         says=f"{told_factor(found)}: {governs} of {counted(len(answer.results), what)}",
         assembly=found.assembly,
         told={answer.governing or next(iter(answer.results)): found},
@@ -183,6 +221,7 @@ def _(answer: Cases) -> Part:
         pictures={f"λ by {what}": answer.plot()},
         tables={f"Every {what} ({len(rows)})": shown(rows, load_case="load case", sure="how sure")},
         left_out=answer.left_out,
+        varied=("earthquake",) if shaken else (),
     )
 
 
@@ -192,7 +231,7 @@ def _(answer: Settlement) -> Part:
     said = [f"{end} reaction {known[end].partition(';')[0]}" for end in answer.ends]
     rows = shown(answer.table, kind="flow", moves="moves, fastest first")
     return Part(
-        heading="Settlement",
+        heading=f"Settlement, {known['settles']}",
         says="; ".join(said) or known["reaction"],
         assembly=answer.assembly,
         told={"how it falls": answer.fallen} if answer.fallen else {},
@@ -204,6 +243,8 @@ def _(answer: Settlement) -> Part:
         facts=known,
         pictures={f"What moves at the {end} reaction": answer.plot(end) for end in answer.ends},
         tables={"Reactions": rows} if answer.ends else {},
+        left_open=[_REACTIONS] if answer.ends else [],
+        pushed=False,
     )
 
 
@@ -211,7 +252,7 @@ def _(answer: Settlement) -> Part:
 def _(answer: Capacity) -> Part:
     pictures = {"λ over displacement": answer.plot(), "Blocks at its end, to scale": answer.plot(-1)}
     return Part(
-        heading="After the onset",
+        heading=_of_case("After the onset", answer.result),
         says=f"{told_factor(answer.result)} at the onset; {answer.message}",
         assembly=answer.result.assembly,
         told={f"onset, method {answer.result.method}": answer.result},
@@ -223,19 +264,32 @@ def _(answer: Capacity) -> Part:
     )
 
 
+def _of_case(heading: str, result: Result) -> str:
+    return heading if result.load_case is None else f"{heading}, load case '{result.load_case}'"
+
+
 def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
     assembly = parts[0].assembly
     scene, problem = assembly.scene, assembly.problem
     axles = [group for part in parts for group in part.axles] or scene.axles
     if not units["length"] and any(group.set for group in axles):
         units = _units(_OF_SETS)
-    results = {
-        f"{part.heading}: {name}" if len(parts) > 1 else name: of
-        for part in parts
-        for name, of in {**part.told, **part.others}.items()
-    }
+    results: dict[str, Result] = {}
+    factors: dict[str, Result] = {}
+    for part in parts:
+        of_part = {
+            f"{part.heading}: {name}" if len(parts) > 1 else name: of
+            for name, of in {**part.told, **part.others}.items()
+        }
+        results |= of_part
+        if part.pushed:
+            factors |= {name: of for name, of in of_part.items() if of.load_factor is not None}
+    pushed = any(part.pushed for part in parts)
+    kinds = ("dead", "live") if pushed else ("dead",)
+    acting = [f"load case '{scene.load_case.name}'"] if scene.load_case else []
+    acting += [f"earthquake {scene.shaken_by}"] if scene.shaken_by else []
     found = {name: of for name, of in results.items() if of.certificate is not None}
-    loads = {kind: _resultant(assembly, getattr(problem, kind)) for kind in ("dead", "live")}
+    loads = {kind: _resultant(assembly, getattr(problem, kind)) for kind in kinds}
     low, high = movable_box(assembly)
     return render(
         "report.html",
@@ -250,9 +304,12 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         angle=lambda tangent: math.degrees(math.atan(tangent)),
         residuals=table(["answer", *RESIDUALS], [[name, *_residuals(of)] for name, of in found.items()]),
         meaning=RESIDUALS,
-        least={name: known_least(of) for name, of in found.items()},
-        sure={name: facts(of)["how sure"] for name, of in found.items() if not known_least(of)},
+        stands=list(found) if len(found) < len(results) else [],
+        proven={name: known_least(of) for name, of in factors.items()},
+        unproven={name: facts(of)["how sure"] for name, of in factors.items() if not known_least(of)},
         results=results,
+        pushed=pushed,
+        acting=", ".join(acting),
         solved={of.load_case for of in results.values()},
         scene=scene,
         counts=counts(assembly),
@@ -302,8 +359,10 @@ def _pictures(result: Result) -> dict[str, Picture]:
 
 
 def _drawing(assembly: Assembly, length: str) -> Picture:
-    """The scene before it is solved, with a scale bar below."""
+    """The scene before it is solved, with a scale bar below; in space, with the axes that solids have."""
     made = scene_picture(assembly, names=len(assembly.scene.blocks) <= _NAMED)
+    if assembly.scene.dimension == 3:
+        return made
     axes = made.axes[0]
     wide = float(np.ptp(axes.get_xlim()))
     axes.set_ylim(bottom=axes.get_ylim()[0] - _BELOW * wide)
