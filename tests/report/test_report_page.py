@@ -1,6 +1,7 @@
 """The report for the file: its numbers are the answers', and it prints whole."""
 
 import contextlib
+import functools
 import math
 import re
 import shutil
@@ -205,6 +206,7 @@ def test_an_interrupted_search_writes_no_page(monkeypatch, capsys, tmp_path):
     """Ctrl-C, which a search catches: it has an answer, the lowest state by then."""
     solve = mo.solve
 
+    @functools.wraps(solve)
     def interrupted(*given, **options):
         with contextlib.suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
@@ -213,7 +215,12 @@ def test_an_interrupted_search_writes_no_page(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(mo, "solve", interrupted)
     mo.save(block_on_floor(), tmp_path / "block.toml")
     page = tmp_path / "page.html"
-    code, _, error = run_command(monkeypatch, capsys, "report", tmp_path / "block.toml", "--out", page)
+    # A parent in the background ignores it.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        code, _, error = run_command(monkeypatch, capsys, "report", tmp_path / "block.toml", "--out", page)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert (code, page.exists()) == (130, False)
     assert "interrupted: no page written" in error
 

@@ -26,7 +26,7 @@ BUDGETS = {
     "cli": 1144,  # commands of functions' signatures; reports
     "rest": 1048,  # plain data of files, which answer held
     "models": 1309,  # the energy of chords, said whole
-    "tests": 30358,  # every claim once, each held by a few scenes
+    "tests": 30365,  # every claim once, each held by a few scenes
 }
 
 
