@@ -225,10 +225,10 @@ class Elastic:
             return Pushed(Ended.NOT_SETTLED)
         of_this = _LARGE[self.problem.layout.dimension]
         large, very_large = (self.problem.joints > most for most in of_this)
+        enough = min(until, self._end_from) if very_large else until
         for rounding in _ROUGHEST if very_large else _ROUGHER if rougher or large else _ROUNDINGS:
             curve = self.curve.rounded_by(rounding)
             found = self._followed(curve, self._at_rest(curve), follow, until)
-            enough = min(until, self._end_from) if very_large else until
             came = bool(found.steps) and found.steps[-1].displacement >= enough
             if found.ended is not Ended.STOPPED or came or len(found.steps) == _POINTS:
                 break

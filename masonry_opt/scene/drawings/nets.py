@@ -38,9 +38,10 @@ def net_cells(
     _refuse_loose(joints, every, np.concatenate(loose), tolerance)
     found = shapely.simplify(shapely.normalize(cells), _STRAIGHT * grid)
     found = shapely.transform(found, partial(_as_drawn, shapely.get_coordinates(every), grid))
-    openings = shapely.get_parts(shapely.polygonize(_noded(lines[len(joints) :], tolerance, grid)))
-    _refuse_open(windows, lines[len(joints) :], openings, tolerance)
-    outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, *openings]))
+    of_windows = lines[len(joints) :]
+    openings = shapely.union_all(shapely.get_parts(shapely.polygonize(_noded(of_windows, tolerance, grid))))
+    _refuse_open(windows, of_windows, openings, tolerance)
+    outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, openings]))
     found = found[outside & (2 * shapely.area(found) > tolerance * shapely.length(found))]
     left, low, _, _ = shapely.bounds(found).T
     found = shapely.orient_polygons(found[np.lexsort((left, np.round(low / tolerance)))])
@@ -64,8 +65,10 @@ def _refuse_loose(joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray,
             )
 
 
-def _refuse_open(windows: Sequence[Curve], lines: np.ndarray, openings: np.ndarray, tolerance: float) -> None:
-    closed = shapely.buffer(shapely.union_all(openings), tolerance)
+def _refuse_open(
+    windows: Sequence[Curve], lines: np.ndarray, openings: shapely.Geometry, tolerance: float
+) -> None:
+    closed = shapely.buffer(openings, tolerance)
     for window, line in zip(windows, lines, strict=True):
         if shapely.length(shapely.difference(line, closed)) > tolerance:
             raise ValueError(

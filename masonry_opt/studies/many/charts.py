@@ -61,7 +61,7 @@ _SYMBOLS = {
 _FAR, _FEW = 10.0, 0.25
 
 #: The axis of load factors.
-LABEL = "load factor λ"
+_LABEL = "load factor λ"
 
 #: Colours of strips, and of cells without a load factor.
 _PALE, _GREY = "#EBEBEB", "#CCCCCC"
@@ -137,7 +137,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     )
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
     # Without a format Vega writes as many digits as its own ticks would need: .32 and .28 as 0.3.
-    upwards = axis(LABEL, low, high, values=shown, format=".6~g")
+    upwards = axis(_LABEL, low, high, values=shown, format=".6~g")
     y = alt.Y("height:Q", **upwards)
     colours, shapes = (alt.Scale(domain=[*looks], range=[*of]) for of in zip(*looks.values(), strict=True))
     layers = [
@@ -174,7 +174,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     layers.append(_written(written, x, y, dy=-10))
     file = "load_factor" if len(names) <= 2 else f"load_factor_{[*names].index(name) + 1}"
     notes = [note for note, of in ((_RING, marks[marks["least"]]), (_DASHED, beside.data)) if len(of)]
-    return NamedChart(file, f"{LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
+    return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 
 
 def _written(cells: pd.DataFrame, x: Any, y: Any, **place: Any) -> Any:
@@ -196,7 +196,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
         cells[f"{side}0"], cells[f"{side}1"] = edges[place], edges[place + 1]
         axes[side] = axis(_label(name), edges[0], edges[-1], grid=False)
     x, y = alt.X("x:Q", **axes["x"]), alt.Y("y:Q", **axes["y"])
-    legend = alt.Legend(title=LABEL, orient="bottom", direction="horizontal", gradientLength=200)
+    legend = alt.Legend(title=_LABEL, orient="bottom", direction="horizontal", gradientLength=200)
     scale = alt.Scale(scheme="viridis", domain=(least, greatest))
     cells["colour"] = np.where(cells["λ"].isna(), _GREY, "white")
     told = [alt.Tooltip("x:Q", title=across), alt.Tooltip("y:Q", title=up), "λ:N", "status:N"]
@@ -216,7 +216,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     notes = [_RING] if len(low) else []
     notes += ["white: above the scale, λ as written"] if off.any() else []
     notes += ["grey: no load factor"] if cells["λ"].isna().any() else []
-    return NamedChart("heat_map", f"{LABEL} over two numbers", chart, "; ".join(notes))
+    return NamedChart("heat_map", f"{_LABEL} over two numbers", chart, "; ".join(notes))
 
 
 def _edges(middles: np.ndarray) -> np.ndarray:
@@ -297,7 +297,7 @@ def distribution(title: str, loads: Sequence[np.ndarray], marks: pd.DataFrame, s
     left = marks["value"] <= (least + greatest) / 2
     marks["beside"] = marks["upper"].where(left, marks["lower"])
     margin = 0.05 * (greatest - least)
-    x = axis(LABEL, least - margin, greatest + margin)
+    x = axis(_LABEL, least - margin, greatest + margin)
     y = axis("runs", 0, (1.09 + 0.09 * len(marks)) * top, values=ticks(0, top, whole=True), format="d")
     colour = _looks(marks, alt.Color)
     told = ["of:N", "text:N", "lower:Q", "upper:Q"]
@@ -325,7 +325,7 @@ def fragility(title: str, curve: pd.DataFrame, sure: str) -> NamedChart:
     """Probability of collapse against load, with its interval."""
     share, curve = axis("probability of collapse", 0, 1.02), _by_load(curve)
     along = alt.Chart(curve).encode(
-        x=alt.X("load:Q", **axis(LABEL, *curve["load"].agg(["min", "max"]))),
+        x=alt.X("load:Q", **axis(_LABEL, *curve["load"].agg(["min", "max"]))),
         tooltip=["of:N", *(alt.Tooltip(f"{name}:Q", format=".4f") for name in curve if name != "of")],
     )
     looks = _looks(curve, alt.Color, alt.StrokeDash, symbolType="stroke", symbolSize=600, symbolOpacity=1)

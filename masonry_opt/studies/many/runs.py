@@ -118,6 +118,7 @@ def run_many(
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             key, found = "", None
+            # Of one scene values tell runs apart: none is made for a run that is known.
             if journal and study.scene is not None:
                 key = digest((values, None))
                 found = journal.find(key)

@@ -284,6 +284,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         results |= of_part
         if part.pushed:
             factors |= {name: of for name, of in of_part.items() if of.load_factor is not None}
+    proven = {name: known_least(of) for name, of in factors.items()}
     pushed = any(part.pushed for part in parts)
     kinds = ("dead", "live") if pushed else ("dead",)
     acting = [f"load case '{scene.load_case.name}'"] if scene.load_case else []
@@ -305,8 +306,8 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         residuals=table(["answer", *RESIDUALS], [[name, *_residuals(of)] for name, of in found.items()]),
         meaning=RESIDUALS,
         stands=list(found) if len(found) < len(results) else [],
-        proven={name: known_least(of) for name, of in factors.items()},
-        unproven={name: facts(of)["how sure"] for name, of in factors.items() if not known_least(of)},
+        proven=proven,
+        unproven={name: facts(of)["how sure"] for name, of in factors.items() if not proven[name]},
         results=results,
         pushed=pushed,
         acting=", ".join(acting),
@@ -327,12 +328,9 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
 
 def _residuals(result: Result) -> list[str]:
     """Residuals of a certified answer, with what they may be at most."""
-    limits, found = LIMITS[result.kind].as_dict(), result.certificate
-    return (
-        [f"{numeral(value, '.1e')} ≤ {limits[of]:g}" for of, value in found.as_dict().items()]
-        if found
-        else []
-    )
+    limits = LIMITS[result.kind].as_dict()
+    found = result.certificate.as_dict() if result.certificate else {}
+    return [f"{numeral(value, '.1e')} ≤ {limits[of]:g}" for of, value in found.items()]
 
 
 def _resultant(assembly: Assembly, load: np.ndarray) -> list[str]:
