@@ -126,17 +126,15 @@ class Session:
         """The solution of a scene that does not stand under its dead load; None if it stands."""
         from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
 
-        problem, own, solver = assembly.problem, Effort(), self.how.of_dead_load
+        problem, solver = assembly.problem, self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
-        with effort.measure("dead_load"):
+        # The result names the solver; its programs and time count as those of the check.
+        with effort.measure("dead_load"), effort.beside() as own:
             try:
                 falling = falling_mechanism(problem, solver, own, self.kept)
             except DeadLoadUndecided as stopped:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
-            finally:
-                # The result names the solver; its programs and time count as those of the check.
-                effort.credit(own)
         if falling is None:
             return None
         from masonry_opt.standing.diagnosis import as_it_falls
@@ -156,11 +154,11 @@ class Session:
         if not self.how.expected or self.method.associative or self.method.name == _EXPECTED:
             return None
         method, problem = METHODS[_EXPECTED], assembly.problem
+        none = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
         if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
-            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, (reason(Code.DILATANCY_FALLS),))
+            return none.telling(reason(Code.DILATANCY_FALLS))
         if problem.joints > PUSHED_UP_TO:
-            why = reason(Code.NOT_EXPECTED, **size_of(problem))
-            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, (why,))
+            return none.telling(reason(Code.NOT_EXPECTED, **size_of(problem)))
         effort.begins("load to expect")
         solver = find_solver(MATRICES, None)
         effort.uses(solver.name, "load to expect")
@@ -188,26 +186,22 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
                 "group of loads, or loads of these"
             )
         raise CaseError(f"{scene.origin}: no block carries a live load: give one {_WAYS[scene.dimension]}")
-    if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
-        raise OptionError(
-            f"method '{method.name}' does not know dilatancy that falls with stress: use 'nonassociative', "
-            "or leave 'dilatancy_stress' out"
-        )
-    if assembly.scene.dimension == 3 and not method.space:
-        raise OptionError(
-            f"{assembly.scene.origin}: its blocks are solids, which method '{method.name}' does not know: "
-            "use another"
-        )
-    if problem.matrices.limited and not method.limited:
-        roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
-        raise OptionError(
-            f"method '{method.name}' does not know forces of {roles}: use another, or leave these out"
-        )
-    if len(problem.crushing) and not method.crushing:
-        raise OptionError(
-            f"method '{method.name}' does not know joints of limited strength: use another, or leave "
-            "'strength' out"
-        )
+    named = f"method '{method.name}'"
+    if scene.dimension == 3 and not method.space:
+        raise OptionError(f"{scene.origin}: its blocks are solids, which {named} does not know: use another")
+    roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
+    dilatancy = "dilatancy that falls with stress: use 'nonassociative', or leave 'dilatancy_stress' out"
+    for there, known, what in (
+        (problem.dilatancy_depends_on_stress, not method.constant_dilatancy, dilatancy),
+        (problem.matrices.limited, method.limited, f"forces of {roles}: use another, or leave these out"),
+        (
+            len(problem.crushing),
+            method.crushing,
+            "joints of limited strength: use another, or leave 'strength' out",
+        ),
+    ):
+        if there and not known:
+            raise OptionError(f"{named} does not know {what}")
 
 
 def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
@@ -349,26 +343,18 @@ def solve(
     return session.solve(scene, progress, effort)
 
 
-def prepare(
-    method: str = DEFAULT,
-    *,
-    model: str | None = None,
-    solver: str | None = None,
-    tolerance: float | None = None,
-    expected: bool = True,
-    keeps: bool = False,
-    **options: Any,
-) -> Session:
+def prepare(method: str = DEFAULT, *, keeps: bool = False, expected: bool = True, **options: Any) -> Session:
     """A session that solves scenes as :func:`solve` would.
 
     Parameters
     ----------
     keeps: whether it keeps geometry and compiled programs for scenes that differ in joint properties alone.
-    method, model, solver, tolerance, expected, options: as of :func:`solve`.
+    method, expected, options: as of :func:`solve`, its model, solver and tolerance among the last.
 
     Raises
     ------
     OptionError
         If one of these is unknown or not available, whatever the scene.
     """
-    return Session(HowToSolve(method, model, solver, tolerance, expected, options), Kept(keeps))
+    given = {name: options.pop(name, None) for name in ("model", "solver", "tolerance")}
+    return Session(HowToSolve(method, **given, expected=expected, options=options), Kept(keeps))

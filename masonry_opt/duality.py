@@ -55,24 +55,20 @@ class DualityReport:
         """Load factors agree to 1e-7 relative, every residual is below 1e-6; by cones λ is no less."""
         residuals = self.table.drop(columns=["formulation", "model", "load_factor", "difference"])
         agree = bool((self.table["difference"] <= AGREEMENT).all() and (residuals <= DUALITY).all(axis=None))
-        return agree and (self.cones is None or (self._gap <= AGREEMENT and self._missed >= -AGREEMENT))
+        gap, missed = self._beside_cones
+        return agree and gap <= AGREEMENT and missed >= -AGREEMENT
 
     @property
-    def _gap(self) -> float:
-        """Relative difference of statics and kinematics by cones."""
-        assert self.cones is not None
-        return float(np.ptp(self.cones)) / max(abs(self.cones[0]), SMALLEST)
-
-    @property
-    def _missed(self) -> float:
-        """By how much λ is lower by polygons than by cones, relative."""
-        assert self.cones is not None
-        middle = float(self.table["load_factor"].median())
-        return (self.cones[0] - middle) / max(abs(self.cones[0]), SMALLEST)
+    def _beside_cones(self) -> tuple[float, float]:
+        """Difference of statics and kinematics by cones, and by how much λ is lower by polygons, relative."""
+        static, kinematic = self.cones or (0.0, 0.0)
+        missed = static - float(self.table["load_factor"].median()) if self.cones else 0.0
+        return abs(static - kinematic) / max(abs(static), SMALLEST), missed / max(abs(static), SMALLEST)
 
     def __str__(self) -> str:
         agree = "agree" if self.passed else "do NOT agree: see differences and residuals below"
         middle = numeral(float(self.table["load_factor"].median()), ".7f")
+        gap, missed = self._beside_cones
         lines = [
             "static and kinematic, CVXPY and Pyomo " + agree,
             f"associative load factor {middle}, to {self.table['difference'].max():.1e}",
@@ -81,8 +77,8 @@ class DualityReport:
             *(f"fill {said}" for said in self.fills),
             *(
                 [
-                    f"by the cone {numeral(self.cones[0], '.7f')}, static and kinematic to {self._gap:.1e}; "
-                    f"the polygon has {self._missed:.2%} less"
+                    f"by the cone {numeral(self.cones[0], '.7f')}, static and kinematic to {gap:.1e}; "
+                    f"the polygon has {missed:.2%} less"
                 ]
                 if self.cones and self.friction
                 else []
@@ -136,9 +132,8 @@ def check(scene: Scene | str | Path) -> DualityReport:
     if (by_cone := problem.by_cone).by_friction.conic:
         static, kinematic = (solved(by_cone, each, "cvxpy") for each in ("static", "kinematic"))
         cones = static.load_factor, kinematic.load_factor
-    crushing = bool(result.crushing)
-    fills = tuple(of_fills(result.assembly))
-    return DualityReport(table, crushing, friction, cones, result.warnings, result.warning_sentences, fills)
+    warnings, fills = (result.warnings, result.warning_sentences), tuple(of_fills(result.assembly))
+    return DualityReport(table, bool(result.crushing), friction, cones, *warnings, fills)
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:

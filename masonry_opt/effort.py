@@ -40,11 +40,16 @@ class Effort:
         if solver not in names:
             names.append(solver)
 
-    def credit(self, other: Effort) -> None:
-        """Record what the solvers of another account did, without its counts and seconds."""
-        for purpose, solvers in other.solvers.items():
-            for solver in solvers:
-                self.uses(solver, purpose)
+    @contextmanager
+    def beside(self) -> Iterator[Effort]:
+        """Another account, of which this one records what its solvers did, but neither counts nor seconds."""
+        other = Effort()
+        try:
+            yield other
+        finally:
+            for purpose, solvers in other.solvers.items():
+                for solver in solvers:
+                    self.uses(solver, purpose)
 
     @contextmanager
     def measure(self, part: str) -> Iterator[None]:

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.models.cvxpy_terms import ShearParameters, Statics
+from masonry_opt.models.cvxpy_terms import Statics
 from masonry_opt.problem.faces import selection
-from masonry_opt.problem.problem import Problem, ShearLimits, State
+from masonry_opt.problem.problem import Problem, ShearLimits
 
 #: Factor on the energy that a mechanism leaves, which is next to nothing: solvers end at an absolute gap, and
 #: unscaled leave more than an exact state may on façades of 231 blocks.
@@ -53,6 +53,10 @@ class ConeStatics(Statics):
             within.append(self._problem.table.L @ self.q + self._problem.face_constant[limits] >= 0)
         return within
 
+    def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """Rates of the faces, which go with block velocities."""
+        return self._problem.rates(d, slope)
+
 
 class ConeMechanism:
     """Block velocities d, openings u ≥ 0, slips w and their speeds γ, and rates v ≥ 0 of limited forces:
@@ -66,9 +70,10 @@ class ConeMechanism:
 
     Attributes
     ----------
-    speed: γ of each point that can slide.
+    slip, sliding: γ of each point that can slide, and w, shape (2, k).
     yielding: v of each limit of a force, None where there are none.
     resisted: energy l·v that these limits dissipate.
+    rows: these conditions, but that the live load does work.
     """
 
     def __init__(
@@ -76,13 +81,13 @@ class ConeMechanism:
     ) -> None:
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.opening = cp.Variable(problem.joints, nonneg=True, name="u")
-        self.slip = cp.Variable((2, slope.size), name="w")
-        self.speed = cp.Variable(slope.size, name="gamma")
+        self.sliding = cp.Variable((2, slope.size), name="w")
+        self.slip = cp.Variable(slope.size, name="gamma")
         width = problem.B.shape[1]
         normal, *shears = (selection(of_kind, width).T for of_kind in problem.columns_of_sliding)
         flow = selection(np.arange(problem.joints), width).T @ self.opening
-        flow += normal @ cp.multiply(slope, self.speed)
-        flow += sum(shear @ self.slip[axis] for axis, shear in enumerate(shears))
+        flow += normal @ cp.multiply(slope, self.slip)
+        flow += sum(shear @ self.sliding[axis] for axis, shear in enumerate(shears))
         self.yielding, self.resisted = None, cp.Constant(0.0)
         if problem.matrices.limited:
             limits = problem.face_constant[problem.table.limits]
@@ -92,59 +97,20 @@ class ConeMechanism:
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
         if senses is None:
-            self.at_speed = cp.SOC(self.speed, self.slip, axis=0)
+            at_speed = cp.SOC(self.slip, self.sliding, axis=0)
         elif senses.inside:
-            slip = cp.sum(cp.multiply(senses.along, self.slip[:, senses.point]), axis=0)
-            self.at_speed = self.speed[senses.point] - slip >= 0
+            along = cp.sum(cp.multiply(senses.along, self.sliding[:, senses.point]), axis=0)
+            at_speed = self.slip[senses.point] - along >= 0
         else:
             p, of_point = cp.Variable(len(senses.point), nonneg=True), selection(senses.point, slope.size).T
             made = [of_point @ p, *(of_point @ cp.multiply(along, p) for along in senses.along)]
-            self.at_speed = cp.vstack([self.speed, self.slip]) - cp.vstack(made) == 0
-        self.rows = [self.compatibility, self.live_work, self.at_speed]
-
-
-class CvxpyConeStatic:
-    """Eq. (9) with cones:
-
-    max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    n ≥ 0,    |(s, t)| ≤ c + slope · n
-    """
-
-    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+            at_speed = cp.vstack([self.slip, self.sliding]) - cp.vstack(made) == 0
+        self.rows = [self.compatibility, at_speed]
         self._problem = problem
-        self.limits = ShearParameters(limits)
-        self.statics = ConeStatics(problem, self.limits)
-        objective = cp.Maximize(problem.live_norm * self.statics.load_factor)
-        self.program = cp.Problem(objective, [self.statics.equilibrium, *self.statics.within_yield])
 
-    def read(self) -> State:
-        """The state at the optimum: velocities are the duals of equilibrium."""
-        d = self.statics.equilibrium.dual_value
-        p = self._problem.rates(d, np.asarray(self.limits.slope.value))
-        return State(*self.statics.forces(), d, p)
-
-
-class CvxpyConeKinematic:
-    """Eq. (10) with cones:
-
-    min  −f_D·d + c·γ + l·v
-    s.t.    Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    u ≥ 0,    v ≥ 0,    f_L·d = Σ|f_L|
-    """
-
-    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self._problem = problem
-        self.limits = ShearParameters(limits)
-        self.mechanism = mechanism = ConeMechanism(problem, self.limits.slope)
-        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.speed + mechanism.resisted
-        self.program = cp.Problem(cp.Minimize(work), mechanism.rows)
-
-    def read(self) -> State:
-        """The state at the optimum: forces and load factor are the duals of compatibility and of the live
-        work (CVXPY's sign of an equality's dual turned)."""
-        mechanism = self.mechanism
-        d, slope = mechanism.d.value, np.asarray(self.limits.slope.value)
-        load_factor, q = -mechanism.live_work.dual_value, -mechanism.compatibility.dual_value
-        p = self._problem.rates(d, slope)
-        return State(float(load_factor), q, d, p)
+    def rates(self, slope: np.ndarray) -> np.ndarray:
+        """Rates of the faces, which go with the velocities at the optimum."""
+        return self._problem.rates(self.d.value, slope)
 
 
 def cone_forces(problem: Problem, p: np.ndarray, weight: float) -> tuple[ConeStatics, cp.Problem]:
@@ -175,8 +141,10 @@ def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[cp.
     mechanism = ConeMechanism(problem, slope)
     normal, *shears = (q[of_kind] for of_kind in problem.columns_of_sliding)
     limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))
-    energy = limit @ mechanism.speed + cp.sum(cp.multiply(np.stack(shears), mechanism.slip))
+    energy = limit @ mechanism.slip + cp.sum(cp.multiply(np.stack(shears), mechanism.sliding))
     energy += np.maximum(q[: problem.joints], 0.0) @ mechanism.opening
     if mechanism.yielding is not None:
         energy += np.maximum(problem.slacks(q)[problem.table.limits], 0.0) @ mechanism.yielding
-    return mechanism.d, cp.Problem(cp.Minimize(_ENERGY_SCALE * energy), mechanism.rows)
+    return mechanism.d, cp.Problem(
+        cp.Minimize(_ENERGY_SCALE * energy), [*mechanism.rows, mechanism.live_work]
+    )

@@ -1,11 +1,14 @@
 """The two programs that make a state exact, in CVXPY: forces for a given mechanism, a mechanism for given
-forces.
+forces; and their Farkas alternatives, which show that they are empty.
 
 Each leaves the least energy z·p in faces that move without being at yield. Where nothing is left, forces and
-mechanism satisfy complementarity, eq. (8): they are a collapse state.
+mechanism satisfy complementarity, eq. (8): they are a collapse state. Of states with all faces of a mechanism
+at yield another program finds the one of the nearest λ.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import cvxpy as cp
 import numpy as np
@@ -70,6 +73,70 @@ class CvxpyMotion:
             rows.append(-problem.dead @ mechanism.d <= raising)
         cost = np.zeros(problem.faces) if cost is None else cost
         self.program = cp.Problem(cp.Minimize(cost @ mechanism.p), rows)
+
+
+class CvxpyAtYield:
+    """Of the states that hold the faces of a mechanism at the true yield condition, and so satisfy
+    complementarity with it, eq. (8), the one whose λ is nearest to a given value:
+
+        min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
+
+    Parameters
+    ----------
+    at_yield: which faces take part in the mechanism, shape (faces,).
+    near: the load factor to stay near.
+    """
+
+    def __init__(self, problem: Problem, at_yield: np.ndarray, near: float) -> None:
+        self.statics = Statics(problem, ShearLimits.true(problem))
+        z = self.statics.slacks
+        rows = [self.statics.equilibrium, z[at_yield] == 0, z[~at_yield] >= 0]
+        self.program = cp.Problem(cp.Minimize(cp.abs(self.statics.load_factor - near)), rows)
+
+
+class CvxpyNoMotion:
+    """Forces that carry the live load alone: they show that no mechanism lets it do work.
+
+        min  Σ v    s.t.    B q + f_L = 0,    C(slope) q + v ≥ 0,    0 ≤ v ≤ most
+
+    Every mechanism Bᵀ d = D(slope) p has f_L·d = −(C(slope) q)·p, and so f_L·d ≤ 0 unless a face with v > 0
+    moves. With the slope of the true friction the forces are a ray along which λ grows without end.
+
+    ``most`` is infinite here; a solver that stays loaded is given 0 for the faces that may move.
+
+    Parameters
+    ----------
+    slope: opening per unit slip, shape (k,).
+    """
+
+    def __init__(self, problem: Problem, slope: np.ndarray) -> None:
+        alone = replace(problem.recession_cone, dead=problem.live)
+        statics = Statics(alone, ShearLimits(slope, np.zeros_like(slope)), load_factor=cp.Constant(0.0))
+        self.q, self.v = statics.q, cp.Variable(problem.faces, nonneg=True, name="v")
+        rows = [statics.equilibrium, statics.slacks + self.v >= 0]
+        self.program = cp.Problem(cp.Minimize(cp.sum(self.v)), rows)
+
+
+class CvxpyNoForces:
+    """A motion that gains energy: it shows that no forces bring certain faces to yield together.
+
+        min  Σ r    s.t.    Bᵀ d = C(μ)ᵀ (p − r),    f_L·d ≥ 0,    f_D·d − c·(p − r) = 1,    p ≥ 0,
+        0 ≤ r ≤ most
+
+    All forces with λ ≥ 0 have Σ z (p − r) = c·(p − r) − f_D·d − λ f_L·d ≤ −1, and so not z ≥ 0 with z = 0 on
+    the faces with r > 0.
+
+    ``most`` is infinite here; a solver that stays loaded is given 0 for the faces that are not held at yield.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.d = cp.Variable(problem.B.shape[0], name="d")
+        self.p, self.r = (cp.Variable(problem.faces, nonneg=True, name=name) for name in "pr")
+        rates = self.p - self.r
+        gain = problem.dead @ self.d - problem.face_cohesion @ rates
+        compatibility = problem.B.T @ self.d - problem.D(problem.friction) @ rates == 0
+        rows = [compatibility, problem.live @ self.d >= 0, gain == 1]
+        self.program = cp.Problem(cp.Minimize(cp.sum(self.r)), rows)
 
 
 def energy_costs(problem: Problem, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:

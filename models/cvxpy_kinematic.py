@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cvxpy as cp
 
+from masonry_opt.models.cvxpy_cone import ConeMechanism
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
@@ -11,19 +12,26 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 class CvxpyKinematic:
     """Eq. (10), scaled so that velocities come out near 1:
 
-    min  −f_D·d + c·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    p ≥ 0
+        min  −f_D·d + c·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    p ≥ 0
+
+    With cones of friction, of slips w, openings u and rates v of limited forces:
+
+        min  −f_D·d + c·γ + l·v
+        s.t.    Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    u ≥ 0,    v ≥ 0,    f_L·d = Σ|f_L|
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         self.limits = ShearParameters(limits)
-        mechanism = self.mechanism = Mechanism(problem, self.limits.slope)
+        self.mechanism: Mechanism | ConeMechanism
+        terms = ConeMechanism if problem.by_friction.conic else Mechanism
+        mechanism = self.mechanism = terms(problem, self.limits.slope)
         self.compatibility = mechanism.compatibility
         work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + mechanism.resisted
-        self.program = cp.Problem(cp.Minimize(work), [self.compatibility, mechanism.live_work])
+        self.program = cp.Problem(cp.Minimize(work), [*mechanism.rows, mechanism.live_work])
 
     def read(self) -> State:
         """The state at the optimum: forces and load factor are the duals of compatibility and of
         the live work (CVXPY's sign of an equality's dual turned)."""
         mechanism = self.mechanism
         load_factor, q = -mechanism.live_work.dual_value, -self.compatibility.dual_value
-        return State(float(load_factor), q, mechanism.d.value, mechanism.p.value)
+        return State(float(load_factor), q, mechanism.d.value, mechanism.rates(self.limits.slope.value))

@@ -23,30 +23,18 @@ class CvxpyStanding:
     """
 
     def __init__(self, problem: Problem, limits: ShearParameters | ShearLimits) -> None:
-        none = cp.Constant(0.0)
-        self.statics: Statics
-        if by_cones(problem):
-            self.statics = cones = ConeStatics(problem, limits, load_factor=none)
-            within_yield = cones.within_yield
-        else:
-            self.statics = Statics(problem, limits, load_factor=none)
-            within_yield = [self.statics.slacks >= 0]
-        self.program = cp.Problem(cp.Minimize(0), [self.statics.equilibrium, *within_yield])
+        terms = ConeStatics if by_cones(problem) else Statics
+        statics = self.statics = terms(problem, limits, load_factor=cp.Constant(0.0))
+        self.program = cp.Problem(cp.Minimize(0), [statics.equilibrium, *statics.within_yield])
 
 
-class _Moving:
-    """A mechanism, its conditions, and the power of the dead load in it less what it dissipates."""
-
-    def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:
-        self.mechanism: Mechanism | ConeMechanism
-        if by_cones(problem):
-            self.mechanism = cones = ConeMechanism(problem, limits.slope, senses)
-            self.rows = [cones.compatibility, cones.at_speed]
-            self.power = problem.dead @ cones.d - limits.cohesion @ cones.speed - cones.resisted
-        else:
-            self.mechanism = sides = Mechanism(problem, limits.slope)
-            self.rows = [sides.compatibility]
-            self.power = problem.dead @ sides.d - limits.cohesion @ sides.slip - sides.resisted
+def _moving(
+    problem: Problem, limits: ShearLimits, senses: Senses | None = None
+) -> tuple[Mechanism | ConeMechanism, cp.Expression]:
+    """A mechanism, and the power of the dead load in it less what it dissipates."""
+    cones = by_cones(problem)
+    moving = ConeMechanism(problem, limits.slope, senses) if cones else Mechanism(problem, limits.slope)
+    return moving, problem.dead @ moving.d - limits.cohesion @ moving.slip - moving.resisted
 
 
 class CvxpyFalling:
@@ -60,14 +48,13 @@ class CvxpyFalling:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, gyration: np.ndarray, scale: float) -> None:
-        moving = _Moving(problem, limits)
-        self.mechanism = moving.mechanism
+        self.mechanism, power = _moving(problem, limits)
         # In the unit of force the median block's is one. Without weight there is no inertia: a little.
         size = np.maximum(problem.force_sizes(problem.dead), 1e-2)
         of_velocity = np.ones((len(size), problem.layout.dimension))
         root = np.sqrt(size)[:, None] * np.column_stack([of_velocity, gyration])
         inertia = cp.sum_squares(cp.multiply(root.ravel(), self.mechanism.d))
-        self.program = cp.Problem(cp.Maximize(scale * moving.power - inertia / 2), moving.rows)
+        self.program = cp.Problem(cp.Maximize(scale * power - inertia / 2), self.mechanism.rows)
 
 
 class CvxpyDriven:
@@ -83,10 +70,9 @@ class CvxpyDriven:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:
-        moving = _Moving(problem, limits, senses)
-        self.mechanism = moving.mechanism
-        rows = [*moving.rows, self.mechanism.d <= 1, self.mechanism.d >= -1]
-        self.program = cp.Problem(cp.Maximize(moving.power), rows)
+        mechanism, power = _moving(problem, limits, senses)
+        self.mechanism = mechanism
+        self.program = cp.Problem(cp.Maximize(power), [*mechanism.rows, mechanism.d <= 1, mechanism.d >= -1])
 
     def read(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Velocities d, and forces q as duals of compatibility (CVXPY's sign turned), if there are any."""

@@ -57,6 +57,15 @@ class Statics:
         slacks = problem.C(np.zeros(limit.size)) @ self.q + problem.limit_factors @ limit
         return slacks + problem.face_constant if problem.face_constant.any() else slacks
 
+    @cached_property
+    def within_yield(self) -> list[cp.Constraint]:
+        """z ≥ 0."""
+        return [self.slacks >= 0]
+
+    def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """Rates of the faces, which are the duals of these conditions."""
+        return np.asarray(self.within_yield[0].dual_value)
+
     def forces(self) -> tuple[float, np.ndarray]:
         """λ and joint forces, shape (3c,), at the optimum."""
         return float(self.load_factor.value), np.asarray(self.q.value)
@@ -75,6 +84,7 @@ class Mechanism:
     ----------
     slip: sliding of either sense, shape (k,).
     resisted: energy that the chords of crushing and limits of forces dissipate.
+    rows: its conditions, but that the live load does work.
     """
 
     def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
@@ -87,4 +97,9 @@ class Mechanism:
         # With 0 to the right: Python may swap the sides of == between expressions (when the right
         # one's class is derived from the left one's), and with them the sign of the dual.
         self.compatibility = problem.B.T @ self.d - flow == 0
+        self.rows = [self.compatibility]
         self.live_work = problem.live @ self.d == problem.live_norm
+
+    def rates(self, slope: np.ndarray) -> np.ndarray:
+        """Rates of the faces at the optimum."""
+        return np.asarray(self.p.value)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_arrays import dot, duals, values
-from masonry_opt.models.pyomo_terms import Mechanism, ShearParameters
+from masonry_opt.models.pyomo_terms import Mechanism, ShearParameters, dot, duals, values
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 

@@ -8,8 +8,7 @@ from typing import Any
 import pyomo.environ as pyo
 from pyomo.mpec import Complementarity, complements
 
-from masonry_opt.models.pyomo_arrays import put, values
-from masonry_opt.models.pyomo_terms import Mechanism, Statics
+from masonry_opt.models.pyomo_terms import Mechanism, Statics, put, values
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 

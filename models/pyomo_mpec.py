@@ -1,11 +1,14 @@
-"""The least Coulomb load factor in Pyomo: a mathematical program with equilibrium constraints."""
+"""The least Coulomb load factor in Pyomo: a mathematical program with equilibrium constraints; relaxed to
+products of slacks and rates, as IPOPT is given it; and with a binary for each face."""
 
 from __future__ import annotations
 
+import numpy as np
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_mcp import PyomoMcp
-from masonry_opt.problem.problem import Problem
+from masonry_opt.models.pyomo_mcp import PyomoMcp, with_slack_variables
+from masonry_opt.models.pyomo_terms import dot, put, values
+from masonry_opt.problem.problem import Problem, State
 
 
 class PyomoMpec(PyomoMcp):
@@ -20,3 +23,67 @@ class PyomoMpec(PyomoMcp):
         super().__init__(problem)
         model = self.program
         model.objective = pyo.Objective(expr=problem.live_norm * model.load_factor)
+
+
+class PyomoRelaxed:
+    """An MCP or MPEC, rewritten in place, with Scholtes' relaxation of complementarity:
+
+        z = C(μ) q + c,    z ≥ 0,    p ≥ 0,    z p ≤ ε    for each face
+
+    At ε = 0 its feasible points are the states of the MCP.
+
+    Attributes
+    ----------
+    epsilon: ε, a parameter of the program.
+    complementarity_rows: the rows z p ≤ ε, whose bound is all that changes between solves.
+    """
+
+    def __init__(self, model: PyomoMcp) -> None:
+        self._model = model
+        self.program = model.program
+        self.z = with_slack_variables(model, "mpec.simple_nonlinear")
+        self.epsilon = self.program.mpec_bound
+        self.complementarity_rows = list(pyo.Reference(self.program.complementarity[:].ccon).values())
+
+    def start_from(self, state: State) -> None:
+        """Put a state, and the slacks that follow from it, into the variables."""
+        self._model.start_from(state)
+        put(self.z, np.maximum(self._model.problem.slacks(state.q), 0.0))
+
+    def read(self) -> State:
+        """The state that the variables hold."""
+        return self._model.read()
+
+    def products(self) -> np.ndarray:
+        """z p of every face, shape (faces,)."""
+        return values(self.z) * values(self.program.p)
+
+
+class PyomoGlobal(PyomoMpec):
+    """The MPEC with 0 ≤ λ ≤ Λ, where each face is at yield (y = 1) or at rest:
+
+        p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
+
+    Exact as long as the bounds P and Z cut nothing off. The last row bounds rates and cuts nothing off:
+    sliding dissipates, so what the live load does covers at least the raising of the blocks.
+
+    Parameters
+    ----------
+    most_slack, most_rate: Z and P, shape (faces,).
+    highest: Λ, an upper bound of λ ≥ 0, such as the associative load factor.
+    """
+
+    def __init__(
+        self, problem: Problem, most_slack: np.ndarray, most_rate: np.ndarray, highest: float
+    ) -> None:
+        super().__init__(problem)
+        model, faces = self.program, range(problem.faces)
+        z = with_slack_variables(self, "mpec.standard_form")
+        Z, P = most_slack.tolist(), most_rate.tolist()
+        model.load_factor.setlb(0.0)
+        model.load_factor.setub(highest)
+        model.y = pyo.Var(faces, domain=pyo.Binary)
+        model.at_rest = pyo.Constraint(faces, rule=lambda m, face: m.p[face] <= P[face] * m.y[face])
+        model.at_yield = pyo.Constraint(faces, rule=lambda m, face: z[face] <= Z[face] * (1 - m.y[face]))
+        raising = dot(-problem.dead, list(model.d.values()))
+        model.raising = pyo.Constraint(expr=raising <= highest * problem.live_norm)

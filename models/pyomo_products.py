@@ -10,7 +10,7 @@ import numpy as np
 import pyomo.environ as pyo
 from pyomo.core.expr import LinearExpression
 
-from masonry_opt.models.pyomo_arrays import put
+from masonry_opt.models.pyomo_terms import put
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem, State
 
@@ -110,23 +110,23 @@ class PyomoProducts:
         # z₁ and p₁ of each joint that slides; the other complementary products have no variable.
         nothing = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
         # Statics times compatibility is a sum of other rows: of the rates of a joint one slip is enough.
-        self._family("statics", equilibrium, [motion, *all_velocities])
+        model.statics = self._constraint(every(equilibrium, [motion, *all_velocities]))
         model.statics_rate = self._constraint(
             (
                 (form, {rate: 1.0})
                 for form, rate in every(equilibrium, factors.rates)
                 if rate % 4 == 2 or not self._follows(form, rate)
-            ),
-            least=None,
+            )
         )
-        self._family("kinematics", [force, {factors.load_factor: 1.0}, *all_forces], motions)
-        model.complementary = self._constraint(nothing, least=None)
+        on_forces = [force, {factors.load_factor: 1.0}, *all_forces]
+        model.kinematics = self._constraint(every(on_forces, motions))
+        model.complementary = self._constraint(nothing)
         lowest, highest = within
         load_factors = [{one: highest, factors.load_factor: -1.0}]
         if lowest > 0:  # from 0 on these rows are the bounds of λ v
             load_factors.append({factors.load_factor: 1.0, one: -lowest})
-        self._family("within", [*slack, *room], [motion], least=0.0)
-        self._family("slack_rate", [*slack, *room, *load_factors], all_rates, least=0.0)
+        model.within = self._constraint(every([*slack, *room], [motion]), least=0.0)
+        model.slack_rate = self._constraint(every([*slack, *room, *load_factors], all_rates), least=0.0)
         # Where the products with the rates themselves are kept these rows are their bounds.
         opening = list(factors.openings())
         kept = factors.at_rest.union(self.product)
@@ -144,20 +144,13 @@ class PyomoProducts:
         forces = [i for i in statics if i < self.factors.load_factor]
         return all(pair in self.product for pair in every(forces, moves))
 
-    def _family(
-        self, name: str, statics: Iterable[Form], motions: Iterable[Form], least: float | None = None
-    ) -> None:
-        """The products of each form with each other, as rows = 0, or ≥ ``least``."""
-        setattr(self.program, name, self._constraint(every(statics, motions), least))
-
-    def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None) -> pyo.Constraint:
-        declared = list(self._expanded(pairs))
-
-        def rule(_: Any, row: int) -> Any:
-            body, constant = declared[row]
-            return body == -constant if least is None else body >= least - constant
-
-        return pyo.Constraint(range(len(declared)), rule=rule)
+    def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
+        """The products of forms, as rows = 0, or ≥ ``least``."""
+        rows = [
+            body == -constant if least is None else body >= least - constant
+            for body, constant in self._expanded(pairs)
+        ]
+        return pyo.Constraint(range(len(rows)), rule=lambda _, row: rows[row])
 
     def _expanded(self, pairs: Iterable[tuple[Form, Form]]) -> Iterator[tuple[Any, float]]:
         """Each product as a linear expression and a constant, left out where a product in it is not kept."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_arrays import duals
-from masonry_opt.models.pyomo_terms import ShearParameters, Statics
+from masonry_opt.models.pyomo_terms import ShearParameters, Statics, duals
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 

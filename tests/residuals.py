@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_arrays import values
 from masonry_opt.models.pyomo_mcp import PyomoMcp
+from masonry_opt.models.pyomo_terms import values
 from masonry_opt.problem.problem import State
 
 

@@ -48,11 +48,7 @@ class Certificate:
 
 
 def certify(
-    problem: Problem,
-    load_factor: float,
-    q: np.ndarray,
-    d: np.ndarray,
-    slope: np.ndarray,
+    problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
 ) -> Certificate:
     """Residuals of an answer under a flow rule.
 
@@ -76,11 +72,7 @@ def certify(
 
 
 def residuals(
-    problem: Problem,
-    certificate: Certificate,
-    load_factor: float,
-    q: np.ndarray,
-    d: np.ndarray,
+    problem: Problem, certificate: Certificate, load_factor: float, q: np.ndarray, d: np.ndarray
 ) -> dict[str, float]:
     """Everything that :class:`~.acceptance.Limits` limit: a state's certificate, with complementarity as a
     share of |λ|, and its residuals block by block.
@@ -198,11 +190,7 @@ class Answer(Found):
 
 
 def certified(
-    problem: Problem,
-    load_factor: float,
-    q: np.ndarray,
-    d: np.ndarray,
-    slope: np.ndarray | None = None,
+    problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray | None = None
 ) -> Answer:
     """A state under a flow rule, by default the joints' own at these forces, with its certificate.
 

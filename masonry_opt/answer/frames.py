@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from masonry_opt.answer.motion import fastest, relative_rotation, velocities, yielded
 from masonry_opt.answer.solution import GivingState, Solution
@@ -17,6 +17,9 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.scene.rows import dots, lengths, sums
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 def unsigned(frame: pd.DataFrame) -> pd.DataFrame:
     """The same frame, without a minus before any zero of its real numbers."""
@@ -24,9 +27,16 @@ def unsigned(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(**{str(name): frame[name] + 0.0 for name in numbers})
 
 
+def _frame(rows: Any) -> pd.DataFrame:
+    # Frames are made when they are asked for: pandas takes a quarter of a second to import.
+    import pandas as pd
+
+    return unsigned(pd.DataFrame(rows))
+
+
 def history_frame(solution: Solution) -> pd.DataFrame:
     """A row a step of the method."""
-    return unsigned(pd.DataFrame(list(solution.history)).drop(columns="solved", errors="ignore"))
+    return _frame(list(solution.history)).drop(columns="solved", errors="ignore")
 
 
 def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
@@ -42,7 +52,7 @@ def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
         *zip(moves, problem.forces(d).T, strict=True),
         *zip(turns, problem.moments(d).T / problem.length_unit, strict=True),
     )
-    return unsigned(pd.DataFrame({"block": assembly.names(assembly.movable), **dict(columns)}))
+    return _frame({"block": assembly.names(assembly.movable), **dict(columns)})
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
@@ -59,7 +69,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
         **forces(assembly, q, u, solution.d),
         "utilisation": np.where(used < 0, np.nan, used),
     }
-    return unsigned(pd.DataFrame(columns))
+    return _frame(columns)
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame | None:
@@ -84,7 +94,7 @@ def contact_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame | None
         **_columns("v", motion),
         "utilisation": _utilisation(assembly, q),
     }
-    return unsigned(pd.DataFrame(columns))
+    return _frame(columns)
 
 
 def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> pd.DataFrame:
@@ -105,7 +115,7 @@ def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> pd.DataFra
                 "starts_opening": part,
             }
         )
-    return pd.DataFrame(rows)
+    return _frame(rows)
 
 
 def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
@@ -214,32 +224,24 @@ def _rates(
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> pd.DataFrame:
     """A row a limited force of these roles (NaN without forces, or mechanism)."""
-    problem, forces = assembly.problem, assembly.limited
-    nothing = np.full(len(forces), np.nan)
-    T = nothing if solution.q is None else problem.of_forces(solution.q) * problem.force_unit
-    closing = nothing if solution.d is None else problem.of_forces(problem.B.T @ solution.d)
+    problem, those = assembly.problem, [force.role in roles for force in assembly.limited]
+    forces = [force for force in assembly.limited if force.role in roles]
+    q, u = _known(assembly, solution)
+    T, closing = problem.of_forces(q)[those] * problem.force_unit, problem.of_forces(u)[those]
     speed = np.nan if solution.d is None else MOVES * fastest(assembly, solution.d)
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
-    rows = [
-        {
-            "name": force.name,
-            "kind": str(force.role),
-            "first": names[force.actions[0].block],
-            "second": names[force.actions[-1].block] if len(force.actions) > 1 else "ground",
-            "force": T[number],
-            "lowest": force.lowest,
-            "highest": force.highest,
-            # What a force works on, it goes along with: a tie shortens, a prop lengthens.
-            "lengthens": closing[number] if force.role is Role.PROP else -closing[number],
-            # Of a scene that falls no forces are known.
-            "yields": bool(
-                force.highest > 0 and -closing[number] > speed and not T[number] < AT_HIGHEST * force.highest
-            ),
-        }
-        for number, force in enumerate(forces)
-        if force.role in roles
-    ]
-    columns = ("name", "kind", "first", "second", "force", "lowest", "highest", "lengthens", "yields")
-    frame = pd.DataFrame(rows, columns=columns)
-    numbers = ["force", "lowest", "highest", "lengthens"]
-    return unsigned(frame.astype(dict.fromkeys(numbers, float)))
+    highest = np.array([force.highest for force in forces], dtype=float)
+    columns = {
+        "name": [force.name for force in forces],
+        "kind": [str(force.role) for force in forces],
+        "first": [names[force.actions[0].block] for force in forces],
+        "second": [names[force.actions[-1].block] if force.actions[1:] else "ground" for force in forces],
+        "force": T,
+        "lowest": np.array([force.lowest for force in forces], dtype=float),
+        "highest": highest,
+        # What a force works on, it goes along with: a tie shortens, a prop lengthens.
+        "lengthens": np.where([force.role is Role.PROP for force in forces], closing, -closing),
+        # Of a scene that falls no forces are known.
+        "yields": (highest > 0) & (-closing > speed) & ~(AT_HIGHEST * highest > T),
+    }
+    return _frame(columns)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from masonry_opt.answer import frames
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Certificate
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
-from masonry_opt.answer.reasons import Reason, Status
-from masonry_opt.answer.reasons import size_of as size_as_values
+from masonry_opt.answer.reasons import Reason, Status, size_of
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.problem.assembly import Assembly
@@ -44,14 +44,6 @@ class Size:
     nonzeros: int | None
     left_out: tuple[str, ...] = ()
     contacts: int | None = None
-
-
-def size_of(assembly: Assembly, solution: Solution) -> Size:
-    """The sizes of a scene and of the program of its solution."""
-    problem, lp = assembly.problem, solution.size
-    rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
-    points, joints = size_as_values(problem).get("contacts"), len(assembly.joints.first)
-    return Size(problem.blocks, joints, rows, columns, nonzeros, contacts=points)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -114,8 +106,6 @@ class Outcome:
         told = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"
         return f"{type(self).__name__}({told})"
 
-    # Frames are made when they are asked for: pandas takes a quarter of a second to import.
-
     @cached_property
     def joints(self) -> pd.DataFrame:
         """A row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on the first block
@@ -131,9 +121,7 @@ class Outcome:
         ``opening`` and ``vx`` (both), ``rotation`` (size) and ``wx`` (about its direction, right-handed),
         ``ax`` (point of that axis nearest to the centroid, NaN where the joint does not turn), and
         ``utilisation``, the largest of its ``contacts``."""
-        from masonry_opt.answer.frames import joint_frame
-
-        return joint_frame(self.assembly, self.solution)
+        return frames.joint_frame(self.assembly, self.solution)
 
     @cached_property
     def contacts(self) -> pd.DataFrame | None:
@@ -144,9 +132,7 @@ class Outcome:
         the first block against the second ``slip`` (size), ``opening`` and ``vx``, ``vy``, ``vz`` (both), and
         ``utilisation`` (|shear| over c + μ n, 0 where friction is unlimited, NaN where the point is idle).
         Within a joint of more than three points forces are one of many ways to share its resultant."""
-        from masonry_opt.answer.frames import contact_frame
-
-        return contact_frame(self.assembly, self.solution)
+        return frames.contact_frame(self.assembly, self.solution)
 
     @cached_property
     def blocks(self) -> pd.DataFrame:
@@ -155,9 +141,7 @@ class Outcome:
         plane the sum over its components, in space over the sizes of forces and of moments about centroids
         (forces times half the root of the median joint's area). In space ``block``, ``x``, ``y``, ``z``,
         ``vx``, ``vy``, ``vz``, and rotation about the axes, right-handed, ``wx``, ``wy``, ``wz``."""
-        from masonry_opt.answer.frames import block_frame
-
-        return block_frame(self.assembly, self.solution)
+        return frames.block_frame(self.assembly, self.solution)
 
     @cached_property
     def ties(self) -> pd.DataFrame:
@@ -165,27 +149,21 @@ class Outcome:
         not move), ``force`` (of a tie tension, of a prop compression), ``lowest`` and ``highest`` (what it
         lies between), the rate at which it ``lengthens``, and whether it ``yields``: at its highest force,
         further in the mechanism. Forces in the case's unit."""
-        from masonry_opt.answer.frames import tie_frame
-
-        return tie_frame(self.assembly, self.solution, Role.TIE, Role.PROP)
+        return frames.tie_frame(self.assembly, self.solution, Role.TIE, Role.PROP)
 
     @cached_property
     def pressures(self) -> pd.DataFrame:
         """A row a face that a fill presses on, as in ``ties``: ``first`` is its block; ``force``, horizontal
         and into the face, lies between ``lowest``, the active pressure, and ``highest``, the mobilised share
         of the passive one, which is reached where it ``yields``."""
-        from masonry_opt.answer.frames import tie_frame
-
-        return tie_frame(self.assembly, self.solution, Role.EARTH)
+        return frames.tie_frame(self.assembly, self.solution, Role.EARTH)
 
     @cached_property
     def history(self) -> pd.DataFrame:
         """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
         (:class:`~.push.push.PushStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
         a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
-        from masonry_opt.answer.frames import history_frame
-
-        return history_frame(self.solution)
+        return frames.history_frame(self.solution)
 
     @cached_property
     def curve(self) -> pd.DataFrame | None:
@@ -198,10 +176,8 @@ class Outcome:
         ``opening`` (about an edge, or wholly), and the names of the two blocks of each joint that
         ``starts_sliding`` or ``starts_opening``: in none of the rows before. In the first row these are also
         the joints that move as the scene settles under its weight."""
-        from masonry_opt.answer.frames import curve_frame
-
         states = self.solution.curve
-        return None if states is None else curve_frame(self.assembly, states)
+        return None if states is None else frames.curve_frame(self.assembly, states)
 
     @property
     def case(self) -> str:
@@ -286,7 +262,10 @@ class Outcome:
 
     @property
     def size(self) -> Size:
-        return size_of(self.assembly, self.solution)
+        problem, lp = self.assembly.problem, self.solution.size
+        rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
+        points, joints = size_of(problem).get("contacts"), len(self.assembly.joints.first)
+        return Size(problem.blocks, joints, rows, columns, nonzeros, contacts=points)
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:

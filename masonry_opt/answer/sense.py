@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
@@ -12,9 +12,15 @@ from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.fill import fill_forces
 from masonry_opt.problem.loads import weights
+from masonry_opt.scene.joints import JointDefaults
+from masonry_opt.scene.rows import linked
 
-#: No dry joint has more friction (tan 72°): more was perhaps meant as degrees.
-_HIGHEST_FRICTION = 3.0
+#: What is unusual in joints, by the properties that tell it: more friction than any dry joint has (tan 72°),
+#: perhaps meant as degrees; and contraction as they slide by more than their friction allows them to resist.
+_UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
+    (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
+    (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
+)
 
 #: Distance of a group of blocks from all others, over the larger of their sizes, from which it is far away.
 _FAR = 10.0
@@ -42,55 +48,30 @@ _PER = {2: {}, 3: {"per": "volume"}}
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
     """What looks unintended in a scene and, if given, its solution, as codes with values."""
     return (
-        *_friction(assembly),
-        *_dilatancy(assembly),
+        *_joints(assembly),
         *_idle_supports(assembly),
         *_clamping(assembly, solution),
-        *_small_gaps(assembly),
-        *_corners(assembly),
-        *_turned_faces(assembly),
+        *_blocks(assembly),
         *_bearing_corners(assembly, solution),
-        *_bare_edge_loads(assembly),
-        *_axles(assembly),
+        *_loads(assembly),
         *_far_away(assembly),
         *_acting_outside(assembly),
         *_weights(assembly),
     )
 
 
-def _friction(assembly: Assembly) -> list[Reason]:
-    scene = assembly.scene
-    named = [(list(joint.between), joint.friction) for joint in scene.exceptions]
-    high = [(pair, friction) for pair, friction in named if friction is not None and _too_high(friction)]
-    found = []
-    if _too_high(scene.joints.friction):
-        found.append(reason(Code.FRICTION_HIGH, friction=scene.joints.friction, pairs=[]))
-    if high:
-        found.append(reason(Code.FRICTION_HIGH, friction=high[0][1], pairs=[pair for pair, _ in high]))
-    return found
-
-
-def _too_high(friction: float) -> bool:
-    return _HIGHEST_FRICTION < friction < np.inf
-
-
-def _dilatancy(assembly: Assembly) -> list[Reason]:
-    """Joints that contract as they slide by more than their friction allows them to resist."""
+def _joints(assembly: Assembly) -> Iterator[Reason]:
+    """Unusual joints: the defaults, and those with some such property of their own, with the first one's."""
     defaults = assembly.scene.joints
-    found = []
-    if defaults.dilatancy < -defaults.friction:
-        values = {"dilatancy": defaults.dilatancy, "friction": defaults.friction}
-        found.append(reason(Code.DILATANCY_LOW, **values, pairs=[]))
-    low = []
-    for joint in assembly.scene.exceptions:
-        if joint.dilatancy is not None or joint.friction is not None:
-            own = joint.over(defaults)
-            if own.dilatancy < -own.friction:
-                low.append((list(joint.between), own))
-    if low:
-        values = {"dilatancy": low[0][1].dilatancy, "friction": low[0][1].friction}
-        found.append(reason(Code.DILATANCY_LOW, **values, pairs=[pair for pair, _ in low]))
-    return found
+    for code, names, unusual in _UNUSUAL:
+        given = [
+            of for of in assembly.scene.exceptions if any(getattr(of, name) is not None for name in names)
+        ]
+        own = [(joint, list(each.between)) for each in given if unusual(joint := each.over(defaults))]
+        found: list[tuple[JointDefaults, list[list[str]]]] = [(defaults, [])] if unusual(defaults) else []
+        found += [(own[0][0], [pair for _, pair in own])] if own else []
+        for joint, pairs in found:
+            yield reason(code, **{name: getattr(joint, name) for name in names}, pairs=pairs)
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
@@ -111,23 +92,19 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
     return [reason(Code.HELD_BY_CLAMPING, pairs=assembly.pairs_of(clamped[supports]))]
 
 
-def _small_gaps(assembly: Assembly) -> list[Reason]:
-    """Blocks that nearly touch, widest gap first."""
+def _blocks(assembly: Assembly) -> Iterator[Reason]:
+    """Blocks that nearly touch, widest gap first; that meet corner on corner (in space with an edge too),
+    where no joint of each holds it; and solids whose faces were given turned this way and that."""
     gaps = dict(sorted(assembly.joints.gaps.items(), key=lambda gap: -gap[1]))
-    pairs = [assembly.names(np.array(pair)) for pair in gaps]
-    return [reason(Code.SMALL_GAPS, pairs=pairs, widths=list(gaps.values()))] if gaps else []
-
-
-def _corners(assembly: Assembly) -> list[Reason]:
-    """Blocks that meet corner on corner, where no joint of each holds it; in space with an edge too."""
-    pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
-    return [reason(_MEETING[assembly.scene.dimension], pairs=pairs)] if pairs else []
-
-
-def _turned_faces(assembly: Assembly) -> list[Reason]:
-    """Solids whose faces were given turned this way and that."""
-    mixed = assembly.geometry.mixed
-    return [reason(Code.FACES_TURNED, blocks=assembly.names(mixed))] if len(mixed) else []
+    near, meeting = (
+        [assembly.names(np.array(pair)) for pair in pairs] for pairs in (gaps, assembly.joints.without_normal)
+    )
+    if near:
+        yield reason(Code.SMALL_GAPS, pairs=near, widths=list(gaps.values()))
+    if meeting:
+        yield reason(_MEETING[assembly.scene.dimension], pairs=meeting)
+    if len(mixed := assembly.geometry.mixed):
+        yield reason(Code.FACES_TURNED, blocks=assembly.names(mixed))
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
@@ -151,28 +128,22 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     return [reason(Code.CORNERS_BEAR, pairs=assembly.pairs(order), normal_forces=forces)]
 
 
-def _bare_edge_loads(assembly: Assembly) -> list[Reason]:
-    """Lines of load that reach beyond the edges they act on."""
-    return [
-        reason(Code.BARE_EDGE_LOAD, number=number, length=length)
-        for number, length in enumerate(assembly.bare_edge_loads, start=1)
-        if length > assembly.geometry.tolerance
-    ]
-
-
-def _axles(assembly: Assembly) -> list[Reason]:
+def _loads(assembly: Assembly) -> Iterator[Reason]:
+    """Lines of load that reach beyond the edges they act on; axles, which move."""
     scene = assembly.scene
+    for number, length in enumerate(assembly.bare_edge_loads, start=1):
+        if length > assembly.geometry.tolerance:
+            yield reason(Code.BARE_EDGE_LOAD, number=number, length=length)
     names = [group.name for group in scene.axles]
-    left_out = names if scene.load_case is None else scene.factor_of_axles
-    return [reason(Code.AXLES_LEFT_OUT, names=names)] if left_out else []
+    if names if scene.load_case is None else scene.factor_of_axles:
+        yield reason(Code.AXLES_LEFT_OUT, names=names)
 
 
 def _far_away(assembly: Assembly) -> list[Reason]:
     """Groups of blocks that touch none of the others and are far from the box round these."""
     joints, count = assembly.joints, len(assembly.scene.blocks)
-    links = sp.coo_array((np.ones(len(joints.first)), (joints.first, joints.second)), shape=(count, count))
-    groups, group = connected_components(links, directed=False)
-    if groups == 1:
+    group = linked(count, joints.first, joints.second)
+    if (groups := group.max() + 1) == 1:
         return []
     low, high = assembly.geometry.boxes
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
@@ -190,22 +161,15 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     if not far.any():
         return []
     nearest = np.flatnonzero(far)[distance[far].argmin()]
-    return [
-        reason(
-            Code.FAR_AWAY,
-            blocks=assembly.names(np.flatnonzero(far[group])),
-            distance=float(distance[nearest]),
-            size=float(size_of_rest[nearest]),
-        )
-    ]
+    values = {"distance": float(distance[nearest]), "size": float(size_of_rest[nearest])}
+    return [reason(Code.FAR_AWAY, blocks=assembly.names(np.flatnonzero(far[group])), **values)]
 
 
-def _acting_outside(assembly: Assembly) -> list[Reason]:
+def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
     """Forces that act outside of their blocks' convex hulls. Those at a given ``weight_at`` are left out: the
     centroid of a curved stone may lie outside of its straight edges."""
     shapes, blocks = assembly.geometry, assembly.scene.blocks
     index_of = {block.name: index for index, block in enumerate(blocks)}
-    found = []
     for load in ("live", "dead"):
         given = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
         placed = [(index, at) for index, at in given if at is not None and at != blocks[index].weight_at]
@@ -219,12 +183,10 @@ def _acting_outside(assembly: Assembly) -> list[Reason]:
         index = np.array([index for index, _ in placed])
         distance = shapes.outside(index, np.array([point for _, point in placed]) - shapes.origin)
         order = np.argsort(-distance, kind="stable")
-        size = shapes.width[index]
-        off = order[(distance > _OUTSIDE * size)[order]]
+        off = order[(distance > _OUTSIDE * shapes.width[index])[order]]
         if len(off):
             values = {"blocks": assembly.names(index[off]), "distance": float(distance[off[0]])}
-            found.append(reason(Code.ACTS_OUTSIDE, load=load, **values))
-    return found
+            yield reason(Code.ACTS_OUTSIDE, load=load, **values)
 
 
 def _weights(assembly: Assembly) -> list[Reason]:

@@ -35,8 +35,7 @@ def curve_axes(scene: Scene, said: str, along: str) -> tuple[Picture, Axes]:
     made = Picture()
     axes = made.add_subplot()
     axes.set_box_aspect(_HIGH)
-    axes.set_xlabel(along)
-    axes.set_ylabel("load factor λ")
+    axes.set(xlabel=along, ylabel="load factor λ")
     entitle(axes, title_of(scene), said)
     return made, axes
 

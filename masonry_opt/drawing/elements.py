@@ -125,16 +125,10 @@ def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
     return entries
 
 
-def has_mechanism(result: Outcome) -> bool:
-    """Whether there is a motion to show."""
-    return bool(result.blocks["vx"].notna().all())
-
-
 def refuse_kind(kind: object, names: bool = False) -> None:
     """Raise OptionError if results have no such kind of picture, or it shows no names."""
-    if kind not in (*KINDS, CURVE):
-        known = ", ".join((*KINDS, CURVE))
-        raise OptionError(f"there is no picture of kind '{kind}': choose from {known}")
+    if kind not in (known := (*KINDS, CURVE)):
+        raise OptionError(f"there is no picture of kind '{kind}': choose from {', '.join(known)}")
     if kind == CURVE and names:
         raise OptionError("a picture of kind 'curve' has no blocks whose names to write")
 
@@ -143,15 +137,17 @@ def scene_elements(assembly: Assembly) -> Elements:
     """What there is to draw of a scene before it is solved."""
     still = _still(assembly)
     arrows = list(load_marks(assembly, still))
-    struts = len(assembly.scene.ties) + len(assembly.scene.props)
-    held = strut_marks(assembly, still, np.zeros(struts, dtype=bool))
-    layers = {"scene": [*_found(assembly), *held]}
+    yields = np.zeros(len(assembly.scene.ties) + len(assembly.scene.props), dtype=bool)
+    layers = {"scene": [*_found(assembly), *strut_marks(assembly, still, yields)]}
     return Elements(assembly, counts(assembly), "", still, arrows, layers)
 
 
 def result_elements(result: Outcome) -> Elements:
     """What there is to draw of a result."""
-    assembly, motion, movement = result.assembly, _motion(result), _movement(result)
+    assembly, d, movement = result.assembly, result.solution.d, _movement(result)
+    motion = _still(assembly)
+    if d is not None:
+        motion = motion_of(assembly, FULL * size_of(assembly) / fastest(assembly, d) * d)
     layers = {"mechanism": list(_mechanism(result, motion)) if movement else []}
     if result.joints["n"].notna().all():
         layers["thrust"] = [*thrust_marks(result), *pressure_marks(result)]
@@ -165,13 +161,6 @@ def result_elements(result: Outcome) -> Elements:
 def _still(assembly: Assembly) -> np.ndarray:
     """Motions of all blocks that stay."""
     return np.zeros((len(assembly.scene.blocks), assembly.problem.layout.rows))
-
-
-def _motion(result: Outcome) -> np.ndarray:
-    assembly, d = result.assembly, result.solution.d
-    if d is None:
-        return _still(assembly)
-    return motion_of(assembly, FULL * size_of(assembly) / fastest(assembly, d) * d)
 
 
 def motion_of(assembly: Assembly, d: np.ndarray) -> np.ndarray:
@@ -218,7 +207,7 @@ def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
 
 
 def _movement(result: Outcome) -> str:
-    if not has_mechanism(result):
+    if not result.blocks["vx"].notna().all():
         return ""
     if result.load_factor is not None:
         return "the mechanism of collapse, magnified"

@@ -1,4 +1,4 @@
-"""A figure fitted to its scene, its legend below, and the files it is written to."""
+"""A figure fitted to its scene, marks and what its legend says of them, and the files it is written to."""
 
 from __future__ import annotations
 
@@ -10,14 +10,20 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
 
+from masonry_opt.drawing.colours import BLOCK, FIXED, HATCH
+from masonry_opt.drawing.elements import legend
+from masonry_opt.drawing.marks import Marks
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import picture_metadata, refuse_unwritable, write_whole
 
@@ -35,6 +41,17 @@ _NOTE, _ROW = 95, 60
 #: What is drawn for each letter that a font lacks, of which matplotlib would warn, and what is said of it.
 _BOX = "\N{WHITE SQUARE}"
 NOTE = f"{_BOX}: a letter that the font of pictures does not have; matplotlib.rcParams['font.family'] sets it"
+
+#: Markers of the shapes that have no ends.
+_MARKERS = {"dot": "o", "point": "o", "square": "s", "cross": "x"}
+
+#: How arrows look, beside colour and width: as long as they are in the case, heads over their width.
+_ARROW: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1, "units": "inches", "zorder": 5}
+_ARROW |= {"minlength": 0.1, "headwidth": 4.5, "headlength": 5, "headaxislength": 4.5}
+
+#: How blocks and supports look, beside the widths of their outlines.
+BLOCK_LOOK: dict[str, Any] = {"facecolor": BLOCK, "edgecolor": "black"}
+SUPPORT_LOOK: dict[str, Any] = {"facecolor": FIXED, "edgecolor": HATCH, "hatch": "////", "linewidth": 0}
 
 #: What a legend shows of a thing drawn.
 Handle = Line2D | Patch
@@ -111,17 +128,64 @@ def finish(
     if colours is not None:
         bar = figure.add_axes((0.2, (below - along - 0.12) / height, 0.6, 0.12 / height))
         figure.colorbar(colours[0], cax=bar, orientation="horizontal", label=colours[1])
-    figure.legend(
-        handles=handles,
-        loc="upper center",
-        bbox_to_anchor=(0.5, (below - at_legend) / height),
-        ncols=columns,
-        frameon=False,
-        borderaxespad=0.0,
-    )
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, (below - at_legend) / height)}
+    figure.legend(handles=handles, ncols=columns, frameon=False, borderaxespad=0.0, **place)
     figure.text(
         _BESIDE / width, (below - at_notes) / height, "\n".join(lines), va="top", fontsize=9, parse_math=False
     )
+
+
+def handles(marks: list[Marks]) -> list[Handle]:
+    """What a legend shows: blocks, supports, and marks by their labels."""
+    told = [_handle(label, alike) for label, alike in legend(marks).items()]
+    return [Patch(label="block", **BLOCK_LOOK), Patch(label="support", **SUPPORT_LOOK), *told]
+
+
+def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
+    """Draw marks at points of the case, shape (marks, 1 or 2, 2)."""
+    look: dict[str, Any] = {"color": marks.colour}
+    match marks.shape:
+        case "line":
+            look |= _line(marks) | {"capstyle": "butt" if marks.dashes else "round", "zorder": 3}
+            axes.add_collection(LineCollection(list(at), **look))
+        case "arrow":
+            axes.quiver(*at[:, 0].T, *(at[:, 1] - at[:, 0]).T, width=marks.width / 72, **look, **_ARROW)
+        case "bar":
+            axes.plot(*at[0].T, linewidth=marks.width, marker="|", markersize=6, zorder=8, **look)
+            beside: dict[str, Any] = {"xytext": (6, 0), "textcoords": "offset points"}
+            axes.annotate(marks.text, at[0, 1], va="center", zorder=8, **beside)
+        case shape:
+            look |= {"edgecolor": "white"} if shape == "dot" else {}
+            look["linewidth"] = {"dot": 0.4, "cross": 1.5}.get(shape, 0.0)
+            x, y = at[:, 0].T
+            axes.scatter(x, y, s=marks.width**2, marker=_MARKERS[shape], zorder=4, **look)
+
+
+def _line(marks: Marks) -> dict[str, Any]:
+    return {"linewidth": marks.width, "linestyle": (0, marks.dashes) if marks.dashes else "solid"}
+
+
+def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float, **look: Any) -> None:
+    """Write a block's name at a point, in letters of a size in points, with a white rim of so many times
+    that."""
+    # To find in a layout what room thousands take is slow.
+    look |= {"fontsize": letters, "ha": "center", "zorder": 7, "parse_math": False, "in_layout": False}
+    written = axes.annotate(printable(name), (at[0], at[1]), **look)
+    if rim:
+        written.set_path_effects([withStroke(linewidth=rim * letters, foreground="white")])
+
+
+def _handle(label: str, alike: list[Marks]) -> Line2D:
+    """What a legend shows of marks that share a label."""
+    handle = Line2D([], [], color=alike[0].colour, linestyle="none", label=label)
+    for marks in alike:
+        if marks.shape == "line":
+            handle.set(**_line(marks))
+        elif marks.shape == "arrow":
+            handle.set(marker=r"$\rightarrow$", markersize=14)
+        else:
+            handle.set(marker=_MARKERS[marks.shape], markersize=marks.width)
+    return handle
 
 
 def boxed(text: str, font: FontProperties | None = None) -> str:

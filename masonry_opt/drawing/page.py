@@ -14,27 +14,38 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.motion import fastest
+from masonry_opt.answer.motion import fastest, yielded_on
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.solution import Way
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.carried import utilisation_label
-from masonry_opt.drawing.colours import UTILISATION
+from masonry_opt.drawing.colours import HINGES, SLIDES, UTILISATION
 from masonry_opt.drawing.curve import curve_picture
-from masonry_opt.drawing.elements import KINDS, START, Elements, counts, refuse_kind, result_elements
+from masonry_opt.drawing.elements import (
+    FULL,
+    KINDS,
+    START,
+    Elements,
+    counts,
+    motion_of,
+    refuse_kind,
+    result_elements,
+)
 from masonry_opt.drawing.figure import is_page, refuse_file
-from masonry_opt.drawing.marks import Marks
+from masonry_opt.drawing.marks import Marks, shrink_of, size_of
 from masonry_opt.drawing.pictures import result_picture
-from masonry_opt.drawing.solid_figure import Figure, three
+from masonry_opt.drawing.solids import Figure, three
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
 from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
-from masonry_opt.drawing.way import PUSH, way_data, way_marks, way_motions, way_of
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER
 from masonry_opt.scene.scene import Scene
-from masonry_opt.words.page import answer, certificate, described, headline, text
+from masonry_opt.words.page import answer, begins, certificate, described, headline, text
 from masonry_opt.words.sentences import message, numeral, sentences
 from masonry_opt.words.summary import load_factors
+
+#: What joints show along a push, and units of a rotation of one.
+PUSH, _TURN = "push", 100_000
 
 
 def refuse_saving(
@@ -110,18 +121,13 @@ _FigureOf = tuple[str, dict[str, str], dict[str, Any]]
 
 def _plane(result: Outcome, elements: Elements, _: ViewAngles | None, way: Way | None) -> _FigureOf:
     canvas, joints = Canvas(elements, elements.all_marks), result.assembly.joints
-    groups = {"loads": elements.loads}
-    groups |= {f"layer {name}": marks for name, marks in elements.layers.items()}
+    groups = {"loads": elements.loads} | {f"layer {name}": of for name, of in elements.layers.items()}
     drawn = [group(name, (marks_svg(each, canvas) for each in marks)) for name, marks in groups.items()]
     start, end = canvas.at(joints.start), canvas.at(joints.end)
-    columns = {"x": start[:, 0], "y": start[:, 1], "dx": (end - start)[:, 0], "dy": (end - start)[:, 1]}
-    picture = canvas.svg(
-        f"picture of {elements.title}",
-        [blocks_svg(elements, canvas), *drawn],
-        f'class="picture" style="--ratio: {canvas.width / canvas.height:.4f}"',
-    )
-    joints_of = {name: values.tolist() for name, values in columns.items()}
-    data: dict[str, Any] = {"joints": joints_of}
+    (x, y), (dx, dy) = start.T.tolist(), (end - start).T.tolist()
+    look = f'class="picture" style="--ratio: {canvas.width / canvas.height:.4f}"'
+    picture = canvas.svg(f"picture of {elements.title}", [blocks_svg(elements, canvas), *drawn], look)
+    data: dict[str, Any] = {"joints": {"x": x, "y": y, "dx": dx, "dy": dy}}
     if way is not None:
         data["motions"] = canvas.motions(way_motions(result, way))
     return "plane", {"picture": picture, "library": ""}, data
@@ -155,12 +161,10 @@ def caption(elements: Elements) -> str:
 
 def _choices(layers: dict[str, list[Marks]], first: str) -> str:
     """What joints show, of what there is."""
-    first = first if first in layers else "mechanism"
-    choices = ""
-    for kind in (PUSH, *KINDS):
-        state = " checked" if kind == first else "" if kind in layers else " disabled"
-        choices += f'<label><input type="radio" name="show" value="{kind}"{state}> {kind}</label>\n'
-    return choices
+    states = {kind: "" if kind in layers else " disabled" for kind in (PUSH, *KINDS)}
+    states[first if first in layers else "mechanism"] = " checked"
+    choice = '<label><input type="radio" name="show" value="{0}"{1}> {0}</label>\n'
+    return "".join(choice.format(kind, state) for kind, state in states.items())
 
 
 def _legends(elements: Elements, layers: dict[str, list[Marks]]) -> str:
@@ -190,8 +194,8 @@ def _curve(result: Outcome) -> str:
 
 def _foot(result: Outcome) -> str:
     origin = result.assembly.scene.origin
-    known = [
-        *([origin] if origin != "scene" else []),
+    known = [] if origin == "scene" else [origin]
+    known += [
         f"method {result.method} ({result.model}, {result.solver})",
         f"masonry_opt {version('masonry_opt')}",
     ]
@@ -227,6 +231,60 @@ def _rounded(values: np.ndarray, beside: float = 0.0) -> list[float | None]:
     ]
 
 
+def way_of(result: Outcome) -> Way | None:
+    """The way to the load to expect, if there is one."""
+    state = result.solution.at_expected
+    return state.way() if state is not None and state.load_factor is not None and state.way else None
+
+
+def way_motions(result: Outcome, way: Way) -> np.ndarray:
+    """Motions of the movable blocks at each keyframe, as ``moved`` takes them, shape (k, b, 3) or (k, b, 6):
+    the last is as large as a mechanism that is fully moved."""
+    assembly = result.assembly
+    full = FULL * size_of(assembly) / fastest(assembly, way.d[-1])
+    return np.stack([motion_of(assembly, full * d)[assembly.movable] for d in way.d])
+
+
+def way_marks(result: Outcome) -> list[Marks]:
+    """How joints are marked that have slid, and that have opened."""
+    dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
+    dashes = (1.6, 1.1) if dimension == 2 else ()
+    nowhere = np.empty((0, 2, dimension))
+    return [
+        Marks("slid", "has slid", "line", SLIDES, width, nowhere),
+        Marks("open", "has opened", "line", HINGES, 0.7 * width, nowhere, dashes=dashes),
+    ]
+
+
+def way_data(result: Outcome, way: Way, motions: np.ndarray) -> dict[str, Any]:
+    """What a page shows at each keyframe: λ, displacement of the live load, motions in the figure's units,
+    joints that have slid and that have opened, and which began last."""
+    assembly, moves = result.assembly, yielded_on(result.assembly, way)
+    starts = moves & ~np.maximum.accumulate(np.concatenate([np.zeros_like(moves[:1]), moves[:-1]]))
+    events = ["no joint has slid or opened yet"]
+    for load, (slide, part) in zip(way.load_factor[1:], starts[1:], strict=True):
+        new = begins(assembly.pairs_of(slide), assembly.pairs_of(part), load)
+        events.append(new or events[-1])
+    if result.end is not None:
+        events[-1] = f"moves on at λ = {numeral(result.end, '.3g')}: collapse"
+    along = way.displacement * assembly.problem.live_displacement
+    u, loads = ([float(f"{value:.4g}") for value in of] for of in (along, way.load_factor))
+    slid, opened = ([np.flatnonzero(joints).tolist() for joints in kind] for kind in moves.swapaxes(0, 1))
+    # Lengths of the figure are whole; so, scaled, are rotations, which keeps large scenes short.
+    scales = np.where(np.arange(motions.shape[-1]) < assembly.scene.dimension, 1, _TURN)
+    return {
+        "displacement": u,
+        "load_factor": loads,
+        "expected": result.expected,
+        "blocks": assembly.movable.tolist(),
+        "motions": np.rint(motions * scales).astype(int).reshape(len(motions), -1).tolist(),
+        "scales": (1 / scales).tolist(),
+        "marks": [[each.colour, each.width, each.dashes] for each in way_marks(result)],
+        "joints": [slid, opened],
+        "events": events,
+    }
+
+
 #: Blocks above which there is no picture: a notebook keeps all that it shows.
 MOST_BLOCKS = 2000
 
@@ -250,10 +308,8 @@ def notebook_html(result: Outcome) -> str:
         lines.append(_image(result) if in_space else _picture(elements))
     lines.append(caption(elements))
     if result.certificate is not None:
-        residuals = (
-            f"{name} {numeral(value, '.1e')}" for name, value in result.certificate.as_dict().items()
-        )
-        lines.append(f"certificate: {' · '.join(residuals)}")
+        left = (f"{name} {numeral(value, '.1e')}" for name, value in result.certificate.as_dict().items())
+        lines.append(f"certificate: {' · '.join(left)}")
     rows = "".join(f"<div>{line}</div>\n" for line in lines)
     return f'<div style="max-width:{_WIDTH}px;overflow-wrap:break-word">\n{rows}</div>'
 

@@ -15,12 +15,12 @@ from matplotlib.path import Path
 
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.sense import warnings_of
+from masonry_opt.drawing import figure
 from masonry_opt.drawing.carried import utilisation_label
 from masonry_opt.drawing.colours import AT_REST, UTILISATION
 from masonry_opt.drawing.curve import curve_picture
 from masonry_opt.drawing.elements import CURVE, START, Elements, refuse_kind, result_elements, scene_elements
-from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, fit, refuse_picture, style
-from masonry_opt.drawing.mark_artists import BLOCK_LOOK, SUPPORT_LOOK, draw_marks, handles, write_name
+from masonry_opt.drawing.figure import Handle, Picture
 from masonry_opt.drawing.marks import Marks, moved, outlines
 from masonry_opt.drawing.solid_pictures import Solids
 from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
@@ -70,7 +70,7 @@ def draw(
         If the file cannot be written.
     """
     if path is not None:
-        refuse_picture(path, force)
+        figure.refuse_picture(path, force)
     scene = as_scene(scene)
     refuse_view(scene, view)
     made = scene_picture(assemble(scene, floating=True), names, view)
@@ -112,7 +112,7 @@ def draw_mechanism(result: Outcome, axes: Axes) -> list[Handle]:
     marks = elements.layers["mechanism"]
     _frame(axes, elements, marks, START)
     _draw(axes, elements, marks, START)
-    return handles(marks)
+    return figure.handles(marks)
 
 
 def elements_picture(
@@ -124,23 +124,23 @@ def elements_picture(
 ) -> Picture:
     """Draw one of the layers of elements, "scene" or a kind of result; see :func:`draw`."""
     marks, share = elements.shown(kind), START if kind == "mechanism" else 0.0
-    with style():
+    with figure.style():
         made = Picture()
         axes = made.add_subplot()
         if elements.assembly.scene.dimension == 3:
             solids = Solids(axes, elements, marks, share, view or best_view(elements))
             solids.draw()
-            fit(made, axes)
+            figure.fit(made, axes)
             solids.write(names)
             notes = (solids.note, *notes)
         else:
             # The size first: names are fitted into what is drawn.
             _frame(axes, elements, marks, share)
-            fit(made, axes)
+            figure.fit(made, axes)
             _draw(axes, elements, marks, share)
             if names:
                 _draw_names(axes, elements, share)
-        entitle(axes, elements.title, elements.heading)
+        figure.entitle(axes, elements.title, elements.heading)
         if kind in ("thrust", "utilisation") and not marks:
             said = "no forces were found to draw"
             middle = axes.text(0.5, 0.5, said, transform=axes.transAxes, zorder=8)
@@ -149,18 +149,15 @@ def elements_picture(
         if kind == "utilisation" and marks:
             looks = ScalarMappable(cmap=ListedColormap(UTILISATION))
             colours = looks, utilisation_label(elements.assembly)
-        finish(made, axes, handles(marks), notes, colours)
+        figure.finish(made, axes, figure.handles(marks), notes, colours)
     return made
 
 
 def _frame(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
     """Axes round what is shown, in equal scales."""
     (left, bottom), (right, top) = elements.box(marks, share) + elements.assembly.geometry.origin
-    axes.set_xlim(left, right)
-    axes.set_ylim(bottom, top)
-    axes.set_aspect("equal")
-    axes.set_xlabel("x, y in the length unit of the case")
-    axes.set_ylabel("y")
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+    axes.set(xlabel="x, y in the length unit of the case", ylabel="y")
 
 
 def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
@@ -179,14 +176,14 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
             for b in blocks
         ]
 
-    axes.add_collection(PathCollection(paths(supports, share), **SUPPORT_LOOK))
+    axes.add_collection(PathCollection(paths(supports, share), **figure.SUPPORT_LOOK))
     if elements.movement and share:
         at_rest = paths(assembly.movable, 0.0)
         axes.add_collection(PathCollection(at_rest, facecolor="none", edgecolor=AT_REST, linewidth=0.5))
     width = elements.outline_width
-    axes.add_collection(PathCollection(paths(blocks, share), linewidth=width, **BLOCK_LOOK))
+    axes.add_collection(PathCollection(paths(blocks, share), linewidth=width, **figure.BLOCK_LOOK))
     for each in marks:
-        draw_marks(axes, each, each.moved(share) + origin)
+        figure.draw_marks(axes, each, each.moved(share) + origin)
 
 
 def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
@@ -212,4 +209,4 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
         letters = max(fits, least)
         # Just above the middle, from where arrows of loads start.
         look = {"xytext": (0, 1), "textcoords": "offset points", "va": "bottom", "clip_on": True}
-        write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)
+        figure.write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)

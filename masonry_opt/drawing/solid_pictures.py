@@ -12,10 +12,10 @@ from matplotlib.colors import to_rgb
 from masonry_opt.drawing.carried import round_below
 from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
 from masonry_opt.drawing.elements import INSIDE, Elements
-from masonry_opt.drawing.mark_artists import draw_marks, write_name
+from masonry_opt.drawing.figure import draw_marks, write_name
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.solids import surface
-from masonry_opt.drawing.view import Raster, ViewAngles, axes_of, raster
+from masonry_opt.drawing.view import ViewAngles, axes_of, raster
 
 #: Pixels along the longer side of the image of faces.
 _PIXELS = 1400
@@ -51,14 +51,14 @@ class Solids:
         self.axes, self.elements, self.marks, self.share, self.view = axes, elements, marks, share, view
         self.turned = axes_of(view)
         self.surface = surface(elements)
-        triangles, self.edges = (each @ self.turned.T for each in self.surface.moved(share * elements.motion))
-        self.triangles = triangles
-        shown = [triangles, *(each.moved(share) @ self.turned.T for each in marks)]
+        moved = self.surface.moved(share * elements.motion)
+        self.triangles, self.edges = (each @ self.turned.T for each in moved)
+        shown = [self.triangles, *(each.moved(share) @ self.turned.T for each in marks)]
         flat = np.concatenate([each.reshape(-1, 3)[:, :2] for each in shown])
         low, high = flat.min(axis=0), flat.max(axis=0)
         side = float((high - low).max())
         self.box = np.array([low - _MARGIN * side, high + _MARGIN * side])
-        self.raster = raster(triangles, self.box, _PIXELS)
+        self.raster = raster(self.triangles, self.box, _PIXELS)
         self.unit = round_below(_AXES * side)
         # The axes stand in the lower left corner, or below it where something is drawn there.
         around = 2 * _LETTERS * self.unit
@@ -81,9 +81,7 @@ class Solids:
         lie inside blocks."""
         axes = self.axes
         (left, bottom), (right, top) = self.box
-        axes.set_xlim(left, right)
-        axes.set_ylim(bottom, top)
-        axes.set_aspect("equal")
+        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
         axes.set_axis_off()
         rows, columns = self.raster.depth.shape
         at = (self.raster.left, self.raster.bottom)
@@ -151,9 +149,10 @@ class Solids:
             at = self.foot + _LETTERS * self.unit * direction[:2]
             self.axes.text(at[0], at[1], letter, ha="center", va="center", fontsize=9)
         if names:
-            self._write_names(self.raster)
+            self._write_names()
 
-    def _write_names(self, seen: Raster) -> None:
+    def _write_names(self) -> None:
+        seen = self.raster
         row, column = np.nonzero(seen.triangle >= 0)
         block = self.surface.of_triangle[seen.triangle[row, column]]
         blocks = self.elements.assembly.scene.blocks

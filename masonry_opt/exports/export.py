@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +13,15 @@ import pyomo.environ as pyo
 from masonry_opt.analysis import refuse_unsuited, solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
-from masonry_opt.exports.program_files import WRITERS, legal, names_in, readable
+from masonry_opt.exports.program_files import WRITERS, labels_of, names_in
 from masonry_opt.exports.solid_files import SOLID_ENDS, solid_file
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable
 from masonry_opt.methods.bracket.bounds import bounds_of
 from masonry_opt.methods.bracket.rising import a_little_above, assumed_rates
 from masonry_opt.methods.registry import METHODS
-from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
-from masonry_opt.models.pyomo_mpec import PyomoMpec
-from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
+from masonry_opt.models.pyomo_mpec import PyomoGlobal, PyomoMpec, PyomoRelaxed
 from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem, ShearLimits
@@ -40,12 +39,9 @@ EPSILON = 1e-6
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
-def _associative(model: type[PyomoStatic | PyomoKinematic], words: str) -> Callable[[Assembly], Declared]:
-    def declared(assembly: Assembly) -> Declared:
-        problem = assembly.problem
-        return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
-
-    return declared
+def _associative(model: type[PyomoStatic | PyomoKinematic], words: str, assembly: Assembly) -> Declared:
+    problem = assembly.problem
+    return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
 
 
 def _mcp(assembly: Assembly) -> Declared:
@@ -98,8 +94,8 @@ def _objective(words: str, problem: Problem) -> str:
 
 #: By method, what declares its program.
 _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
-    "static": _associative(PyomoStatic, "-load_factor"),
-    "kinematic": _associative(PyomoKinematic, "work of a mechanism; at its least: load_factor"),
+    "static": partial(_associative, PyomoStatic, "-load_factor"),
+    "kinematic": partial(_associative, PyomoKinematic, "work of a mechanism; at its least: load_factor"),
     "global": _global,
     "mpec": _mpec,
     "mcp": _mcp,
@@ -185,7 +181,7 @@ def export(
     refuse_unsuited(replace(known, constant_dilatancy=not known.associative), assembly)
     program, said = _EXPORTS[method](assembly)
     program.name = method
-    names = names_in(program, assembly.problem, (readable if end == ".nl" else legal)(assembly))
+    names = names_in(program, assembly.problem, labels_of(assembly, legal=end != ".nl"))
     files = WRITERS[end](program, names, [*_header(method, assembly), *said])
     paths = {of: path.with_suffix(path.suffix if of == end else of) for of in files}
     for of, text in files.items():
@@ -217,14 +213,12 @@ def _header(method: str, assembly: Assembly) -> list[str]:
     """What every program says of itself, in ASCII."""
     problem, scene = assembly.problem, assembly.scene
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
-    points, friction = "", []
-    if problem.layout.round:
-        points = f", contact points: {problem.joints}"
-        friction = [f"friction: {by_sides(problem.layout) if len(problem.sliding) else 'unlimited'}"]
+    points = f", contact points: {problem.joints}" if problem.layout.round else ""
+    friction = by_sides(problem.layout) if len(problem.sliding) else "unlimited"
     lines = [
         f"{MARK}: program of method {method} for {name}",
         f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}{points}",
-        *friction,
+        *([f"friction: {friction}"] if points else []),
         f"units: forces {problem.force_unit!r}, lengths {problem.length_unit!r} of the case's; the load "
         "factor is the same in both",
     ]

@@ -4,7 +4,7 @@ kind and by the joint or block they are of, and the text."""
 from __future__ import annotations
 
 import io
-import string
+import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -24,8 +24,8 @@ from masonry_opt.problem.problem import Problem
 #: its product with the rate, and the row paired with the rate.
 _PAIR = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
 
-#: What LP files of every solver take in names, but for what names here are made of.
-_LEGAL = set(string.ascii_letters + string.digits + "_.")
+#: What LP files of some solver do not take in names, beside what names here are made of.
+_ILLEGAL = r"[^A-Za-z0-9_.]"
 
 #: LP and MPS files have names of at most 255 characters, kinds among them.
 _LONGEST = 200
@@ -66,19 +66,13 @@ class Labels:
     limited: list[str]
 
 
-def readable(assembly: Assembly) -> Labels:
-    """``[A|ground]``: names of blocks as the scene has them."""
-    return _by_blocks(assembly, lambda name: name, "[{}]")
+def labels_of(assembly: Assembly, legal: bool) -> Labels:
+    """``[A|ground]``, names of blocks as the scene has them, or ``{A|ground}``, legal in LP files: with ``_``
+    for what these do not take."""
 
+    def written(name: str) -> str:
+        return re.sub(_ILLEGAL, "_", name) if legal else name
 
-def legal(assembly: Assembly) -> Labels:
-    """``{A|ground}``, with ``_`` for what LP files do not take, and not too long for them."""
-    return _by_blocks(
-        assembly, lambda name: "".join(letter if letter in _LEGAL else "_" for letter in name), "{{{}}}"
-    )
-
-
-def _by_blocks(assembly: Assembly, written: Callable[[str], str], brackets: str) -> Labels:
     joints, names = assembly.joints, [written(block.name) for block in assembly.scene.blocks]
     ends = zip(joints.first[assembly.joint], joints.second[assembly.joint], strict=True)
     labels = (
@@ -86,7 +80,7 @@ def _by_blocks(assembly: Assembly, written: Callable[[str], str], brackets: str)
         (names[block] for block in assembly.movable),
         (written(force.name) for force in assembly.limited),
     )
-    return Labels(*([brackets.format(label) for label in unique(each)] for each in labels))
+    return Labels(*([f"{{{each}}}" if legal else f"[{each}]" for each in unique(of)] for of in labels))
 
 
 def unique(labels: Iterable[str]) -> list[str]:

@@ -53,19 +53,20 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
                 "COMPAS data has blocks at rest, and motions beside them: leave 'moved' to meshes"
             )
         return _compas(result.assembly if result else assemble(scene), result)
-    if share is not None and (
-        isinstance(share, bool) or not isinstance(share, int | float) or not math.isfinite(share)
-    ):
+    number = isinstance(share, int | float) and not isinstance(share, bool) and math.isfinite(share)
+    if share is not None and not number:
         raise OptionError(f"'moved' is a share of the full motion, a number (found {share!r})")
-    if result is None:
-        if share:
-            raise OptionError("'moved': a scene has no motion before it is solved: give a result")
-        return _MESHES[end](_bodies(scene, np.zeros(3), np.zeros((len(scene.blocks), 6))))
-    elements = result_elements(result)
-    if share and not elements.movement:
-        raise OptionError(f"'moved': no motion was found ({result.status}): leave it out, for blocks at rest")
-    motion = (START if share is None else share) * elements.motion
-    return _MESHES[end](_bodies(scene, result.assembly.geometry.origin, motion))
+    origin, motion = np.zeros(3), np.zeros((len(scene.blocks), 6))
+    if result is not None:
+        elements, origin = result_elements(result), result.assembly.geometry.origin
+        if share and not elements.movement:
+            raise OptionError(
+                f"'moved': no motion was found ({result.status}): leave it out, for blocks at rest"
+            )
+        motion = (START if share is None else share) * elements.motion
+    elif share:
+        raise OptionError("'moved': a scene has no motion before it is solved: give a result")
+    return _MESHES[end](_bodies(scene, origin, motion))
 
 
 class _Body(NamedTuple):
@@ -218,12 +219,7 @@ def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any
         if force is not None:
             along = (force[own] @ axes.T).tolist()
             forces = [{"c_np": max(n, 0.0), "c_nn": max(-n, 0.0), "c_u": u, "c_v": v} for u, v, n in along]
-        data = {
-            "points": points,
-            "size": float(contacts.extent[joint]),
-            "frame": _object("compas.geometry/Frame", frame),
-            "forces": forces,
-            "mesh": None,
-        }
+        data = {"points": points, "size": float(contacts.extent[joint])}
+        data |= {"frame": _object("compas.geometry/Frame", frame), "forces": forces, "mesh": None}
         made.append(_object("compas_assembly.datastructures/Interface", data))
     return made

@@ -21,8 +21,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Options, Task, of_same_scene
-from masonry_opt.models.pyomo_mpec import PyomoMpec
-from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
+from masonry_opt.models.pyomo_mpec import PyomoMpec, PyomoRelaxed
 from masonry_opt.problem.load_units import in_units_of_live_load
 from masonry_opt.problem.problem import State
 from masonry_opt.solvers import ipopt as drivers

@@ -23,14 +23,11 @@ def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
         from masonry_opt.solvers.pyomo_engine import PyomoEngine
 
         return PyomoEngine, {"static": PyomoStatic, "kinematic": PyomoKinematic}
-    from masonry_opt.models.cvxpy_cone import CvxpyConeKinematic, CvxpyConeStatic
     from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
     from masonry_opt.models.cvxpy_parabola import CvxpyParabolaKinematic, CvxpyParabolaStatic
     from masonry_opt.models.cvxpy_static import CvxpyStatic
     from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
-    if problem.by_friction.conic:
-        return CvxpyEngine, {"static": CvxpyConeStatic, "kinematic": CvxpyConeKinematic}
     if problem.by_strength.conic:
         return CvxpyEngine, {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
     return CvxpyEngine, {"static": CvxpyStatic, "kinematic": CvxpyKinematic}

@@ -14,7 +14,7 @@ import pyomo.environ as pyo
 from pyomo.common.errors import ApplicationError
 from pyomo.repn.plugins.nl_writer import NLWriter
 
-from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
+from masonry_opt.models.pyomo_mpec import PyomoRelaxed
 
 #: Options for a series of solves that each begin near the last one's end.
 _OPTIONS: dict[str, Any] = {

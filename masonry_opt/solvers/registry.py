@@ -123,12 +123,8 @@ def _scipy(tolerance: float) -> dict[str, Any]:
 
 
 def _first_order(**most: int) -> Options:
+    # They take many cheap iterations; OSQP's own limit is a tenth of SCS's.
     return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **most}
-
-
-# First-order methods take many cheap iterations; OSQP's own limit is a tenth of SCS's.
-_osqp = _first_order(max_iter=100_000)
-_scs = _first_order(max_iters=100_000)
 
 
 @cache
@@ -151,8 +147,8 @@ _ENTRIES = (
     SolverEntry("highs", "cvxpy", "HIGHS", _highs_simplex),
     SolverEntry("highs-ipm", "cvxpy", "HIGHS", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "cvxpy", "HIGHS", _highs_hipo, interior=True),
-    SolverEntry("osqp", "cvxpy", "OSQP", _osqp, decides=False),
-    SolverEntry("scs", "cvxpy", "SCS", _scs, decides=False, conic=True),
+    SolverEntry("osqp", "cvxpy", "OSQP", _first_order(max_iter=100_000), decides=False),
+    SolverEntry("scs", "cvxpy", "SCS", _first_order(max_iters=100_000), decides=False, conic=True),
     SolverEntry("scipy", "cvxpy", "SCIPY", _scipy),
     SolverEntry("highs", "pyomo", "highs", _highs_simplex),
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),

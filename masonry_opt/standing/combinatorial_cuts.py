@@ -15,8 +15,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import PROOF
 from masonry_opt.answer.infeasibility import kinematic_residual, static_residual
 from masonry_opt.effort import Effort
-from masonry_opt.models.cvxpy_exact import CvxpyMotion
-from masonry_opt.models.pyomo_alternatives import PyomoNoForces, PyomoNoMotion
+from masonry_opt.models.cvxpy_exact import CvxpyMotion, CvxpyNoForces, CvxpyNoMotion
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
@@ -64,8 +63,8 @@ class _BranchAndCut:
     def __init__(self, problem: Problem, most_programs: int, effort: Effort, purpose: str) -> None:
         self.problem, self.effort, self.cuts = problem, effort, Cuts()
         self._most_programs = effort.lp_solves + most_programs
-        self._motion, self._no_motion = CvxpyMotion(problem), PyomoNoMotion(problem, problem.dilatancy)
-        self._no_forces = PyomoNoForces(problem)
+        self._motion, self._no_motion = CvxpyMotion(problem), CvxpyNoMotion(problem, problem.dilatancy)
+        self._no_forces = CvxpyNoForces(problem)
         self._mechanisms, self._kinematics, self._statics = (
             HighsSession(model.program, effort, purpose)
             for model in (self._motion, self._no_motion, self._no_forces)
@@ -73,8 +72,8 @@ class _BranchAndCut:
         # The cuts again, as rows over the faces: as many as there may be programs, each of which finds one.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (False, True)}
         ones = np.ones(problem.faces)
-        self._kinematics.set_costs(self._no_motion.program.v, ones)
-        self._statics.set_costs(self._no_forces.program.r, ones)
+        self._kinematics.set_costs(self._no_motion.v, ones)
+        self._statics.set_costs(self._no_forces.r, ones)
 
     def exclude(self, choice: _Choice) -> None:
         """Return if no Coulomb state agrees with a choice; raise _Undecided if that is not shown."""
@@ -134,24 +133,24 @@ class _BranchAndCut:
 
     def _static_cut(self, held: list[int]) -> frozenset[int] | None:
         """Those of some faces that cannot come to yield together; None if all can."""
-        program, most = self._no_forces.program, np.zeros(self.problem.faces)
+        model, most = self._no_forces, np.zeros(self.problem.faces)
         most[held] = np.inf
-        self._statics.set_most(program.r, most)
+        self._statics.set_most(model.r, most)
         if not self._solved(self._statics):
             return None
-        d, p, r = (self._statics.values(variable) for variable in (program.d, program.p, program.r))
+        d, p, r = (self._statics.values(variable) for variable in (model.d, model.p, model.r))
         blamed = r - p > _TO_BLAME * max(r.max(), 1.0)
         self._keep(self.cuts.static, False, static_residual(self.problem, d, p - r, blamed), blamed)
         return self.cuts.static[-1]
 
     def _kinematic_cut(self, still: list[int]) -> None:
         """Those of some faces of which one must move."""
-        program, most = self._no_motion.program, np.zeros(self.problem.faces)
+        model, most = self._no_motion, np.zeros(self.problem.faces)
         most[still] = np.inf
-        self._kinematics.set_most(program.v, most)
+        self._kinematics.set_most(model.v, most)
         if not self._solved(self._kinematics):
             raise _Undecided
-        q, v = self._kinematics.values(program.q), self._kinematics.values(program.v)
+        q, v = self._kinematics.values(model.q), self._kinematics.values(model.v)
         blamed = v > _TO_BLAME * max(v.max(), 1.0)
         self._keep(self.cuts.kinematic, True, kinematic_residual(self.problem, q, blamed), blamed)
 

@@ -5,6 +5,7 @@ No solver's verdict counts: forces and mechanisms are borne out by what they lea
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +21,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.driver import Kept
-from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy, taking_cones
+from masonry_opt.solvers.registry import Solver, find_solver, taking_cones
 
 #: What a solver does here, as a result tells it.
 DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"
@@ -133,7 +134,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
     scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVES)
     model = CvxpyFalling(problem.by_cone, ShearLimits.true(problem), gyration, scale)
-    if not has_optimum(model.program, in_cvxpy(find_solver("cvxpy", None)), effort, DEAD_LOAD):
+    if not has_optimum(model.program, find_solver("cvxpy", None), effort, DEAD_LOAD):
         return falling
     return np.asarray(model.mechanism.d.value) / scale
 
@@ -145,22 +146,16 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
     solver's own status. The effort is told the solver, and no programs.
     """
     effort.begins("why there is no load factor")
-    own = Effort()
-    failed = Status.SOLVER_FAILED, reason(Code.SOLVER_STOPPED, word=solver_status)
-    try:
+    with suppress(DeadLoadUndecided), effort.beside() as own:
         own_flow, associative = (
             _driven(_of_live_load(problem, slope), solver, own, DIAGNOSIS)
             for slope in (problem.dilatancy, problem.friction)
         )
-    except DeadLoadUndecided:
-        return failed
-    finally:
-        effort.credit(own)
-    if associative is not None:
-        return failed
-    if own_flow is not None:
-        return Status.LOCKED, reason(Code.DILATANCY_LOCKS)
-    return Status.UNLIMITED, reason(Code.NO_MECHANISM)
+        if associative is None and own_flow is not None:
+            return Status.LOCKED, reason(Code.DILATANCY_LOCKS)
+        if associative is None:
+            return Status.UNLIMITED, reason(Code.NO_MECHANISM)
+    return Status.SOLVER_FAILED, reason(Code.SOLVER_STOPPED, word=solver_status)
 
 
 def locking_joints(
@@ -175,10 +170,9 @@ def locking_joints(
     """
     none = np.array([], dtype=int)
     if status is Status.LOCKED:
-        try:
+        d = None
+        with suppress(DeadLoadUndecided):
             d = _driven(_of_live_load(problem, problem.dilatancy), solver, effort, DIAGNOSIS)
-        except DeadLoadUndecided:
-            d = None
         if d is None:
             return none
         departure = problem.departure(d, problem.rates(d, problem.friction), problem.friction)

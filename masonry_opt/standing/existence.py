@@ -14,7 +14,7 @@ from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import NAMED
 from masonry_opt.effort import Effort
-from masonry_opt.models.pyomo_alternatives import PyomoNoMotion
+from masonry_opt.models.cvxpy_exact import CvxpyNoMotion
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
@@ -45,12 +45,10 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
     if problem.joints > _RAYS_UP_TO:
         return None
     effort.begins("is there a load factor at all?")
-    own = Effort()
-    try:
-        return _found(in_units_of_load(problem).problem, own, of_mechanism)
-    finally:
-        effort.credit(own)
-        effort.add("solve", own.seconds["solve"])
+    with effort.beside() as own:
+        found = _found(in_units_of_load(problem).problem, own, of_mechanism)
+    effort.add("solve", own.seconds["solve"])
+    return found
 
 
 def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
@@ -90,12 +88,12 @@ def _ray(
 ) -> tuple[np.ndarray, tuple[float, float]] | None:
     """Forces (3c,) that carry the live load alone with shear limits of a slope (k,) and without cohesion, and
     their residuals; None if none were found that their residuals bear out."""
-    program = PyomoNoMotion(problem, slope).program
-    session = HighsSession(program, effort, _PURPOSE)
-    session.set_most(program.v, np.zeros(problem.faces))
+    model = CvxpyNoMotion(problem, slope)
+    session = HighsSession(model.program, effort, _PURPOSE)
+    session.set_most(model.v, np.zeros(problem.faces))
     if session.solve() is not Verdict.OPTIMAL:
         return None
-    q = session.values(program.q)
+    q = session.values(model.q)
     left = ray_residuals(problem, q, slope)
     return (q, left) if max(left) <= PROOF else None
 
@@ -138,15 +136,14 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
 def _as_proven(solution: Solution) -> Solution:
     """A solution with what is proven as status and reasons; the associative load factor bounds the rest."""
     found = solution.infeasibility
-    if found is None:
-        pass
-    elif found.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
+    proven = found.existence if found else None
+    if proven is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
         solution = replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
-    elif found.existence is Existence.NO_STATE:
+    elif found and proven is Existence.NO_STATE:
         counts = {"static_cuts": found.static_cuts, "kinematic_cuts": found.kinematic_cuts}
         status = solution.status if found.equilibrium is None else Status.JAMMED
         solution = replace(solution, status=status).telling_first(reason(Code.NO_COLLAPSE, **counts))
-    elif found.existence is Existence.UNBOUNDED:
+    elif proven is Existence.UNBOUNDED:
         solution = solution.telling(reason(Code.CARRIES_ANY))
     if solution.proven_none or solution.associative is None:
         return solution

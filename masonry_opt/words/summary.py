@@ -11,7 +11,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.reasons import Code, Reason, Status
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
@@ -65,8 +65,8 @@ def facts(result: Outcome) -> dict[str, str]:
         "live load": _live_load(result),
         "fill": "\n".join(of_fills(result.assembly)),
         "how sure": _certainty(result),
-        "curve": "".join(sentences([said for said in result.reasons if said.code is Code.CURVE])),
-        "spread": "".join(sentences([said for said in result.reasons if said.code is Code.SPREAD])),
+        "curve": "".join(_said(result, Code.CURVE)),
+        "spread": "".join(_said(result, Code.SPREAD)),
         "load factors": load_factors(result),
         "friction": _friction(result),
         "crushing": _crushing(result),
@@ -75,10 +75,15 @@ def facts(result: Outcome) -> dict[str, str]:
     return {label: words for label, words in known.items() if words}
 
 
+def _said(result: Outcome, *codes: Code) -> tuple[str, ...]:
+    """Sentences of the reasons with these codes."""
+    return sentences([said for said in result.reasons if said.code in codes])
+
+
 def _why(result: Outcome) -> str:
     """Why there is no load factor, without what was tried; or why there is one without work."""
     if result.status.usable:
-        return message([said for said in result.reasons if said.code is Code.NO_WORK])
+        return "".join(_said(result, Code.NO_WORK))
     told = [reason for reason in result.reasons if reason.code not in _TRIED] or result.reasons
     return "\n".join(dict.fromkeys(sentences(told)))
 
@@ -100,16 +105,11 @@ def _mechanism(result: Outcome) -> str:
     """How many blocks move, and what the joints do."""
     if result.solution.d is None:
         return ""
-    motion = joint_motion(result.assembly, result.solution)
+    of = joint_motion(result.assembly, result.solution)
     moving = len(moving_blocks(result.assembly, result.solution.d))
-    counts = {
-        "slide": motion.slides,
-        "hinge": motion.hinges,
-        "separate": motion.separates,
-        "crush": motion.crushes,
-    }
-    done = [(int(joints.sum()), word) for word, joints in counts.items()]
-    said = [f"{count} {verb(count, word)}" for count, word in done if count]
+    done = {"slide": of.slides, "hinge": of.hinges, "separate": of.separates, "crush": of.crushes}
+    counts = {word: int(joints.sum()) for word, joints in done.items()}
+    said = [f"{count} {verb(count, word)}" for word, count in counts.items() if count]
     joints = f"; of the joints {', '.join(said)}" if said else ""
     return f"{moving} of {counted(result.size.blocks, 'block')}{joints}"
 
@@ -145,12 +145,10 @@ def _live_load(result: Outcome) -> str:
         case = scene.case
         if isinstance(case, CaseFile) and (tables := case.tables_with_old_live()):
             said[0] += f" (as 'live' of {', '.join(tables)})"
-    named = [(block.name, block.live) for block in scene.blocks]
-    named += [(load.block, load.live or (0.0, 0.0)) for load in scene.loads]
-    turned = [(block.name, getattr(block, "live_moment", ())) for block in scene.blocks]
-    turned += [(load.block, load.live_moment or ()) for load in scene.loads]
-    for kind, given in (("force", named), ("moment", turned)):
-        if acted := {name for name, load in given if any(load)}:
+    given: list[tuple[str, object]] = [(block.name, block) for block in scene.blocks]
+    given += [(load.block, load) for load in scene.loads]
+    for kind, of in (("force", "live"), ("moment", "live_moment")):
+        if acted := {name for name, load in given if any(getattr(load, of, None) or ())}:
             said.append(f"{f'a {kind}' if len(acted) == 1 else f'{kind}s'} on {counted(len(acted), 'block')}")
     if lines := sum(load.kind == "live" for load in scene.edge_loads):
         said.append(f"along {counted(lines, 'line')}")
@@ -204,14 +202,10 @@ def _certainty(result: Outcome) -> str:
     state = "exact" if result.exact else f"exact but for {_left(result)}"
     if _is_associative(result):
         return state
-    if bounds := [reason for reason in result.reasons if reason.code in _BOUNDS]:
-        return "; ".join([state, *sentences(bounds)])
-    met, searched = (
-        sentences([reason for reason in result.reasons if reason.code is code])
-        for code in (Code.STATES_MET, Code.SEARCHED)
-    )
-    looks = searched[0] if searched else "method 'refined' with search=10 searches for them"
-    return f"{', '.join([state, *met])}; lower ones may exist ({looks})"
+    if bounds := _said(result, *_BOUNDS):
+        return "; ".join([state, *bounds])
+    looks = "".join(_said(result, Code.SEARCHED)) or "method 'refined' with search=10 searches for them"
+    return f"{', '.join([state, *_said(result, Code.STATES_MET)])}; lower ones may exist ({looks})"
 
 
 def known_least(result: Outcome) -> str:
@@ -261,7 +255,7 @@ def load_factors(result: Outcome) -> str:
             told.append(("safe (lowest found)", found, ""))
     if expected is not None:
         told.append(("expected in a test", expected, _doubt(result)))
-    elif not _codes(result.expected_reasons) <= _codes(result.reasons):
+    elif {said.code for said in result.expected_reasons} - {said.code for said in result.reasons}:
         told.append(("none expected in a test", None, message(result.expected_reasons)))
     if result.associative is not None:
         told.append(("upper bound", result.associative, "classical limit analysis"))
@@ -279,10 +273,6 @@ def _once(equal: list[tuple[str, float | None, str]]) -> str:
 
 def _number(load_factor: float | None) -> str:
     return "" if load_factor is None else f" {_known(load_factor)}"
-
-
-def _codes(reasons: Iterable[Reason]) -> set[Code]:
-    return {reason.code for reason in reasons}
 
 
 def _doubt(result: Outcome) -> str:

@@ -22,15 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: Columns shown as small numbers.
-_RESIDUALS = (
-    "difference",
-    "equilibrium",
-    "yield",
-    "flow",
-    "kinematics",
-    "virtual_work",
-    "complementarity",
-)
+_RESIDUALS = ("difference", "equilibrium", "yield", "flow", "kinematics", "virtual_work", "complementarity")
 
 
 #: Where results are printed while standard output is kept for them; else standard output.
@@ -130,10 +122,5 @@ def _cell(column: str, value: object) -> str:
         return str(value)
     if math.isnan(value):
         return "–"
-    if column in _RESIDUALS:
-        return numeral(value, ".1e")
-    if "%" in column:
-        return numeral(value, "+.3f")
-    if "(s)" in column:
-        return numeral(value, ".2f")
-    return numeral(value, ".5f")
+    spec = ".1e" if column in _RESIDUALS else "+.3f" if "%" in column else ".2f" if "(s)" in column else ".5f"
+    return numeral(value, spec)

@@ -11,8 +11,8 @@ import masonry_opt as mo
 from masonry_opt.answer.motion import fastest, yielded_on
 from masonry_opt.drawing.elements import result_elements
 from masonry_opt.drawing.marks import moved
+from masonry_opt.drawing.page import way_motions, way_of
 from masonry_opt.drawing.svg import SIDE, Canvas
-from masonry_opt.drawing.way import way_motions, way_of
 
 pytestmark = pytest.mark.slow
 

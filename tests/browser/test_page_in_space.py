@@ -12,8 +12,8 @@ import masonry_opt as mo
 from masonry_opt.answer.motion import fastest, yielded_on
 from masonry_opt.drawing.elements import FULL
 from masonry_opt.drawing.marks import moved
+from masonry_opt.drawing.page import way_motions, way_of
 from masonry_opt.drawing.view import axes_of
-from masonry_opt.drawing.way import way_motions, way_of
 
 pytestmark = pytest.mark.slow
 

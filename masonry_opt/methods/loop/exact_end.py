@@ -11,7 +11,7 @@ from masonry_opt.answer.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import forces_for, motion_for
-from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
+from masonry_opt.models.cvxpy_exact import CvxpyAtYield
 from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
 from masonry_opt.problem.problem import Problem, State
 from masonry_opt.solvers.cvxpy_engine import has_optimum

@@ -14,8 +14,7 @@ import masonry_opt as mo
 from masonry_opt.drawing.elements import FULL, KINDS, result_elements
 from masonry_opt.drawing.marks import moved
 from masonry_opt.drawing.page import refuse_saving
-from masonry_opt.drawing.solid_figure import three
-from masonry_opt.drawing.solids import surface
+from masonry_opt.drawing.solids import surface, three
 from masonry_opt.drawing.view import axes_of, best_view, raster
 
 

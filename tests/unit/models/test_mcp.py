@@ -8,10 +8,9 @@ from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.answer.answer import certify
-from masonry_opt.models.pyomo_arrays import put
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_slack_variables
-from masonry_opt.models.pyomo_mpec import PyomoMpec
-from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
+from masonry_opt.models.pyomo_mpec import PyomoMpec, PyomoRelaxed
+from masonry_opt.models.pyomo_terms import put
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import State
 from masonry_opt.solvers.ipopt import CasadiIpopt

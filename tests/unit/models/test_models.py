@@ -7,16 +7,14 @@ import pytest
 from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 from scenes import declared
 
-from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
-from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
+from masonry_opt.models.cvxpy_exact import CvxpyAtYield, CvxpyForces, CvxpyMotion
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
 from masonry_opt.models.cvxpy_static import CvxpyStatic
-from masonry_opt.models.pyomo_arrays import put
-from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
-from masonry_opt.models.pyomo_mpec import PyomoMpec
+from masonry_opt.models.pyomo_mpec import PyomoGlobal, PyomoMpec
 from masonry_opt.models.pyomo_static import PyomoStatic
+from masonry_opt.models.pyomo_terms import put
 from masonry_opt.problem.problem import ShearLimits
 
 #: Models that have statics, by name, each of a problem and its true shear limits.

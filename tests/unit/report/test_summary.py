@@ -13,7 +13,7 @@ from scenes import CASES, block_on_floor, overhanging, small_wall, two_blocks
 import masonry_opt as mo
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.drawing.elements import has_mechanism
+from masonry_opt.drawing.elements import result_elements
 from masonry_opt.drawing.page import page
 from masonry_opt.words.sentences import message
 from masonry_opt.words.summary import facts
@@ -110,7 +110,7 @@ def test_nothing_moves_in_words_and_numbers(failed):
 
 
 def test_nothing_moves_in_pictures_and_pages(failed):
-    assert not has_mechanism(failed)
+    assert not result_elements(failed).movement
     assert not any("joint" in label for label in labels(failed))
     assert "tried" not in failed.plot().axes[0].get_title()
     (slider,) = [line for line in page(failed).splitlines() if 'id="moved"' in line]
