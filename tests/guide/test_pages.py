@@ -63,9 +63,7 @@ def test_case_files_of_the_pages_are_some(tmp_path):
         ("Edge loads", keys_of(mo.EdgeLoad)),
         ("Generators", keys_of(Generator)),
         ("`[wall]`: courses of blocks", keys_of(mo.Wall) - keys_of(Generator)),
-        ("`[facade]`: bond with openings", keys_of(mo.Facade) - keys_of(Generator)),
         ("`[arch]`: voussoirs", keys_of(mo.Arch) - keys_of(Generator)),
-        ("`[column]`: drums", keys_of(mo.Column) - keys_of(Generator)),
     ],
 )
 def test_every_key_of_a_table_stands_there_and_no_other(title, expected):

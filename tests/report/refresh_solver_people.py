@@ -1,4 +1,4 @@
-"""Write the table of best known values in ``docs/solver_people.md`` anew
+"""Write the table of best known values in ``benchmarks/README.md`` anew
 (``python tests/report/refresh_solver_people.py`` in the clone)."""
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ def table(cases: Path) -> str:
 
 
 if __name__ == "__main__":
-    page = Path("docs", "solver_people.md")
+    page = Path("benchmarks", "README.md")
     written = table(Path("cases"))
-    text = BETWEEN.sub(lambda found: found[1] + written + found[3], page.read_text("utf-8"))
-    page.write_text(text, "utf-8")
+    page.write_text(BETWEEN.sub(rf"\g<1>{written}\g<3>", page.read_text("utf-8")), "utf-8")

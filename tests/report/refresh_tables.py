@@ -1,5 +1,5 @@
-"""Write the tables of ``docs/paper.md`` anew (``python tests/report/refresh_tables.py``) from what
-``make table1`` has written to results/."""
+"""Write Table 1 in ``docs/paper.md`` and its residuals in ``benchmarks/README.md`` anew
+(``python tests/report/refresh_tables.py``) from what ``make table1`` has written to results/."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def _cell(column: str, value: object) -> str:
 
 
 def tables(folder: Path) -> dict[str, str]:
-    """What stands between the markers of each table of the page."""
+    """What stands between the markers of each table."""
     residuals = pd.read_csv(folder / "table1_residuals.csv")
     loops = residuals[residuals["method"] == "loop"].drop(columns=LEFT_OUT)
     return {"table1": markdown(pd.read_csv(folder / "table1.csv")), "residuals": markdown(loops)}
 
 
 def refresh(page: Path, folder: Path) -> None:
-    """Replace what stands between the markers."""
+    """Replace what stands between the markers that the page has."""
     text = page.read_text("utf-8")
     for name, table in tables(folder).items():
         between = re.compile(rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
@@ -44,4 +44,5 @@ def refresh(page: Path, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    refresh(Path("docs", "paper.md"), Path("results"))
+    for page in Path("docs", "paper.md"), Path("benchmarks", "README.md"):
+        refresh(page, Path("results"))

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from scenes import run_command
 
-PAGE = Path(__file__).parents[2] / "docs" / "paper.md"
+PAGES = [Path(__file__).parents[2] / name for name in ("docs/paper.md", "benchmarks/README.md")]
 SPEC = importlib.util.spec_from_file_location("refresh", Path(__file__).with_name("refresh_tables.py"))
 refresh = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(refresh)
@@ -22,7 +22,8 @@ def rows(table):
 
 
 def shown(name):
-    return rows(PAGE.read_text("utf-8").split(f"<!-- {name} -->\n")[1].split(f"<!-- /{name} -->")[0])
+    text = "".join(page.read_text("utf-8") for page in PAGES)
+    return rows(text.split(f"<!-- {name} -->\n")[1].split(f"<!-- /{name} -->")[0])
 
 
 @pytest.mark.slow

@@ -22,8 +22,8 @@ joints = mo.JointDefaults(friction=0.6)
 corner = mo.Scene(title="corner of two walls", joints=joints, blocks=plan.blocks())
 
 # %%
-# λ is the horizontal seismic coefficient at collapse: to expect of a corner that is at rest and is then
-# shaken, every 15° in plan.
+# λ is the horizontal seismic coefficient at which a corner at rest that is then shaken is expected to
+# collapse, every 15° in plan.
 found = mo.directions(corner, "compliant", every=15)
 around = found.table.set_index("direction")["load_factor"]
 print(f"along the walls: {around[[0, 90, 180, 270]].min():.3f}")

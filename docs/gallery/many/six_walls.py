@@ -28,7 +28,7 @@ for n, known in samples.items():
     print(f"wall {n}: λ = {low:.4f}, {median:.4f}, {high:.4f} (5, 50, 95 %); {mechanisms}")
 
 # %%
-# Walls 3 and 4 rock: friction makes nothing of their load factor. Walls 5 and 6 slide and rock at once, and
+# Walls 3 and 4 rock: friction does not change their load factor. Walls 5 and 6 slide and rock at once, and
 # scatter by 3 and 7 %. Walls 1 and 2 slide where they are smooth, at a load factor that is the friction, and
 # are then as weak as each other; where they are rough they rock as well, and gain little.
 figure = Figure(figsize=(7, 3.8), layout="constrained")

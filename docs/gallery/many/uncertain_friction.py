@@ -2,9 +2,9 @@
 What if friction is not known?
 ==============================
 
-Friction of masonry is known to some 15 %. What does that make of the load factor of a wall? Wall 5 of
+Friction of masonry is known to some 15 %. How far does the load factor of a wall scatter with it? Wall 5 of
 Ferris & Tin-Loi (2001) is solved for frictions drawn from a lognormal distribution with a mean of 0.65: for
-the lowest of its states that are found, and for the load to expect, which changes with friction as walls do.
+the lowest of its states that are found, and for the load to expect.
 """
 
 import masonry_opt as mo
@@ -22,7 +22,7 @@ assert (known.falling, known.unlimited, known.undecided) == (0, 0, 0)
 
 # %%
 # The probability of collapse at a load, and the load that 95 % of such walls bear. The wall hinges more than
-# it slides: 15 % of friction make little of its load factor.
+# it slides: 15 % more or less friction changes its load factor little.
 fragility = known.plot("fragility")
 lower, median, upper = known.quantiles()["expected_value"]
 print(f"To expect: 5 % collapse below λ = {lower:.4f}, half below {median:.4f}")

@@ -18,7 +18,7 @@ loop = mo.solve(scene, "nonassociative", sub_problems="accurate")
 
 # %%
 # Which optimal state a solver returns decides where the loop ends; ours ends with exact forces on its
-# mechanism, and nearer to the MPEC's 0.539 than to a per cent.
+# mechanism, within one per cent of the MPEC's 0.539.
 rows = [("associative", associative, "associative"), ("Coulomb, loop", loop, "nonassociative")]
 table = pd.DataFrame(
     {
