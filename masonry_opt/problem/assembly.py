@@ -18,7 +18,7 @@ from masonry_opt.problem.matrices import Matrices, shares
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.find import find_joints, shapes_of
 from masonry_opt.scene.contacts.joints import Joints
-from masonry_opt.scene.extents import Extents
+from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 
 #: What of a scene matrices depend on, and what loads do beside it; the rest are joint properties and words.

@@ -12,7 +12,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import Segments, no_loads, resultant
 from masonry_opt.scene.geometry import Geometry
-from masonry_opt.scene.load_cases import Kind
+from masonry_opt.scene.loads import Kind
 from masonry_opt.scene.profile import Profile, profile_below
 from masonry_opt.scene.scene import Scene
 

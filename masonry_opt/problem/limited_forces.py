@@ -16,9 +16,9 @@ import scipy.sparse as sp
 
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.loads import moment_of, moments_in
-from masonry_opt.scene.extents import Extents
+from masonry_opt.scene.geometry import Extents
+from masonry_opt.scene.loads import GROUND, Tie
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.ties import GROUND, Tie
 
 
 class Role(StrEnum):

@@ -12,9 +12,8 @@ import numpy as np
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.contacts.sides import LEAN
-from masonry_opt.scene.extents import Extents
-from masonry_opt.scene.load_cases import Kind
-from masonry_opt.scene.loads import EdgeLoad
+from masonry_opt.scene.geometry import Extents
+from masonry_opt.scene.loads import EdgeLoad, Kind
 from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.scene import Scene
 

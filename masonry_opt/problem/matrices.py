@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from masonry_opt.problem.faces import KINDS, PLANE, Faces, Layout, selection, space
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.contacts.joints import Joints
-from masonry_opt.scene.extents import Extents
+from masonry_opt.scene.geometry import Extents
 
 #: Sides of the polygon inside the cone of friction: associative load factors of corner walls are some .2 %
 #: lower than by cones, loads to expect as much. (With 12 sides 1 %, with 16 .5 %; steps are as many.)

@@ -33,12 +33,9 @@ class Stone(NamedTuple):
     back: Point | None = None
 
     def mapped(self, point: Callable[[Point], Point]) -> Stone:
-        """A voussoir with its points elsewhere."""
-        assert self.weight_at is not None
-        assert self.back is not None
-        return Stone(
-            self.name, [*map(point, self.corners)], self.area, point(self.weight_at), point(self.back)
-        )
+        """With its points elsewhere."""
+        weight_at, back = (at and point(at) for at in (self.weight_at, self.back))
+        return self._replace(corners=[*map(point, self.corners)], weight_at=weight_at, back=back)
 
 
 class ArchRing(AnyGenerator):
@@ -99,13 +96,8 @@ class ArchRing(AnyGenerator):
                 "'rise' is more than half of 'span': a pointed arch has an even number of 'voussoirs' "
                 f"(found {self.voussoirs})"
             )
-        if not self.thickness < 2 * self._radius:
-            yield (
-                f"'thickness' must be less than twice the radius {self._radius:g} (found {self.thickness:g})"
-            )
-        yield from self._wrong_skewbacks()
-
-    def _wrong_skewbacks(self) -> Iterator[str]:
+        if not self.thickness < 2 * (radius := self._radius):
+            yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"
         if self.skewbacks is None:
             return
         for angle, turn in self._ends:
@@ -116,11 +108,6 @@ class ArchRing(AnyGenerator):
             if self.skewbacks < foot * (1 - _ROUNDING):
                 yield f"'skewbacks' are narrower than the arch's foot, {foot:g} (found {self.skewbacks:g})"
                 return
-
-    @property
-    def size(self) -> int:
-        """Number of voussoirs."""
-        return self.voussoirs
 
     @property
     def _is_pointed(self) -> bool:

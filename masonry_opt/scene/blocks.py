@@ -225,11 +225,8 @@ class Record(BaseModel, metaclass=_RecordType):
         if unknown := [key for key in change if key not in named]:
             near = did_you_mean(unknown[0], named)
             raise CaseError(f"{called(type(self), vars(self))}: '{name}' has none named '{unknown[0]}'{near}")
-        changed = []
-        for entry in entries:
-            new = change.get(entry.name, entry)
-            changed.append(entry._with(new) if isinstance(new, Mapping) else new)
-        return changed
+        new = [(entry, change.get(entry.name, entry)) for entry in entries]
+        return [entry._with(own) if isinstance(own, Mapping) else own for entry, own in new]
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):

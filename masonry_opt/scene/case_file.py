@@ -19,11 +19,9 @@ from masonry_opt.scene.generator import MOST_BLOCKS, AnyGenerator, Generator, So
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import wrong_file
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.solid_generators.barrel import Barrel
-from masonry_opt.scene.solid_generators.dome import Dome
-from masonry_opt.scene.solid_generators.groin import Groin
 from masonry_opt.scene.solid_generators.plan import Plan
-from masonry_opt.scene.solid_generators.shaft import Shaft
+from masonry_opt.scene.solid_generators.round import Dome, Shaft
+from masonry_opt.scene.solid_generators.vaults import Barrel, Groin
 from masonry_opt.scene.solids import Solid, Vector
 from masonry_opt.scene.tables import as_path, read_tables, write_file
 from masonry_opt.scene.walls import Column, Facade, Wall
@@ -148,12 +146,12 @@ def load(path: str | Path) -> Scene:
     try:
         file = CaseFile.model_validate(case)
         return file.scene().read_from(path, file)
-    except ValidationError as error:
-        raise wrong_file(error, path, case, CaseFile) from None
-    except CaseError as error:  # of a block that a generator built: pydantic's error lies behind it
-        if not isinstance(error.__context__, ValidationError):
+    except (ValidationError, CaseError) as error:
+        # Behind that of a block that a generator built lies pydantic's.
+        wrong = error if isinstance(error, ValidationError) else error.__context__
+        if not isinstance(wrong, ValidationError):
             raise
-        raise wrong_file(error.__context__, path, case, CaseFile) from None
+        raise wrong_file(wrong, path, case, CaseFile) from None
 
 
 def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:

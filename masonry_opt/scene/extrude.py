@@ -12,17 +12,14 @@ import shapely
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.blocks import Block, Point, Record
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.consistency import of_plane_alone
-from masonry_opt.scene.convex_pieces import convex_pieces
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.joints import Joint, JointDefaults
-from masonry_opt.scene.load_cases import Earthquake
-from masonry_opt.scene.loads import Load
+from masonry_opt.scene.keys import of_plane_alone
+from masonry_opt.scene.loads import Earthquake, Load, Prop, Tie
+from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, prism
-from masonry_opt.scene.ties import Prop, Tie
 
-_Vector3 = tuple[float, float, float]
 _J = TypeVar("_J", Joint, JointDefaults)
 
 
@@ -81,12 +78,12 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
 
 
 def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
-    if quake is None or (sideways := scene.sideways(quake.direction, quake.vector)) is None:
+    if quake is None or (sideways := scene.sideways(quake.towards)) is None:
         return None
     return quake.replace(direction=_in_space(sideways.tolist()))
 
 
-def _in_space(vector: Any, at: float = 0.0) -> _Vector3:
+def _in_space(vector: Any, at: float = 0.0) -> tuple[float, float, float]:
     x, y = vector
     return (x, at, y)
 

@@ -50,8 +50,8 @@ class AnyGenerator(Record):
 
     @property
     def size(self) -> int:
-        """Number of blocks that it builds, or more: known before they are built."""
-        raise NotImplementedError
+        """Number of blocks that it builds, or more, but for a few: known before they are built."""
+        return math.prod(getattr(self, key, 1) for key in ("rings", "voussoirs", "drums"))
 
     def _block(self, name: str, *parts: PartKeys, **keys: Any) -> Any:
         """A block of these parts, whose points are seen from the generator's origin."""
@@ -162,3 +162,8 @@ def polar(radius: float, angle: float, *z: float) -> Any:
     """The point at a distance from the origin, or the z axis, in a direction in radians, counter-clockwise
     from x."""
     return (radius * math.cos(angle), radius * math.sin(angle), *z)
+
+
+def both(widths: float | tuple[float, float]) -> tuple[float, float]:
+    """One width, or two that differ, as two."""
+    return widths if isinstance(widths, tuple) else (widths, widths)

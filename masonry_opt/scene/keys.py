@@ -1,21 +1,21 @@
-"""The keys that a scene and a case file share, and the directions that follow from them."""
+"""The keys that a scene and a case file share, the directions that follow, and whether they go together."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import itertools
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, Tag
 
-from masonry_opt.scene.axles import Axles
+from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, Positive, Record, Reference, Text
-from masonry_opt.scene.fill import Fill
 from masonry_opt.scene.joints import Joint, JointDefaults
-from masonry_opt.scene.load_cases import Earthquake, LoadCases
-from masonry_opt.scene.loads import EdgeLoad, Load
+from masonry_opt.scene.loads import GROUND, GROUPS, Earthquake, EdgeLoad, Load, LoadCase, Prop, Tie
+from masonry_opt.scene.mistakes import did_you_mean, repeated
+from masonry_opt.scene.road import Axles, Fill
 from masonry_opt.scene.solids import AnyBlock, PlaneOrSpaceVector, Vector
-from masonry_opt.scene.ties import Prop, Tie
 
 Tilt = Annotated[
     Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
@@ -23,6 +23,13 @@ Tilt = Annotated[
 
 #: Sine of the angle to gravity below which the direction of a tilt is gravity's own.
 _ALONG_GRAVITY = 1e-9
+
+#: Keys of a block that are live loads.
+_LIVE = ("live", "live_per_weight", "live_moment")
+
+#: What a point is, and the direction of an earthquake, by dimension.
+_POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
+_DIRECTION = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
 
 
 class SceneKeys(Record):
@@ -44,7 +51,7 @@ class SceneKeys(Record):
     fills: Annotated[list[Fill], Field(alias="fill")] = []
     ties: Annotated[list[Tie], Field(alias="tie")] = []
     props: Annotated[list[Prop], Field(alias="prop")] = []
-    load_cases: LoadCases = []
+    load_cases: Annotated[list[LoadCase], Field(alias="load_case")] = []
     earthquake: Earthquake | None = None
     reference: dict[Name, Reference] = {}
 
@@ -68,19 +75,229 @@ class SceneKeys(Record):
     def tilt_direction(self) -> np.ndarray | None:
         """Unit vector square to gravity, shape (2,) or (3,), in which a tilted scene is pushed; None if it is
         not tilted, or only along gravity."""
-        return None if self.tilt is None else self.sideways(self.tilt, self.tilt)
+        return None if self.tilt is None else self.sideways(self.tilt)
 
-    def sideways(self, side: object, vector: Iterable[object]) -> np.ndarray | None:
+    def sideways(self, towards: str | tuple[float, ...]) -> np.ndarray | None:
         """Unit vector square to gravity to a side, "left" or "right", or in space towards a vector; None if
         that is along gravity."""
-        if isinstance(side, str):
+        if isinstance(towards, str):
             x, y = self.down
-            return np.array((-y, x) if side == "right" else (y, -x))
-        given = np.array(vector, dtype=float)
-        towards = _unit(given) if given.any() else self.down
-        sideways = towards - (towards @ self.down) * self.down
+            return np.array((-y, x) if towards == "right" else (y, -x))
+        given = np.array(towards, dtype=float)
+        unit = _unit(given) if given.any() else self.down
+        sideways = unit - (unit @ self.down) * self.down
         return _unit(sideways) if np.abs(sideways).max() > _ALONG_GRAVITY else None
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.hypot.reduce(vector)
+
+
+def inconsistencies(scene: SceneKeys) -> Iterator[str]:
+    """What is wrong with a scene of these keys, of which the first is to be told."""
+    if not any(scene.gravity):
+        yield "'gravity' needs a direction, such as [0, -1], of solids [0, 0, -1]"
+    if not scene.blocks:
+        yield "the scene has no block: add [[block]] tables or a generator such as [wall]"
+    names = [block.name for block in scene.blocks]
+    for name in repeated(names):
+        first, second, *_ = [number for number, own in enumerate(names, start=1) if own == name]
+        yield (
+            f"blocks no. {first} and no. {second} are both named '{name}': rename one "
+            "(a generator names its blocks itself: '1-1', ..., 'base'; give it a 'name' of its own)"
+        )
+    fixed = {block.name: block.fixed for block in scene.blocks}
+    if not any(fixed.values()):
+        yield "no block is fixed: mark the support with 'fixed = true'"
+    if all(fixed.values()):
+        yield "every block is fixed: nothing can move"
+    yield from _wrong_dimension(scene)
+    yield from _wrong_exceptions(scene, fixed)
+    yield from _wrong_loads(scene, fixed)
+    for name in repeated(group.name for group in scene.axles):
+        yield f"two groups of axles are named '{name}': rename one"
+    yield from _wrong_fills(scene)
+    yield from _wrong_struts(scene, fixed)
+    yield from _wrong_tilt(scene)
+    yield from _wrong_cases(scene)
+
+
+def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
+    """What is of the plane in a scene in space, or the other way round."""
+    first, space, needed = scene.blocks[0], scene.dimension == 3, f"needs {_POINT[scene.dimension]}"
+    for block in scene.blocks:
+        if block.dimension != scene.dimension:
+            flat, solid = sorted((first, block), key=lambda one: one.dimension)
+            yield (
+                f"block '{solid.name}' is a solid and block '{flat.name}' lies in the plane: give all of "
+                "a scene the one or the other ('extrude' makes solids of a scene in the plane)"
+            )
+    if len(scene.gravity) != scene.dimension:
+        yield f"'gravity' {needed}, as block '{first.name}' does"
+    for number, load in enumerate(scene.loads, start=1):
+        where = f"load no. {number} on block '{load.block}'"
+        for key in ("live", "dead", "at"):
+            if (value := getattr(load, key)) and len(value) != scene.dimension:
+                yield f"{where}: '{key}' {needed}"
+        for key in ("live_moment", "dead_moment"):
+            if getattr(load, key) and not space:
+                yield f"{where}: '{key}' is for solids: take it away"
+    if scene.tilt and isinstance(scene.tilt, str) == space:
+        yield "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
+    if not space and scene.contact_tolerance is not None:
+        yield "'contact_tolerance' is for scenes in space: give 'tolerance'"
+    if space and "thickness" in scene.model_fields_set:
+        yield f"'thickness' is for scenes in the plane: block '{first.name}' is a solid"
+    if space:
+        yield from of_plane_alone(scene)
+
+
+def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
+    """What the scene has, beside its thickness, that none in space can have, a sentence each."""
+    if scene.edge_loads:
+        yield "an 'edge_load' is for scenes in the plane: give the resultants as 'load'"
+    if scene.axles:
+        yield "'axles' move over scenes in the plane: take them away"
+    if scene.fills:
+        yield "a 'fill' is for scenes in the plane: give what it weighs and presses as 'load'"
+    for joint in (scene.joints, *scene.exceptions):
+        where = f"joint between {list(joint.between)}" if isinstance(joint, Joint) else "'joints'"
+        for key in ("strength", "dilatancy_stress"):
+            if getattr(joint, key) is not None:
+                yield f"{where}: '{key}' is for joints in the plane: take it away"
+
+
+def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
+    pairs: set[frozenset[str]] = set()
+    for exception in scene.exceptions:
+        where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
+        for name in exception.between:
+            if name not in fixed:
+                yield f"{where}: no block '{name}'{did_you_mean(name, fixed)}"
+        if len(pair) == 1:
+            yield f"{where}: needs two different blocks"
+        if pair in pairs:
+            yield f"{where} is given twice"
+        pairs.add(pair)
+        try:
+            exception.over(scene.joints)
+        except CaseError as error:
+            yield f"{where}: {str(error).removeprefix('JointDefaults: ')}"
+
+
+def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
+    weighed: set[str] = set()
+    for number, load in enumerate(scene.loads, start=1):
+        if load.block not in fixed:
+            yield f"load no. {number}: no block '{load.block}'{did_you_mean(load.block, fixed)}"
+        if fixed[load.block]:
+            yield f"load no. {number}: block '{load.block}' is fixed: load one that can move"
+        if load.weight is not None:
+            if load.block in weighed:
+                yield f"load no. {number}: gives block '{load.block}' a second 'weight'"
+            weighed.add(load.block)
+
+
+def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
+    if scene.fills and (scene.gravity[0] != 0 or scene.gravity[1] > 0):
+        yield "a 'fill' needs gravity straight down, [0, -1]"
+    ends = sorted(
+        (fill.road[0][0], fill.road[-1][0], number) for number, fill in enumerate(scene.fills, start=1)
+    )
+    for (_, end, one), (start, _, other) in itertools.pairwise(ends):
+        if start < end:
+            yield f"fill no. {one} and no. {other} lie above each other: end one where the other begins"
+
+
+def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
+    """What is wrong with the ends of ties and props."""
+    for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
+        where = f"{type(strut).__name__.lower()} no. {number} between {list(strut.between)}"
+        for name in strut.between:
+            if name not in fixed and name != GROUND:
+                near = did_you_mean(name, fixed)
+                yield f"{where}: no block '{name}'{near} (\"{GROUND}\" is what does not move)"
+        if all(fixed.get(name, True) for name in strut.between):
+            yield f"{where}: neither of the two can move: it does nothing"
+        if len(strut.at[0]) != scene.dimension:
+            yield f"{where}: 'at' needs points of {_POINT[scene.dimension]}"
+
+
+def _wrong_tilt(scene: SceneKeys) -> Iterator[str]:
+    if not scene.tilt:
+        return
+    if scene.tilt_direction is None:
+        yield "'tilt' needs a direction that is not that of gravity"
+    for why in _not_tilting(scene):
+        yield f"'tilt' needs a scene of weights and friction alone: {why}: take it away"
+
+
+def _not_tilting(scene: SceneKeys) -> Iterator[str]:
+    """Tilted by θ, weights are cos θ (W + tan θ W'), W' the weights turned a quarter: λ = tan θ if all else
+    grows with cos θ too. Other forces do not, nor does what joints resist without being pressed."""
+    for block in scene.blocks:
+        for force in block.LOADS:
+            if any(getattr(block, force)):
+                yield f"block '{block.name}' has a force '{force}', which does not tilt"
+    for load in scene.loads:
+        if load.is_force:
+            yield f"a 'load' on block '{load.block}' is a force, which does not tilt"
+    yield from ["an 'edge_load' does not tilt"] * len(scene.edge_loads)
+    yield from ["'axles' do not tilt"] * len(scene.axles)
+    yield from ["a 'fill' does not tilt"] * len(scene.fills)
+    yield from ["a tie or prop does not grow with the weights"] * len([*scene.ties, *scene.props])
+    properties: list[JointDefaults | Joint] = [scene.joints, *scene.exceptions]
+    for joint in properties:
+        for key in ("cohesion", "strength", "dilatancy_stress"):
+            if getattr(joint, key) and (key != "dilatancy_stress" or joint.dilatancy):
+                yield f"'{key}' does not grow with the weights"
+
+
+def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
+    """What is wrong with the load cases of a scene, or with its earthquake."""
+    named = {load.group for load in scene.loads} | {load.group for load in scene.edge_loads}
+    known, seen = [*GROUPS, *sorted(name for name in named if name is not None)], set[str]()
+    quakes = [("'earthquake'", scene.earthquake)]
+    for number, case in enumerate(scene.load_cases, start=1):
+        where = f"load_case no. {number} ('{case.name}')"
+        if case.name in seen:
+            yield f"{where}: the name is given twice: rename one"
+        seen.add(case.name)
+        for key in ("dead", "live"):
+            if unknown := [group for group in getattr(case, key) if group not in known]:
+                there = ", ".join(known)
+                yield f"{where}: '{key}' names group '{unknown[0]}', which no load has; there are: {there}"
+        if "axles" in case.live and scene.dimension == 3:
+            yield f"{where}: 'live' names 'axles', which move over scenes in the plane: take them away"
+        quakes.append((f"{where}: 'earthquake'", case.earthquake))
+    for where, quake in quakes:
+        if quake is not None and (mistake := wrong_direction(scene, quake)):
+            yield f"{where}: {mistake}"
+    if scene.tilt and (scene.load_cases or scene.earthquake):
+        yield "'tilt' is a live load of its own: take it, or the load cases and the earthquake, away"
+    if scene.earthquake and scene.load_cases:
+        yield "'earthquake' is of a scene without load cases: give it within a [[load_case]]"
+    for live in _live_loads(scene) if scene.earthquake else ():
+        yield (
+            f"'earthquake' is the live load, and {live} is live too: take that away, or give the earthquake "
+            "in a [[load_case]], where other loads are live only if it says so"
+        )
+
+
+def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
+    """What is wrong with the direction of an earthquake in a scene."""
+    if isinstance(quake.direction, str) == (scene.dimension == 3):
+        return f"'direction' needs {_DIRECTION[scene.dimension]}"
+    if scene.sideways(quake.towards) is None:
+        return "'direction' needs one that is not that of gravity"
+    return None
+
+
+def _live_loads(scene: SceneKeys) -> Iterator[str]:
+    for block in scene.blocks:
+        if any(any(getattr(block, key, ())) for key in _LIVE):
+            yield f"block '{block.name}'"
+    yield from (f"load no. {number}" for number, one in enumerate(scene.loads, start=1) if one.gives("live"))
+    for number, line in enumerate(scene.edge_loads, start=1):
+        if line.kind == "live":
+            yield f"edge_load no. {number}"

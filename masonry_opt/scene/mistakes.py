@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import reprlib
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
@@ -66,41 +66,12 @@ def wrong_file(
 ) -> CaseError:
     """The error of a case file, given its tables and the record that they fill: file, table or block, key,
     what is wrong."""
-
-    def line(item: dict[str, Any]) -> str:
-        loc, where = _keys(item), []
-        table = str(loc[0]) if loc else ""
-        record = _held(schema, table, item["loc"])
-        if record and len(loc) > 1 and isinstance(loc[1], int):
-            # A generator may be one table or several.
-            several = isinstance(case.get(table), list)
-            where = [_entry(table, loc[1], case.get(table)) if several else f"[{table}]"]
-            loc = loc[2:]
-        elif len(loc) > 1 or record:
-            where, loc = [f"[{_one_line(table)}]"], loc[1:]
-        if item["type"] == "list_type" and table in _LISTED and not loc:
-            return f"[{table}]: write [[{table}]], with double brackets, once for each {table}"
-        return ": ".join([*where, _sentence(item, loc, record or schema, _MESSAGES)])
-
-    return _told(error, str(path), line)
+    return _told(error, str(path), schema, case, in_file=True)
 
 
 def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[str, Any]) -> CaseError:
     """The error of a record called with wrong values: its title or class, name, key, what is wrong."""
-    field_names = {field.alias or name: name for name, field in record.model_fields.items()}
-
-    def line(item: dict[str, Any]) -> str:
-        loc, where = _keys(item), []
-        name = str(field_names.get(loc[0], loc[0])) if loc else ""
-        alias = record.model_fields[name].alias if name in record.model_fields else None
-        held = _held(record, name, item["loc"])
-        if alias and held and len(loc) > 1 and isinstance(loc[1], int):
-            where, loc = [_entry(alias, loc[1], values.get(loc[0]))], loc[2:]
-        else:
-            loc = [name, *loc[1:]] if loc else []
-        return ": ".join([*where, _sentence(item, loc, held or record, _PYTHON_MESSAGES)])
-
-    return _told(error, called(record, values), line)
+    return _told(error, called(record, values), record, values, in_file=False)
 
 
 def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
@@ -119,17 +90,36 @@ def repeated(names: Iterable[str]) -> list[str]:
     return [name for name, count in Counter(names).items() if count > 1]
 
 
-def _keys(item: dict[str, Any]) -> list[Any]:
-    return [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
-
-
-def _told(error: ValidationError, head: str, line: Callable[[dict[str, Any]], str]) -> CaseError:
+def _told(
+    error: ValidationError, head: str, record: type[BaseModel], values: Mapping[str, Any], in_file: bool
+) -> CaseError:
     mistakes = error.errors(include_url=False)
     named = _MOST_LINES - 1  # and a last line that counts the others
-    lines = [line(dict(item)) for item in mistakes[:named]]
+    lines = [_line(dict(item), record, values, in_file) for item in mistakes[:named]]
     if more := len(mistakes) - len(lines):
         lines.append(f"and {more} more mistakes")
     return CaseError("\n".join(f"{head}: {text}" for text in lines))
+
+
+def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any], in_file: bool) -> str:
+    """A mistake, with the table or the entry of a list that it is in."""
+    loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
+    key, fields, where = str(loc[0]) if loc else "", record.model_fields, []
+    name = key if in_file else next((name for name, field in fields.items() if field.alias == key), key)
+    alias = fields[name].alias if name in fields else None
+    held = _held(record, name, item["loc"])
+    if held and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
+        # In a file a generator may be one table or several.
+        several = not in_file or isinstance(values.get(key), list)
+        where, loc = [_entry(alias or key, loc[1], values.get(key)) if several else f"[{key}]"], loc[2:]
+    elif in_file and (len(loc) > 1 or held):
+        where, loc = [f"[{_one_line(key)}]"], loc[1:]
+    elif loc:
+        loc = [name, *loc[1:]]
+    if in_file and item["type"] == "list_type" and key in _LISTED and not loc:
+        return f"[{key}]: write [[{key}]], with double brackets, once for each {key}"
+    messages = _MESSAGES if in_file else _PYTHON_MESSAGES
+    return ": ".join([*where, _sentence(item, loc, held or record, messages)])
 
 
 def _sentence(

@@ -58,6 +58,17 @@ def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return connected_components(links, directed=False)[1]
 
 
+def turned(
+    count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which of so many faces to turn round, given pairs that share an edge, and whether they run along it the
+    same way, which none shall; and which cannot be turned so. Shape (count,) each."""
+    # Two nodes a face, as it is and turned round; edges say which of two faces' go together.
+    together = np.where(alike, other + count, other), np.where(alike, other, other + count)
+    group = linked(2 * count, np.append(one, one + count), np.append(*together))
+    return group[:count] > group[count:], group[:count] == group[count:]
+
+
 def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
     """So many numbers from each first one upwards, one range after another."""
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)

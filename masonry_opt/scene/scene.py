@@ -11,9 +11,8 @@ from pydantic import BaseModel, PrivateAttr
 
 from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.scene.blocks import Block, Body
-from masonry_opt.scene.consistency import inconsistencies, wrong_direction
-from masonry_opt.scene.keys import SceneKeys
-from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase
+from masonry_opt.scene.keys import SceneKeys, inconsistencies, wrong_direction
+from masonry_opt.scene.loads import Earthquake, Kind, LoadCase
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import Solid
 
@@ -183,7 +182,7 @@ class Scene(SceneKeys):
     def shaking(self) -> np.ndarray | None:
         """Push of an earthquake over the weights that it pushes, shape (2,) or (3,); None without one."""
         quake = self.shaken_by
-        if quake is None or (sideways := self.sideways(quake.direction, quake.vector)) is None:
+        if quake is None or (sideways := self.sideways(quake.towards)) is None:
             return None
         return np.asarray(quake.coefficient * (sideways + quake.vertical * self.down))
 

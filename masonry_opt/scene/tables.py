@@ -32,12 +32,15 @@ _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|(?<![\w-])[\w-]++)"""
 _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}")
 
 
-def as_path(path: str | Path, of: str) -> Path:
-    """The path of a file. Raises CaseError if it is none."""
+def as_path(path: str | Path, of: str, *ends: str) -> Path:
+    """The path of a file. Raises CaseError if it is none, or its name has none of these ends."""
     try:
-        return Path(path)
+        path = Path(path)
     except TypeError:
         raise CaseError(f"the path of {of} is text or a pathlib.Path (found {type(path).__name__})") from None
+    if ends and path.suffix.lower() not in ends:
+        raise CaseError(f"{path}: the name of {of} ends in {', '.join(ends)}")
+    return path
 
 
 def _reason(error: OSError | ValueError) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Strict, Tag
 
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, YesNo, rectangle
-from masonry_opt.scene.generator import Count, WeighedGenerator, Widths
+from masonry_opt.scene.generator import Count, WeighedGenerator, Widths, both
 
 Lengths = Annotated[list[Number], Field(min_length=1)]
 Course = Annotated[
@@ -74,14 +74,13 @@ class Wall(WeighedGenerator):
         full, right = self._weight_of(self.block[0] * self.block[1], thickness), 0.0
         courses: list[list[_CoursePiece]] = []
         for entry in self.courses:
-            x, course = 0.0, []
-            for part in self._lengths(entry):
-                if part > 0:
-                    course.append((x, x + part, full * part))
-                x += abs(part)
-            courses.append(course)
-            right = max(right, x)
-        return [*_stones(self, courses * self.repeat), *([_base(self, right)] if self.base else [])]
+            parts = self._lengths(entry)
+            at = [*accumulate(map(abs, parts), initial=0.0)]
+            courses.append(
+                [(x, x + part, full * part) for x, part in zip(at, parts, strict=False) if part > 0]
+            )
+            right = max(right, at[-1])
+        return _built(self, courses * self.repeat, right)
 
 
 class Facade(WeighedGenerator):
@@ -169,7 +168,7 @@ class Facade(WeighedGenerator):
         courses = [self._course(row, full, lintel) for row in range(self.openings[1] * self.storey)]
         if self.omit_top_left:
             del courses[-1][0]
-        return [*_stones(self, courses), *([_base(self, self.width)] if self.base else [])]
+        return _built(self, courses, self.width)
 
     def _course(self, row: int, full: float, lintel: float) -> list[_CoursePiece]:
         """The blocks of a course, given the weights of a full block and of a lintel."""
@@ -228,18 +227,13 @@ class Column(WeighedGenerator):
 
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
-        bottom, top = self._widths()
+        bottom, top = both(self.width)
         if self.batter != "both" and bottom == top:
             yield f"'batter' says that the {self.batter} side slopes: give 'width' as [bottom, top]"
 
-    @property
-    def size(self) -> int:
-        """Number of drums."""
-        return self.drums
-
     def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The drums ``d1``, ``d2``, ... from the bottom, then the base."""
-        bottom, top = self._widths()
+        bottom, top = both(self.width)
         weight = self._weight_of((bottom + top) / 2 * self.height, thickness)
         built: list[Block] = []
         for number in range(1, self.drums + 1):
@@ -251,12 +245,9 @@ class Column(WeighedGenerator):
             built.append(self._support("base", {"vertices": foot}))
         return built
 
-    def _widths(self) -> tuple[float, float]:
-        return self.width if isinstance(self.width, tuple) else (self.width, self.width)
-
     def _level(self, joint: int) -> tuple[float, float, float]:
         """Left end, right end and height of the bed joint above that many drums."""
-        bottom, top = self._widths()
+        bottom, top = both(self.width)
         up = joint / self.drums
         # How much of the batter is the left side's.
         left = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
@@ -264,19 +255,22 @@ class Column(WeighedGenerator):
         return left * narrower, bottom - (1 - left) * narrower, self.height * up
 
 
-def _stones(wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]]) -> Iterator[Block]:
-    """The blocks of courses one above the other."""
+def _built(wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]], width: float) -> list[Block]:
+    """The blocks of courses one above the other, and the base."""
     length, height = wall.block
-    for row, course in enumerate(courses):
-        for number, (left, right, weight) in enumerate(course, start=1):
-            corners = rectangle(left * length, right * length, row * height, (row + 1) * height)
-            yield wall._stone(f"{row + 1}-{number}", corners, weight)
-
-
-def _base(wall: Wall | Facade, width: float) -> Block:
-    length, height = wall.block
-    corners = rectangle(-length, (width + 1) * length, -height, 0.0)
-    return wall._support("base", {"vertices": corners})
+    built = [
+        wall._stone(
+            f"{row + 1}-{number}",
+            rectangle(left * length, right * length, row * height, (row + 1) * height),
+            weight,
+        )
+        for row, course in enumerate(courses)
+        for number, (left, right, weight) in enumerate(course, start=1)
+    ]
+    if wall.base:
+        foot = rectangle(-length, (width + 1) * length, -height, 0.0)
+        built.append(wall._support("base", {"vertices": foot}))
+    return built
 
 
 def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:

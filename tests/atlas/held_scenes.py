@@ -8,10 +8,10 @@ from atlas.random_scenes import random_scene
 from atlas.random_scenes_in_space import random_scene_in_space
 
 from masonry_opt.scene.blocks import Block
-from masonry_opt.scene.fill import Fill
 from masonry_opt.scene.joints import JointDefaults
+from masonry_opt.scene.loads import GROUND, Prop, Tie
+from masonry_opt.scene.road import Fill
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.ties import GROUND, Prop, Tie
 
 
 def filled(seed: int) -> Scene:

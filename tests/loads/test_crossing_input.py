@@ -10,7 +10,7 @@ from scenes import run_command
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.scene.axles import SETS
+from masonry_opt.scene.road import SETS
 
 
 def test_a_group_that_is_the_same_from_behind_crosses_once():

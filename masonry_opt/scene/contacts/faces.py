@@ -1,18 +1,19 @@
-"""Polygons that outer faces of two blocks share, or across which they face each other."""
+"""Where solids touch: polygons that faces of two share, edges and corners on faces, and crossing edges."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 
 from masonry_opt.scene.contacts import sides
-from masonry_opt.scene.contacts.sides import Items, near_items, stacked
-from masonry_opt.scene.rows import dots, lengths
+from masonry_opt.scene.contacts.sides import Items, Touches, near_items, stacked
+from masonry_opt.scene.outlines import common_to, wide, without_slivers, without_straight_corners
+from masonry_opt.scene.rows import dots, first_alike, lengths, sums
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.faces import Frames
-from masonry_opt.scene.space.outlines import common_to, wide, without_slivers, without_straight_corners
+from masonry_opt.scene.space.faces import Frames, unit
 from masonry_opt.scene.space.shapes import Shapes
 
 #: Polygons narrower than so many tolerances are nothing.
@@ -20,6 +21,9 @@ NARROWEST = 10
 
 #: Cosine of the angle beyond which faces share nothing: within a tolerance along ten they lean by a tenth.
 _FACING = 0.99
+
+#: Sine of the angle between faces below which they lie in one plane.
+_FLAT = 1e-3
 
 #: Sine of an angle that is rounding.
 _ROUNDING = 1e-7
@@ -160,3 +164,129 @@ def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> 
     pieces, number = np.concatenate([pieces[~cut], *found]), np.concatenate([number[~cut], *wholes])
     order = np.argsort(number, kind="stable")
     return pieces[order], number[order]
+
+
+class SolidCorners(sides.BlockCorners):
+    """Edges and corners of the outer faces of some blocks.
+
+    Attributes
+    ----------
+    direction: unit vectors along the edges, shape (edges, 3).
+    inwards: sum of the unit vectors from each edge into its faces, shape (edges, 3).
+    edges, faces: the edges, and the blocks' faces, as items.
+    """
+
+    apart = NARROWEST
+
+    def __init__(self, shapes: Shapes, blocks: np.ndarray) -> None:
+        self.shapes, self.outer = shapes, shapes.faces
+        outer = self.outer
+        tail, tip, face = outer.sides()
+        block = outer.block[face]
+        asked = np.isin(block, blocks)
+        tail, tip, face, block = tail[asked], tip[asked], face[asked], block[asked]
+        # An edge is in two faces, a corner in three or more.
+        grid, other = (np.round(ends / shapes.tolerance) for ends in (tail, tip))
+        ends = np.column_stack([block, np.minimum(grid, other), np.maximum(grid, other)])
+        one, number = np.unique(first_alike(ends), return_inverse=True)
+        self.start, self.end = tail[one], tip[one]
+        self.direction = unit(self.end - self.start)
+        self.inwards = sums(number, np.cross(outer.frame.normal[face], unit(tip - tail)), len(one))
+        self.edges = self.met = Items(block[one], np.minimum(tail, tip)[one], np.maximum(tail, tip)[one])
+        one = np.unique(first_alike(np.column_stack([block, grid])))
+        self.point = tail[one]
+        self.corners = Items(block[one], self.point, self.point)
+        self.faces = Items(outer.block, *outer.boxes)
+
+    def kinds(self, pairs: np.ndarray) -> tuple[Iterable[Touches], ...]:
+        """Edges in faces, corners on faces, and edges that cross."""
+        return _edges_in_faces(self, pairs), _corners_on_faces(self, pairs), _crossings(self, pairs)
+
+
+def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
+    """Where edges lie in faces of the other block and not along their outline."""
+    tolerance, faces = corners.shapes.tolerance, corners.outer
+    narrowest = NARROWEST * tolerance
+    for side in (0, 1):
+        for pair, i, j in near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.faces), side):
+            height = [faces.frame.above(ends[i], j) for ends in (corners.start, corners.end)]
+            flat = [faces.frame.down(ends[i], j) for ends in (corners.start, corners.end)]
+            kept = (np.minimum(*height) <= tolerance) & (np.maximum(*height) >= -tolerance)
+            kept &= np.hypot(*(flat[1] - flat[0]).T) > narrowest
+            pair, j, start, end, low, high = (column[kept] for column in (pair, j, *flat, *height))
+            lines = shapely.linestrings(np.stack([start, end], axis=1))
+            pieces, number = shapely.get_parts(
+                shapely.intersection(lines, faces.polygon[j]), return_index=True
+            )
+            kept = shapely.length(pieces) > narrowest
+            pieces, number = pieces[kept], number[kept]
+            border = shapely.boundary(faces.polygon[j[number]])
+            deep = np.zeros(len(pieces), dtype=bool)
+            for share in (0.25, 0.5, 0.75):
+                at = shapely.line_interpolate_point(pieces, share, normalized=True)
+                deep |= shapely.distance(border, at) > narrowest
+            points = []
+            for end_no in (0, -1):
+                at = shapely.get_coordinates(shapely.get_point(pieces, end_no))
+                way = (end - start)[number]
+                t = ((at - start[number]) * way).sum(axis=1) / (way**2).sum(axis=1)
+                over = low[number] + t * (high - low)[number]
+                deep &= np.abs(over) <= tolerance
+                lift = over[:, None] / 2 * faces.frame.normal[j[number]]
+                points.append(faces.frame.up(at, j[number]) + lift)
+            one, other = points[0][deep], points[1][deep]
+            number = number[deep]
+            # Normals of faces point out of their block.
+            normal = (1 if side == 0 else -1) * faces.frame.normal[j[number]]
+            # Square to the normal, also where the edge leans within the tolerance.
+            along = other - one
+            yield Touches(
+                pair[number], one, other, normal, unit(along - dots(along, normal)[:, None] * normal)
+            )
+
+
+def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
+    """Where corners stand on faces of the other block and not on their outline."""
+    tolerance, faces = corners.shapes.tolerance, corners.outer
+    kinds = corners.corners, corners.faces
+    for side in (0, 1):
+        for pair, i, j in near_items(corners.shapes, pairs, tolerance, kinds, side):
+            flat, height = faces.frame.down(corners.point[i], j), faces.frame.above(corners.point[i], j)
+            kept = np.abs(height) <= tolerance
+            pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
+            at = shapely.points(flat)
+            kept = shapely.contains(faces.polygon[j], at)
+            kept &= shapely.distance(shapely.boundary(faces.polygon[j]), at) > tolerance
+            pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
+            point = faces.frame.up(flat, j) + height[:, None] / 2 * faces.frame.normal[j]
+            normal = (1 if side == 0 else -1) * faces.frame.normal[j]
+            yield Touches(pair, point, point, normal, faces.frame.u[j])
+
+
+def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
+    """Where edges cross between their ends."""
+    tolerance = corners.shapes.tolerance
+    for pair, i, j in near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.edges)):
+        long = [lengths(corners.end[edge] - corners.start[edge]) for edge in (i, j)]
+        one, other = corners.direction[i], corners.direction[j]
+        across = np.cross(one, other)
+        sine = lengths(across)
+        # Else they run along each other: moved by the tolerance, they would turn their normal.
+        kept = sine * np.minimum(*long) > NARROWEST * tolerance
+        pair, i, j, one, other, across, sine = (
+            column[kept] for column in (pair, i, j, one, other, across, sine)
+        )
+        normal = across / sine[:, None]
+        between = corners.start[j] - corners.start[i]
+        at = [dots(np.cross(between, edge), normal) / sine for edge in (other, one)]
+        gap = dots(between, normal)
+        kept = np.abs(gap) <= tolerance
+        for own, edge in zip(at, (i, j), strict=True):
+            length = lengths(corners.end[edge] - corners.start[edge])
+            kept &= (own > tolerance) & (own < length - tolerance)
+        # Both blocks' faces there lie on their own sides of the plane of the edges.
+        towards = dots(normal, corners.inwards[i] - corners.inwards[j])
+        kept &= np.abs(towards) > _FLAT
+        point = corners.start[i] + at[0][:, None] * one + gap[:, None] / 2 * normal
+        sign = np.sign(towards)[:, None]
+        yield Touches(pair[kept], point[kept], point[kept], (sign * normal)[kept], one[kept])

@@ -8,11 +8,10 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import CaseError, counted, rounded_up
-from masonry_opt.scene.contacts import edges, faces, solids
+from masonry_opt.scene.contacts import edges, faces
 from masonry_opt.scene.contacts.joints import Joints, joint_properties, outline_sides
 from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
-from masonry_opt.scene.extents import Common, Extents
-from masonry_opt.scene.geometry import geometry, raise_for
+from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for
 from masonry_opt.scene.rows import lengths, linked, ranges
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.shapes import shapes
@@ -21,7 +20,7 @@ from masonry_opt.scene.space.surfaces import place
 #: By dimension: shapes of blocks, what of them faces what, and what touches beside it.
 _KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]] = {
     2: (geometry, edges.facing, edges.PlaneCorners),
-    3: (shapes, faces.facing, solids.SolidCorners),
+    3: (shapes, faces.facing, faces.SolidCorners),
 }
 
 
@@ -219,12 +218,7 @@ def refuse_floating(
     touched[first] = touched[second] = True
     alone = np.flatnonzero(~touched & ~fixed)
     if len(alone):
-        one = int(alone[0])
-        faced = [(gap, sum(pair) - one) for pair, gap in gaps.items() if one in pair]
-        gap, other = min(faced, default=(0.0, one))
-        name = f"{scene.blocks[other].name!r}, which it faces, is up to"
-        beside = _how_far(name, gap, _rounding(gap)) if faced else _nearest(scene, shapes, one)
-        raise_for(alone, scene, f"touches no other block{beside}")
+        raise_for(alone, scene, f"touches no other block: {_nearest(scene, shapes, int(alone[0]), gaps)}")
     group = linked(count, first, second)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
     raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
@@ -232,24 +226,19 @@ def refuse_floating(
         raise CaseError(f"{scene.origin}: ties and props hold every block: one must stand on another")
 
 
-def _nearest(scene: Scene, shapes: Extents, block: int) -> str:
-    """How far from a block that touches nothing the nearest is, and what to do."""
-    nearest, gap = shapes.nearest(block)
-    name, both, remedy = repr(scene.blocks[nearest].name), [block, nearest], ""
-    if gap <= shapes.tolerance:
-        return f": it meets {name} {shapes.meeting} of either"
-    if gap <= shapes.reach[both].min():
-        remedy = _rounding(gap)
+def _nearest(scene: Scene, shapes: Extents, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
+    """How far from a block that touches nothing the one is that it faces, else the nearest, and what to do
+    about that."""
+    remedy = ""
+    if faced := [(gap, sum(pair) - block) for pair, gap in gaps.items() if block in pair]:
+        (gap, other), which = min(faced), "which it faces, is up to"
+    else:
+        (other, gap), which = shapes.nearest(block), "the nearest, is"
+    name, both = repr(scene.blocks[other].name), [block, other]
+    if not faced and gap <= shapes.tolerance:
+        return f"it meets {name} {shapes.meeting} of either"
+    if faced or gap <= shapes.reach[both].min():
+        remedy = f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded"
     elif gap <= shapes.mortar * shapes.width[both].min():
         remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if mortar was left out"
-    return _how_far(f"{name}, the nearest, is", gap, remedy)
-
-
-def _rounding(gap: float) -> str:
-    """What to do about a gap that is so small that it may be rounding."""
-    return f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded"
-
-
-def _how_far(neighbour: str, gap: float, remedy: str) -> str:
-    """What to say of a block that touches nothing: which one is how far, and what to do about that."""
-    return f": {neighbour} {gap:.3g} away: close the gap{remedy}, or take the block away"
+    return f"{name}, {which} {gap:.3g} away: close the gap{remedy}, or take the block away"

@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from masonry_opt.scene.extents import Extents
+from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, first_alike, lengths, ranges
 
 #: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).

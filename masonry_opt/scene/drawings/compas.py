@@ -16,7 +16,7 @@ from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import compas_data, stones
 from masonry_opt.scene.drawings.meshes import Mesh, Side, area_vector, polyhedron
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.tables import parse_file
+from masonry_opt.scene.tables import as_path, parse_file
 
 #: Solids lie in one plane if their middles differ by no more than this, over the thickest of them.
 _ONE_PLANE = 1e-4
@@ -82,7 +82,7 @@ def read_compas(
         faces, and of gaps as in :class:`Scene`).
     contact_tolerance: In space: gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
     """
-    path = stones.drawing_path(path, ".json")
+    path = as_path(path, "such a drawing", ".json")
     data = parse_file(path)
     if space is None and live is not None:
         space = np.size(live) == 3
@@ -112,7 +112,9 @@ def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
     asked = drawing.along is not None
     if asked and not any(drawing.along or ()):
         raise ValueError("'along' needs a direction, such as y")
-    solids, views, whys = [_Prism(mesh, drawing.tolerance) for mesh in meshes], {}, []
+    sizes = [float(np.linalg.norm(np.ptp(mesh.points, axis=0))) for mesh in meshes]
+    tolerances = [drawing.tolerance or _RELATIVE_TOLERANCE * size for size in sizes]
+    solids, views, whys = list(map(_Prism, meshes, tolerances)), {}, []
     for direction in [np.array(drawing.along)] if asked else _directions(meshes):
         name = _said(direction)
         try:
@@ -199,14 +201,10 @@ def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
 
 @dataclass(frozen=True)
 class _Prism:
-    """A block, and the length given that is nothing beside it."""
+    """A block, and the length that is nothing beside it."""
 
     mesh: Mesh
-    given: float | None
-
-    @cached_property
-    def tolerance(self) -> float:
-        return self.given or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(self.mesh.points, axis=0)))
+    tolerance: float
 
     @cached_property
     def sides(self) -> list[Side]:

@@ -8,8 +8,8 @@ import numpy as np
 import shapely
 from scipy.spatial import ConvexHull, QhullError
 
-from masonry_opt.scene.convex_pieces import convex_pieces
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, first_near, polyhedron
+from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.space.surfaces import place
 
 #: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.

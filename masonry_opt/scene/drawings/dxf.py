@@ -14,15 +14,13 @@ from pydantic import ConfigDict, Field
 from masonry_opt.errors import CaseError, OptionError, OutputError
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Positive, YesNo
-from masonry_opt.scene.drawings import dxf_curves, stones
-from masonry_opt.scene.drawings.nets import net_cells
-from masonry_opt.scene.drawings.outlines import Curve, Outline, closed_outlines, outlines_with_holes
-from masonry_opt.scene.extents import RELATIVE_TOLERANCE
+from masonry_opt.scene.drawings import dxf_curves, outlines, stones
+from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
-from masonry_opt.scene.geometry import geometry
+from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector
-from masonry_opt.scene.tables import write_file
+from masonry_opt.scene.tables import as_path, write_file
 
 #: Openings have one of these words in the names of their layers.
 WINDOWS = ("window", "door", "opening")
@@ -114,7 +112,7 @@ def read_dxf(
         If ezdxf, of the extra "drawings", is not installed, the thickness is no positive number, or
         ``window_layers`` are given without ``net``.
     """
-    path = stones.drawing_path(path, ".dxf")
+    path = as_path(path, "such a drawing", ".dxf")
     drawing = DxfDrawing.of(locals())
     if not drawing.net and drawing.window_layers != list(WINDOWS):
         raise OptionError(
@@ -131,11 +129,13 @@ def read_dxf(
         apart = drawing.tolerance or rounding
         short = drawing.outline_tolerance or apart
         whole = [curve for curve in curves if not drawing.net or _has(curve, drawing.fixed_layers)]
-        outlines = closed_outlines(whole, short, min(rounding, short))
-        found = outlines_with_holes(outlines, short, overlap=max(short, apart))
-        if drawing.net:
+        closed = outlines.closed_outlines(whole, short, min(rounding, short))
+        found = outlines.outlines_with_holes(closed, short, overlap=max(short, apart))
+        lines = [curve for curve in curves if drawing.net and not _has(curve, drawing.fixed_layers)]
+        windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
+        if joints := [curve for curve in lines if not _has(curve, drawing.window_layers)]:
             near = drawing.outline_tolerance or max(apart, drawing.sagitta or dxf_curves.SAGITTA * diagonal)
-            found = [*_cells(curves, drawing, found, near), *found]
+            found = [*outlines.net_cells(joints, windows, [one.polygon for one in found], near), *found]
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
         own = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
@@ -170,16 +170,6 @@ def _has(curve: Curve, words: Iterable[str]) -> bool:
     return any(word.casefold() in curve.layer.casefold() for word in words)
 
 
-def _cells(
-    curves: Sequence[Curve], drawing: DxfDrawing, whole: Sequence[Outline], tolerance: float
-) -> list[Outline]:
-    """Blocks of a net, given those that are drawn whole."""
-    net = [curve for curve in curves if not _has(curve, drawing.fixed_layers)]
-    joints = [curve for curve in net if not _has(curve, drawing.window_layers)]
-    windows = [curve for curve in net if _has(curve, drawing.window_layers)]
-    return net_cells(joints, windows, [shape.polygon for shape in whole], tolerance) if joints else []
-
-
 def _known(entities: list[Any]) -> str:
     """The layers that something is drawn on, as a message ends with them."""
     layers = sorted({dxf_curves.layer_of(entity) for entity in entities})
@@ -207,13 +197,12 @@ def _blocks(
     found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing, pushes: Sequence[tuple[float, ...]]
 ) -> list[Block]:
     words = [word.casefold() for word in drawing.fixed_layers]
-    blocks, loaded = [], set()
+    blocks = []
     for shape, name, push in zip(found, names, pushes, strict=True):
-        if not (fixed := _has(shape.curve, words)):
-            loaded.add(shape.curve.layer.casefold())
         # What is extruded gets its live load in space.
         own = {} if drawing.thickness else {"live_per_weight": push}
-        blocks.append(drawing.block(name, shape.polygon, fixed, **own))
+        blocks.append(drawing.block(name, shape.polygon, _has(shape.curve, words), **own))
+    loaded = {shape.curve.layer.casefold() for shape in found if not _has(shape.curve, words)}
     layers = f"layers of blocks: {stones.listed(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:
@@ -249,7 +238,7 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     """
     if not isinstance(scene, Scene):
         raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")
-    path = stones.drawing_path(path, ".dxf")
+    path = as_path(path, "such a drawing", ".dxf")
     refuse_replacing(path, force)
     ezdxf = dxf_curves.ezdxf()
     document = ezdxf.new("R2010")

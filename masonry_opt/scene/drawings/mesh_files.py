@@ -11,7 +11,6 @@ from typing import Literal
 import numpy as np
 from pydantic import ConfigDict
 
-from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.meshes import Mesh, shells, used
@@ -86,9 +85,7 @@ def read_mesh(
     OptionError
         If the file is PLY or STL and trimesh, of the extra "meshes", is not installed.
     """
-    path = as_path(path, "a mesh")
-    if path.suffix.lower() not in MESHES:
-        raise CaseError(f"{path}: the name of a mesh ends in {', '.join(MESHES)}")
+    path = as_path(path, "a mesh", *MESHES)
     drawing = MeshDrawing.of(locals())
     with stones.naming(f"{path}:"):
         meshes = stones.with_supports(_meshes(path, drawing), drawing, drawing.fixed_layers)

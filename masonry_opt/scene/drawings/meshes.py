@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from masonry_opt.scene.rows import linked, steps_round
+from masonry_opt.scene.rows import linked, steps_round, turned
 
 #: Triangles of a polygon that is flat within a tolerance lie off the plane of one of them by no more than so
 #: many tolerances.
@@ -223,20 +223,12 @@ def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
 
 def _turned(faces: list[list[int]]) -> list[list[int]]:
     """The faces so that two that share an edge run along it in opposite directions, as far as they can."""
-    directed, count = [set(steps_round(face)) for face in faces], len(faces)
-    # Each face twice, as it is and turned round.
-    links = []
-    for edge, mates in _by_edge(faces).items():
-        if len(mates) == 2:
-            one, other = mates
-            alike = (edge in directed[one]) == (edge in directed[other])
-            links += [(one, other + count * alike), (one + count, other + count * (not alike))]
-    if all(other >= count for _, other in links[1::2]):  # nothing is to be turned
-        return faces
-    group = linked(2 * count, *np.array(links, dtype=int).reshape(-1, 2).T)
-    return [
-        face[::-1] if group[number + count] < group[number] else face for number, face in enumerate(faces)
-    ]
+    directed = [set(steps_round(face)) for face in faces]
+    mates = {edge: having for edge, having in _by_edge(faces).items() if len(having) == 2}
+    one, other = np.array(list(mates.values()), dtype=int).reshape(-1, 2).T
+    alike = [(edge in directed[a]) == (edge in directed[b]) for edge, (a, b) in mates.items()]
+    turn, _ = turned(len(faces), one, other, np.array(alike, dtype=bool))
+    return [face[::-1] if turns else face for face, turns in zip(faces, turn.tolist(), strict=True)]
 
 
 def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[int]]:

@@ -16,11 +16,10 @@ from masonry_opt.errors import CaseError, printable
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, Record
 from masonry_opt.scene.drawings.convex_parts import convex_parts
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, polyhedron, used
-from masonry_opt.scene.extents import NEAR_MISS, RELATIVE_TOLERANCE
+from masonry_opt.scene.geometry import NEAR_MISS, RELATIVE_TOLERANCE
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid, Vector, prism
-from masonry_opt.scene.tables import as_path
 
 #: Characters of a block's name; a record takes no more.
 _LONGEST_NAME = 200
@@ -83,14 +82,6 @@ def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> S
         tolerance=drawing.tolerance,
         contact_tolerance=drawing.contact_tolerance,
     ).read_from(path)
-
-
-def drawing_path(path: str | Path, suffix: str) -> Path:
-    """The path of a drawing. Raises CaseError if it is none, or its name does not end as it should."""
-    path = as_path(path, "a drawing")
-    if path.suffix.lower() != suffix:
-        raise CaseError(f"{path}: the name of such a drawing ends in {suffix}")
-    return path
 
 
 class Supports(Record):
@@ -183,17 +174,14 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
         names = listed([mesh.name for mesh in meshes])
         raise ValueError(f"every block is a support: nothing can move (blocks: {names})")
     middle = np.concatenate(standing).mean(axis=0)
-    solid = [_slab(mesh, middle) if mesh.flat and mesh.fixed else mesh for mesh in meshes]
     tolerance = drawing.tolerance or _tolerance(standing)
-    blocks = [_told(mesh, drawing, tolerance) for mesh in solid]
+    blocks = []
+    for mesh in meshes:
+        with naming(f"block '{mesh.name}'"):
+            if mesh.flat and not mesh.fixed:
+                raise ValueError("is a single face: give it a thickness, or make it a support")
+            blocks.append(drawing.solid(_slab(mesh, middle) if mesh.flat else mesh, tolerance))
     return scene_of(blocks, drawing.replace(tolerance=tolerance), path)
-
-
-def _told(mesh: Mesh, drawing: SolidDrawing, tolerance: float) -> Solid:
-    if mesh.flat:
-        raise ValueError(f"block '{mesh.name}' is a single face: give it a thickness, or make it a support")
-    with naming(f"block '{mesh.name}'"):
-        return drawing.solid(mesh, tolerance)
 
 
 def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
@@ -202,7 +190,7 @@ def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
     top, area = mesh.points[ring], area_vector(mesh.points[ring])
     size = float(np.linalg.norm(area))
     if not size > 0:
-        raise ValueError(f"block '{mesh.name}' is a face without area: take it away")
+        raise ValueError("is a face without area: take it away")
     towards = np.sign((standing - top.mean(axis=0)) @ area) or 1.0
     bottom = top - towards * _SLAB * area / np.sqrt(size)
     return replace(

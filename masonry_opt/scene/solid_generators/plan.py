@@ -4,66 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import combinations, count, pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field, Strict
 
-from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
+from masonry_opt.scene.blocks import Positive, YesNo
 from masonry_opt.scene.generator import Count, SolidGenerator
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
-from masonry_opt.scene.solid_generators.stretches import WallStretch, conflicts, crossed
+from masonry_opt.scene.solid_generators.stretches import PlanWall, WallStretch, conflicts, crossed
 from masonry_opt.scene.solids import Solid
 
 #: Of a block, what is rounding.
 _ROUNDING = 1e-6
 
-#: From and to along a stretch, and across it.
-_PlanPiece = tuple[tuple[float, float], tuple[float, float]]
-
-
-class Opening(Record):
-    """A door or window through a wall, under a lintel one course high and as deep as the wall is thick.
-
-    Parameters
-    ----------
-    at: Of its nearer jamb, from the first point of the wall's axis along it.
-    width: Between the jambs.
-    sill: Courses below it: 0 is a door.
-    height: Courses of it.
-    bearing: Of the lintel on either side (default: half a block, which lies in bond where ``sill`` and
-        ``height`` add up to an odd number and jambs are whole blocks from the wall's end).
-    """
-
-    at: NonNegative
-    width: Positive
-    sill: Annotated[int, Strict(), Field(ge=0, le=1000)] = 0
-    height: Count
-    bearing: Positive | None = None
-
-
-class PlanWall(Record):
-    """A wall of a plan.
-
-    Parameters
-    ----------
-    name: Its blocks are named after it, "front 3-2".
-    axis: Points ``[[x, y], ...]`` of its middle line, each straight above, below, left or right of the one
-        before. It meets another wall where it crosses or ends on the other's axis.
-    leaves: One or two, each as thick as a block.
-    courses: Its height (default: that of the plan).
-    openings:
-        :class:`Opening` records.
-    """
-
-    name: Name
-    axis: Annotated[list[Point], Field(min_length=2, max_length=50)]
-    leaves: Literal[1, 2] = 1
-    courses: Count | None = None
-    openings: list[Opening] = []
+#: From and to.
+_Run = tuple[float, float]
 
 
 class Plan(SolidGenerator):
@@ -104,17 +62,14 @@ class Plan(SolidGenerator):
     base: YesNo = True
 
     def _mistakes(self) -> Iterator[str]:
-        if mistakes := [*self._wrong_axes()]:
-            yield from mistakes
-            return
-        if mistakes := [*super()._mistakes()]:
+        if mistakes := [*self._wrong_axes()] or [*super()._mistakes()]:
             yield from mistakes
             return
         if self.headers and all(wall.leaves == 1 for wall in self.walls):
             yield "'headers' bind two leaves: give a wall 'leaves = 2', or take 'headers' away"
         stretches = crossed(self._stretches(), self.bond == "toothed")
         for one, other, parallel in conflicts(stretches):
-            a, b = self.walls[one.wall].name, self.walls[other.wall].name
+            a, b = one.wall.name, other.wall.name
             if parallel:
                 yield f"walls '{a}' and '{b}' overlap: move one; what goes on in one line is one 'axis'"
             else:
@@ -138,8 +93,9 @@ class Plan(SolidGenerator):
                 yield f"wall '{wall.name}': its 'axis' has a point where it does not turn: take it away"
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        held = [hole for stretch in stretches for hole in self._holes(stretch)]
-        for index, wall in enumerate(self.walls):
+        holes = [(stretch.wall.name, [*self._holes(stretch)]) for stretch in stretches]
+        held = {(name, hole.number) for name, own in holes for hole in own}
+        for wall in self.walls:
             top = wall.courses or self.courses
             for number, opening in enumerate(wall.openings, start=1):
                 where = f"wall '{wall.name}': opening no. {number}"
@@ -148,17 +104,19 @@ class Plan(SolidGenerator):
                         f"{where}: with its lintel it ends at course {rows}, of {top}: lower its 'sill' or "
                         "'height'"
                     )
-                elif not any((hole.wall, hole.number) == (index, number) for hole in held):
+                elif (wall.name, number) not in held:
                     yield (
                         f"{where}: with its lintel it reaches beyond the wall, or into one that crosses: "
                         "move it, or make its 'width' or 'bearing' less"
                     )
-        for a, b in combinations(held, 2):
-            if a.wall == b.wall and a.overlaps(b, self._nothing):
-                yield (
-                    f"wall '{self.walls[a.wall].name}': openings no. {a.number} and no. {b.number} overlap, "
-                    "with their lintels: move one, or make a 'bearing' less"
-                )
+        for name, own in holes:
+            for a, b in combinations(own, 2):
+                overlap = min(a.lintel[1], b.lintel[1]) - max(a.lintel[0], b.lintel[0])
+                if overlap > self._nothing and a.sill <= b.top and b.sill <= a.top:
+                    yield (
+                        f"wall '{name}': openings no. {a.number} and no. {b.number} overlap, with their "
+                        "lintels: move one, or make a 'bearing' less"
+                    )
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
         for stretch in stretches:
@@ -167,7 +125,7 @@ class Plan(SolidGenerator):
                 pieces = [high - low for low, high in _runs(stretch, holes, course)]
                 if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._nothing:
                     yield (
-                        f"wall '{self.walls[stretch.wall].name}': a piece of course {course + 1} would be "
+                        f"wall '{stretch.wall.name}': a piece of course {course + 1} would be "
                         f"{min(pieces):.3g} long, less than a quarter of a block: move ends or openings"
                     )
                     break
@@ -181,44 +139,32 @@ class Plan(SolidGenerator):
         """Number of blocks, or some more."""
         least = min(self.block[0], self.thickness) if self.headers else self.block[0]
         lengths = [(stretch, (stretch.end - stretch.start) / least + 4) for stretch in self._stretches()]
-        return int(sum(min(most, 1e9) * stretch.courses * stretch.leaves for stretch, most in lengths))
+        return int(sum(min(most, 1e9) * stretch.courses * stretch.wall.leaves for stretch, most in lengths))
 
     def _stretches(self) -> list[WallStretch]:
         found = []
-        for index, wall in enumerate(self.walls):
-            before = 0.0
+        for wall in self.walls:
+            before, courses = 0.0, wall.courses or self.courses
             for one, other in pairwise(wall.axis):
                 along = 0 if one[1] == other[1] else 1
-                forwards = one[along] < other[along]
-                found.append(
-                    WallStretch(
-                        wall=index,
-                        along=along,
-                        line=one[1 - along],
-                        start=min(one[along], other[along]),
-                        end=max(one[along], other[along]),
-                        thickness=wall.leaves * self.thickness,
-                        leaves=wall.leaves,
-                        courses=wall.courses or self.courses,
-                        origin=one[along] - before if forwards else one[along] + before,
-                        forwards=forwards,
-                    )
-                )
-                before += abs(other[along] - one[along])
+                start, end = sorted((one[along], other[along]))
+                place = wall, along, one[1 - along], start, end
+                way = 1.0 if one[along] == start else -1.0
+                measure = one[along] - way * before, way
+                found.append(WallStretch(*place, wall.leaves * self.thickness, courses, *measure))
+                before += end - start
         return found
 
     def _holes(self, stretch: WallStretch) -> Iterator[_Hole]:
         """The openings of its wall that lie in the stretch, clear of its crossings."""
-        for number, opening in enumerate(self.walls[stretch.wall].openings, start=1):
-            start, end = sorted(stretch.place(at) for at in (opening.at, opening.at + opening.width))
+        for number, opening in enumerate(stretch.wall.openings, start=1):
+            jambs = (stretch.origin + stretch.way * at for at in (opening.at, opening.at + opening.width))
+            left, right = sorted(jambs)
             bearing = opening.bearing or self.block[0] / 2
-            hole = _Hole(stretch.wall, number, opening, start, end, bearing)
-            low, high = hole.lintel
-            if any(
-                start - self._nothing <= low and high <= end + self._nothing
-                for start, end, _ in stretch.bays()
-            ):
-                yield hole
+            low, high = left - bearing, right + bearing
+            if any(a - self._nothing <= low and high <= b + self._nothing for a, b, _ in stretch.bays()):
+                top = opening.sill + opening.height
+                yield _Hole(number, (left, right), (low, high), opening.sill, top)
 
     def blocks(self) -> list[Solid]:
         """The blocks, course by course and in each wall by wall, named ``wall course-block``; a wall's blocks
@@ -228,13 +174,13 @@ class Plan(SolidGenerator):
         holes = [[*self._holes(stretch)] for stretch in stretches]
         built, height = [], self.block[1]
         for course in range(max(stretch.courses for stretch in stretches)):
-            numbers = [count(1) for _ in self.walls]
+            numbers = {wall.name: count(1) for wall in self.walls}
             for stretch, own in zip(stretches, holes, strict=True):
                 if course >= stretch.courses:
                     continue
                 for along, across in self._course(stretch, own, course):
                     x, y = (across, along) if stretch.along else (along, across)
-                    name = f"{self.walls[stretch.wall].name} {course + 1}-{next(numbers[stretch.wall])}"
+                    name = f"{stretch.wall.name} {course + 1}-{next(numbers[stretch.wall.name])}"
                     shape = {"box": (x, y, (course * height, (course + 1) * height))}
                     built.append(self._stone(name, shape))
         if self.base:
@@ -248,9 +194,9 @@ class Plan(SolidGenerator):
             built.append(self._support("base", {"box": (*sides, (-height, 0.0))}))
         return built
 
-    def _course(self, stretch: WallStretch, holes: list[_Hole], course: int) -> Iterator[_PlanPiece]:
-        """The blocks of a stretch in a course."""
-        whole, double = stretch.faces, stretch.leaves == 2
+    def _course(self, stretch: WallStretch, holes: list[_Hole], course: int) -> list[tuple[_Run, _Run]]:
+        """The blocks of a stretch in a course: from and to along it, and across it."""
+        whole, double = stretch.faces, stretch.wall.leaves == 2
         headers = double and self.headers is not None and (course + 1) % self.headers == 0
         leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
         length = self.thickness if headers else self.block[0]
@@ -265,44 +211,25 @@ class Plan(SolidGenerator):
         pieces = [
             (piece, leaf) for leaf in leaves for run in runs for piece in cut(*run, joints, length, middles)
         ]
-        lintels = [
-            (hole.lintel, whole) for hole in holes if course == hole.opening.sill + hole.opening.height
-        ]
+        lintels = [(hole.lintel, whole) for hole in holes if course == hole.top]
         # Leaf by leaf; lintels among the first leaf's.
-        yield from sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
+        return sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
 
 
-@dataclass(frozen=True)
-class _Hole:
-    """An opening of a wall in a stretch: its jambs along that, and how far its lintel bears."""
+class _Hole(NamedTuple):
+    """An opening of a wall in a stretch: where its jambs and its lintel's ends are along that, and its first
+    course and the lintel's."""
 
-    wall: int
     number: int
-    opening: Opening
-    start: float
-    end: float
-    bearing: float
-
-    @property
-    def lintel(self) -> tuple[float, float]:
-        return self.start - self.bearing, self.end + self.bearing
-
-    def overlaps(self, other: _Hole, nothing: float) -> bool:
-        """Whether both, with their lintels, have something in common."""
-        one, two = self.lintel, other.lintel
-        a, b = self.opening, other.opening
-        beside = one[1] <= two[0] + nothing or two[1] <= one[0] + nothing
-        return not beside and a.sill <= b.sill + b.height and b.sill <= a.sill + a.height
-
-    def gap(self, course: int) -> tuple[float, float] | None:
-        """What it takes from a course: itself, or its lintel."""
-        level = course - self.opening.sill
-        if not 0 <= level <= self.opening.height:
-            return None
-        return self.lintel if level == self.opening.height else (self.start, self.end)
+    jambs: _Run
+    lintel: _Run
+    sill: int
+    top: int
 
 
-def _runs(stretch: WallStretch, holes: list[_Hole], course: int) -> list[tuple[float, float]]:
-    """Lengths of a stretch that a course fills with blocks."""
-    taken = [gap for hole in holes if (gap := hole.gap(course))]
+def _runs(stretch: WallStretch, holes: list[_Hole], course: int) -> list[_Run]:
+    """Lengths of a stretch that a course fills with blocks, beside openings and lintels."""
+    taken = [
+        hole.lintel if course == hole.top else hole.jambs for hole in holes if hole.sill <= course <= hole.top
+    ]
     return spaces(stretch.start, stretch.end, [*stretch.gaps(course), *taken])

@@ -1,14 +1,60 @@
-"""Straight stretches of walls in plan, where they cross, and which of two passes through in a course."""
+"""Walls in plan, their straight stretches, where they cross, and which passes through in a course."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
-from typing import NamedTuple
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import Field, Strict
+
+from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record
+from masonry_opt.scene.generator import Count
 
 #: Of the plan's size, a distance that is nothing.
 _ROUNDING = 1e-9
+
+
+class Opening(Record):
+    """A door or window through a wall, under a lintel one course high and as deep as the wall is thick.
+
+    Parameters
+    ----------
+    at: Of its nearer jamb, from the first point of the wall's axis along it.
+    width: Between the jambs.
+    sill: Courses below it: 0 is a door.
+    height: Courses of it.
+    bearing: Of the lintel on either side (default: half a block, which lies in bond where ``sill`` and
+        ``height`` add up to an odd number and jambs are whole blocks from the wall's end).
+    """
+
+    at: NonNegative
+    width: Positive
+    sill: Annotated[int, Strict(), Field(ge=0, le=1000)] = 0
+    height: Count
+    bearing: Positive | None = None
+
+
+class PlanWall(Record):
+    """A wall of a plan.
+
+    Parameters
+    ----------
+    name: Its blocks are named after it, "front 3-2".
+    axis: Points ``[[x, y], ...]`` of its middle line, each straight above, below, left or right of the one
+        before. It meets another wall where it crosses or ends on the other's axis.
+    leaves: One or two, each as thick as a block.
+    courses: Its height (default: that of the plan).
+    openings:
+        :class:`Opening` records.
+    """
+
+    name: Name
+    axis: Annotated[list[Point], Field(min_length=2, max_length=50)]
+    leaves: Literal[1, 2] = 1
+    courses: Count | None = None
+    openings: list[Opening] = []
 
 
 class WallCrossing(NamedTuple):
@@ -40,26 +86,25 @@ class WallStretch:
 
     Attributes
     ----------
-    wall: index of the wall.
+    wall: it is a piece of.
     along: 0 if it runs along x, 1 along y.
     line: the other coordinate of its axis.
     start, end: of it along the axis; at corners the outer faces.
-    thickness, leaves, courses: of the wall.
-    origin, forwards: where the wall's own measure, from the first point of its axis, is 0 along the stretch,
-        and whether it grows with the coordinate.
+    thickness, courses: of the wall.
+    origin, way: where the wall's own measure, from the first point of its axis, is 0 along the stretch, and 1
+        if it grows with the coordinate, else -1.
     crossings: rising.
     """
 
-    wall: int
+    wall: PlanWall
     along: int
     line: float
     start: float
     end: float
     thickness: float
-    leaves: int
     courses: int
     origin: float
-    forwards: bool
+    way: float
     crossings: tuple[WallCrossing, ...] = ()
 
     @property
@@ -72,10 +117,6 @@ class WallStretch:
         """Least and greatest x, and y."""
         along = self.start, self.end
         return (self.faces, along) if self.along else (along, self.faces)
-
-    def place(self, measure: float) -> float:
-        """The coordinate along it of a measure of the wall."""
-        return self.origin + measure if self.forwards else self.origin - measure
 
     def gaps(self, course: int) -> Iterator[tuple[float, float]]:
         """Where other walls pass through it in a course."""
@@ -107,7 +148,7 @@ def crossed(stretches: list[WallStretch], toothed: bool) -> list[WallStretch]:
         first = not ends[0] or ends[1]
         passes = ((True, False), (False, True)) if toothed else ((first, first), (not first, not first))
         for number, wall, through in ((i, other, passes[0]), (j, one, passes[1])):
-            found[number].append(WallCrossing(*wall.faces, wall.leaves, wall.courses, through))
+            found[number].append(WallCrossing(*wall.faces, wall.wall.leaves, wall.courses, through))
     whole = []
     for stretch, own in zip(stretches, found, strict=True):
         start, end = stretch.start, stretch.end

@@ -9,9 +9,9 @@ from typing import Self
 import numpy as np
 import shapely
 
-from masonry_opt.scene.geometry import STRAIGHT, sides_of
+from masonry_opt.scene import outlines
+from masonry_opt.scene.geometry import STRAIGHT
 from masonry_opt.scene.rows import Rows, dots, lengths, ranges
-from masonry_opt.scene.space import outlines
 from masonry_opt.scene.space.surfaces import Surfaces
 
 #: Share of an area that is rounding.
@@ -80,7 +80,7 @@ class OuterFaces(Rows):
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sides of all outlines and holes, each with its face to the left seen from outside: their ends in
         space, shape (sides, 3) each, and their faces, rising."""
-        tail, tip, face = sides_of(self.polygon)
+        tail, tip, face = outlines.sides_of(self.polygon)
         return self.frame.up(tail, face), self.frame.up(tip, face), face
 
 
@@ -193,7 +193,7 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
         if abs(together.area - shapely.area(own).sum()) > tolerance * together.length:
             together = shapely.union_all(own, grid_size=grid)
         merged[index] = together
-    merged[count > 1] = outlines.without_cracks(merged[count > 1], tolerance)
+    merged[count > 1] = outlines.without_slivers(merged[count > 1], -tolerance)
     # Where two parts of a block meet, faces of both sides lie in one plane.
     for index in np.flatnonzero(key[:-1] // 2 == key[1:] // 2):
         both = merged[index : index + 2]

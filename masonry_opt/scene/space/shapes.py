@@ -9,8 +9,7 @@ from itertools import product
 import numpy as np
 from scipy.optimize import nnls
 
-from masonry_opt.scene.extents import Common, Extents, frame_of
-from masonry_opt.scene.geometry import raise_for
+from masonry_opt.scene.geometry import Common, Extents, frame_of, raise_for
 from masonry_opt.scene.rows import chunks, combine, dots, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import OuterFaces, Planes, outer_faces, planes

@@ -9,7 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.rows import first_alike, following, linked, ranges, sums
+from masonry_opt.scene.rows import first_alike, following, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 
 
@@ -105,17 +105,12 @@ def _turned(given: Surfaces) -> Surfaces:
     mates = np.argsort(edge, kind="stable").reshape(-1, 2)
     one, other = given.face[mates].T
     same_way = tail[mates[:, 0]] == tail[mates[:, 1]]
-    if not same_way.any():
-        return given
-    # Two nodes a face, as it is and turned round; edges say which of two faces' go together.
-    count = len(given.part)
-    together = np.where(same_way, other + count, other), np.where(same_way, other, other + count)
-    group = linked(2 * count, np.append(one, one + count), np.append(*together))
-    twisted = np.flatnonzero(group[:count] == group[count:])
-    if len(twisted):
-        given.refuse(int(twisted[0]), "is part of a surface without inside and outside: give a solid's faces")
+    turn, twisted = turned(len(given.part), one, other, same_way)
+    if twisted.any():
+        why = "is part of a surface without inside and outside: give a solid's faces"
+        given.refuse(int(twisted.argmax()), why)
     mixed = np.unique(given.block[given.part[one[same_way]]])
-    return reversed_faces(replace(given, mixed=mixed), group[:count] > group[count:])
+    return reversed_faces(replace(given, mixed=mixed), turn)
 
 
 def reversed_faces(given: Surfaces, chosen: np.ndarray) -> Surfaces:

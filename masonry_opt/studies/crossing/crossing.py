@@ -16,9 +16,9 @@ from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.road import Road
-from masonry_opt.scene.axles import Axles
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import Crossing as Crossing  # its home for readers

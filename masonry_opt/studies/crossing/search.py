@@ -23,8 +23,8 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.road import Road
-from masonry_opt.scene.axles import Axles, TravelDirection
 from masonry_opt.scene.loads import Load
+from masonry_opt.scene.road import Axles, TravelDirection
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict

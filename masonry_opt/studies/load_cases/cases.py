@@ -25,7 +25,7 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.load_cases import Earthquake
+from masonry_opt.scene.loads import Earthquake
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.writing import StudyAnswer, records
 from masonry_opt.words.summary import told_factor

@@ -26,7 +26,7 @@ from masonry_opt.files import refuse_unwritable, write_whole
 from masonry_opt.finite_motion.capacity import Capacity
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.result import Result
-from masonry_opt.scene.axles import Axles
+from masonry_opt.scene.road import Axles
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.journal import versions
 from masonry_opt.studies.load_cases.cases import Cases, Directions

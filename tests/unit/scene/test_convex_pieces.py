@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from masonry_opt.scene.convex_pieces import convex_pieces
+from masonry_opt.scene.outlines import convex_pieces
 
 L_SHAPE = shapely.Polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)])
 PLUS = shapely.union_all([shapely.box(1, 0, 2, 3), shapely.box(0, 1, 3, 2)])

@@ -48,12 +48,8 @@ FILLED = {
     "door": (plan(MAIN | {"openings": [DOOR]}), 10, 22, (4, 2, -8 + 4 + 2 - 2)),
     "window": (plan(MAIN | {"openings": [WINDOW]}), 10, 22, (1.5, 0, -3 + 2 + 3)),
     "both": (plan(MAIN | {"openings": [DOOR, WINDOW]}), 10, 22, (5.5, 2, -4 + 2)),
-    "round a corner": (
-        plan(CORNER | {"openings": [{"at": 10, "width": 2, "height": 2}]}),
-        14,
-        30,
-        (4, 2, -4),
-    ),
+    # As far along x in the one leg as along y in the other, which are different places.
+    "both legs": (plan(CORNER | {"openings": [DOOR | {"at": 2}, DOOR | {"at": 10}]}), 14, 30, (8, 4, -8)),
 }
 
 

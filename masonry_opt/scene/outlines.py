@@ -1,0 +1,167 @@
+"""Polygons in a plane: sides, corners that make no difference, slivers, what they have in common, and their
+convex pieces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import shapely
+
+from masonry_opt.scene.rows import following, steps_round
+
+#: Mitres of offset outlines are cut off beyond so many offsets: sharper corners than 1° are none.
+_MITRE = 100.0
+
+#: Sine of the angle by which a corner of a convex piece may turn inwards: rounding.
+_STRAIGHT = 1e-9
+
+#: Grid on which overlays that fail in floating point are done again, in tolerances.
+GRID = 1e-3
+
+
+def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sides of all outlines and holes of polygons: their ends, shape (sides, 2) each, and the polygon of
+    each, rising."""
+    rings, polygon = shapely.get_rings(polygons, return_index=True)
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    inside = ring[:-1] == ring[1:]
+    return corners[:-1][inside], corners[1:][inside], polygon[ring[:-1][inside]]
+
+
+def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
+    """The polygons, counter-clockwise, holes clockwise, without corners that lie within the tolerance of the
+    outline without them; empty ones where nothing is left."""
+    return shapely.orient_polygons(shapely.simplify(polygons, tolerance, preserve_topology=False))
+
+
+def without_slivers(polygons: np.ndarray, width: float) -> np.ndarray:
+    """Polygons without what is narrower than a width; of a negative one, with gaps as narrow closed."""
+    return _offset(_offset(polygons, -width / 2), width / 2)
+
+
+def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
+    return shapely.buffer(polygons, by, join_style="mitre", mitre_limit=_MITRE)
+
+
+def wide(pieces: np.ndarray, width: float) -> np.ndarray:
+    """Which polygons have a place as wide as that, shape (pieces,)."""
+    area, around = shapely.area(pieces), shapely.length(pieces)
+    # The largest circle inside a convex piece has a radius from area / perimeter to twice that, and none is
+    # larger than twice that.
+    mean = np.divide(2 * area, around, out=np.zeros_like(area), where=around > 0)
+    found = mean >= width
+    doubtful = ~found & (2 * mean >= width)
+    found[doubtful] = ~shapely.is_empty(_offset(pieces[doubtful], -width / 2))
+    return found
+
+
+def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: float) -> np.ndarray:
+    """An overlay of polygons, on a grid where floating point fails: nearly coincident sides may leave nothing
+    of the whole without an error."""
+    polygons = tuple(map(valid, polygons))
+    safe = operation(*polygons, grid_size=grid)
+    try:
+        exact = operation(*polygons)
+    except shapely.errors.GEOSException:
+        return safe
+    around = sum(shapely.length(own) for own in (*polygons, safe))
+    return np.where(np.abs(shapely.area(exact) - shapely.area(safe)) <= grid * around, exact, safe)
+
+
+def valid(polygons: np.ndarray) -> np.ndarray:
+    """The polygons, mended where outlines cross themselves, as offsets leave them by rounding."""
+    mended = shapely.orient_polygons(shapely.buffer(polygons, 0))
+    return np.where(shapely.is_valid(polygons), polygons, mended)
+
+
+def common_to(
+    one: np.ndarray, other: np.ndarray, convex: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The polygons that pairs of polygons have in common, in pieces, and the number of the pair of each,
+    rising; ``convex`` says of which pairs both are, shape (pairs,)."""
+    whole = np.full(len(one), shapely.Polygon())
+    whole[~convex] = sound(shapely.intersection, one[~convex], other[~convex], grid=GRID * tolerance)
+    corners = np.maximum(shapely.get_num_coordinates(one), shapely.get_num_coordinates(other))
+    # Those of many corners apart: all are cut as often as the one with most sides.
+    size = np.ceil(np.log2(np.maximum(corners, 1))).astype(int)
+    for most in np.unique(size[convex]):
+        some = np.flatnonzero(convex & (size == most))
+        whole[some] = _clipped(one[some], other[some])
+    pieces, number = shapely.get_parts(whole, return_index=True)
+    solid = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
+    return pieces[solid], number[solid]
+
+
+def _clipped(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Convex polygons, each cut along the sides of another (Sutherland and Hodgman 1974), which coincident
+    sides do not disturb; empty where nothing is left."""
+    points, _, owner = sides_of(shapely.orient_polygons(one))
+    start, end, cutter = sides_of(shapely.orient_polygons(other))
+    sides = np.bincount(cutter, minlength=len(one))
+    first = np.cumsum(sides) - sides
+    for number in range(sides.max(initial=0)):
+        side = (first + np.minimum(number, sides - 1))[owner]
+        along, beside = (end - start)[side], points - start[side]
+        left = along[:, 0] * beside[:, 1] - along[:, 1] * beside[:, 0]
+        inside = (left >= 0) | (number >= sides[owner])
+        after = following(np.bincount(owner))
+        crossing = inside != inside[after]
+        share = np.divide(left, left - left[after], out=np.zeros_like(left), where=crossing)
+        # Each corner that stays, then the point where the side from it to the next is cut.
+        kept = np.column_stack([inside, crossing]).ravel()
+        every = np.stack([points, points + share[:, None] * (points[after] - points)], axis=1)
+        points, owner = every.reshape(-1, 2)[kept], np.repeat(owner, 2)[kept]
+    solid = np.bincount(owner, minlength=len(one)) >= 3
+    found = np.full(len(one), shapely.Polygon())
+    ring = (np.cumsum(solid) - 1)[owner[solid[owner]]]
+    found[solid] = shapely.polygons(shapely.linearrings(points[solid[owner]], indices=ring))
+    return found
+
+
+def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarray]:
+    """Convex polygons that make up a polygon or multipolygon, and have no other corners than it has.
+
+    A constrained Delaunay triangulation, from which sides are left out, the longest first, where what they
+    divide is convex without them (Hertel and Mehlhorn 1983: at most four times the fewest pieces). Pieces
+    thinner than ``tolerance`` are dropped.
+
+    Returns
+    -------
+    Corners of each, counter-clockwise, shape (corners, 2); neighbours share whole sides.
+    """
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+    coordinates = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3]
+    corners, index = np.unique(coordinates.reshape(-1, 2), axis=0, return_inverse=True)
+    rings = dict(enumerate(index.reshape(-1, 3).tolist()))
+    piece_at = {side: piece for piece, ring in rings.items() for side in steps_round(ring)}
+    inner = [(a, b) for a, b in piece_at if a < b and (b, a) in piece_at]
+    for a, b in sorted(inner, key=lambda side: -np.hypot(*(corners[side[1]] - corners[side[0]]))):
+        one, other = piece_at[a, b], piece_at[b, a]
+        if one == other:
+            continue
+        left, right = _from(rings[one], b), _from(rings[other], a)
+        # b ... a of the one piece, then what the other has between a and b.
+        whole = left + right[1:-1]
+        if not all(_convex(corners, whole, corner) for corner in (a, b)):
+            continue
+        rings[one] = whole
+        piece_at |= dict.fromkeys(steps_round(rings.pop(other)), one)
+    pieces = [corners[ring] for ring in rings.values()]
+    drawn = ((piece, shapely.Polygon(piece)) for piece in pieces)
+    return [piece for piece, polygon in drawn if 2 * polygon.area > tolerance * polygon.length]
+
+
+def _from(ring: list[int], corner: int) -> list[int]:
+    at = ring.index(corner)
+    return ring[at:] + ring[:at]
+
+
+def _convex(corners: np.ndarray, ring: list[int], corner: int) -> bool:
+    """Whether a ring turns left at a corner, or goes straight on."""
+    at = ring.index(corner)
+    before, here, after = corners[[ring[at - 1], corner, ring[(at + 1) % len(ring)]]]
+    (x0, y0), (x1, y1) = here - before, after - here
+    size = np.hypot(x0, y0) * np.hypot(x1, y1)
+    turn, ahead = x0 * y1 - y0 * x1, x0 * x1 + y0 * y1
+    return bool(turn > _STRAIGHT * size or (turn >= -_STRAIGHT * size and ahead > 0))
