@@ -18,11 +18,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from atlas.made_scenes import made_scenes, write_atlas, write_large, write_random  # noqa: E402
+from atlas.made_scenes import best_known, made_scenes, write_atlas, write_large, write_random  # noqa: E402
 
 from masonry_opt.studies.compare.comparison import run_plan, write_report  # noqa: E402
 from masonry_opt.studies.compare.frames import Comparison, RunLimits  # noqa: E402
-from masonry_opt.studies.compare.judge import FILE  # noqa: E402
 from masonry_opt.studies.compare.runs import plan  # noqa: E402
 
 
@@ -33,8 +32,8 @@ def verdicts(asked: argparse.Namespace) -> Comparison:
     large = write_large(made, [int(count) for count in asked.stones.split(",") if count], asked.seeds)
     scenes = made_scenes(expected, [*write_random(made, asked.random), *large])
     planned = plan(asked.methods.split(","), ["cvxpy"], asked.solvers.split(","), [1e-9])
-    limits, registry = RunLimits(asked.time_limit, 4000.0, 1), ROOT / "tests" / "atlas" / FILE
-    comparison = run_plan(scenes, planned, limits, asked.out, asked.progress, registry)
+    limits, known = RunLimits(asked.time_limit, 4000.0, 1), best_known(scenes, ROOT / "tests" / "atlas")
+    comparison = run_plan(scenes, planned, limits, asked.out, asked.progress, known)
     write_report(comparison, asked.out)
     return comparison
 

@@ -1,63 +1,37 @@
-"""The registry of best known states changes for exact lower states alone."""
+"""The best known Coulomb state changes for exact lower states alone; registries of such states."""
 
 from __future__ import annotations
 
 import tomllib
 
 import pytest
-from atlas.made_scenes import made_scenes, write_atlas, write_random
+from atlas.made_scenes import best_known, made_scenes, write_atlas, write_random
 from lines import line
 from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.studies.compare.judge import FILE, BestKnown, best_known, lowest_exact
+from masonry_opt.studies.compare.judge import BestKnown, lowest_exact
 from masonry_opt.studies.compare.runs import content_of, find_scenes
 
-
-def entry(scene, load_factor, method):
-    """An entry of a registry."""
-    lines = f'["{scene.name}.toml"]', f"load_factor = {load_factor}", f'method = "{method}"'
-    return "\n".join([*lines, f'content = "{scene.content}"\n'])
+KNOWN = {"made/up": BestKnown(0.16, "by hand")}
 
 
-@pytest.fixture
-def case(tmp_path):
-    """A scene with a registry that knows 0.16 for it."""
-    folder = tmp_path / "folder"
-    folder.mkdir()
-    mo.save(two_blocks(), folder / "two.toml")
-    (scene,) = find_scenes([folder / "two.toml"])
-    (tmp_path / FILE).write_text(entry(scene, 0.16, "by hand"))
-    return scene
-
-
-@pytest.fixture
-def registry(case, tmp_path):
-    return tmp_path / FILE
-
-
-def exact(case, **known):
-    return line(**({"scene": case.name, "method": "refined"} | known))
-
-
-def known_after(registry, case, *rows):
-    known = best_known([case], registry)
-    return lowest_exact(rows, known)[case.name]
+def exact(**known):
+    return line(**({"method": "refined"} | known))
 
 
 @pytest.mark.parametrize("method", ["refined", "mcp"])
-def test_a_lower_exact_state_is_kept_with_its_method(registry, case, method):
-    assert known_after(registry, case, exact(case, method=method, load_factor=0.15)) == BestKnown(
-        0.15, method
-    )
+def test_a_lower_exact_state_is_kept_with_its_method(method):
+    found = lowest_exact([exact(method=method, load_factor=0.15)], KNOWN)
+    assert found == {"made/up": BestKnown(0.15, method)}
 
 
-def test_a_pass_alone_is_no_measure_of_others(case):
+def test_a_pass_alone_is_no_measure_of_others():
     """It looks for no low state: where nothing else is known of the scene, its own is not the lowest."""
-    one_pass = exact(case, method="mcp", load_factor=0.15)
+    one_pass = exact(method="mcp", load_factor=0.15)
     assert lowest_exact([one_pass], {}) == {}
-    searched = exact(case, load_factor=0.151)
-    assert lowest_exact([one_pass, searched], {})[case.name] == BestKnown(0.15, "mcp")
+    searched = exact(load_factor=0.151)
+    assert lowest_exact([one_pass, searched], {}) == {"made/up": BestKnown(0.15, "mcp")}
 
 
 @pytest.mark.parametrize(
@@ -74,32 +48,17 @@ def test_a_pass_alone_is_no_measure_of_others(case):
         {"load_factor": None},
     ],
 )
-def test_nothing_else_is(registry, case, known):
-    assert known_after(registry, case, exact(case, **known)) == BestKnown(0.16, "by hand")
+def test_nothing_else_is(known):
+    assert lowest_exact([exact(**known)], KNOWN) == KNOWN
 
 
-def test_a_changed_scene_has_no_best_known_state_but_words_do_not_change_it(registry, case):
+def test_words_do_not_change_a_scene_but_numbers_do(tmp_path):
+    mo.save(two_blocks(), tmp_path / "two.toml")
+    (case,) = find_scenes([tmp_path / "two.toml"])
     mo.save(mo.load(case.path).model_copy(update={"title": "other"}), case.path)
-    (renamed,) = find_scenes([case.path])
-    assert renamed.content == case.content
+    assert find_scenes([case.path])[0].content == case.content
     mo.save(two_blocks(0.2), case.path)
-    assert best_known(find_scenes([case.path]), registry) == {}
-
-
-def test_a_scene_is_known_by_its_name_and_numbers_wherever_it_lies(tmp_path):
-    registry = tmp_path / FILE
-    (scene,) = find_scenes(write_random(tmp_path / "scenes", 1))
-    registry.write_text(entry(scene, 0.5, "refined"))
-    assert scene.name == "random/wall_0"
-    again = find_scenes(write_random(tmp_path / "other", 1))
-    assert best_known(again, registry) == {"random/wall_0": BestKnown(0.5, "refined")}
-    assert best_known(again, None) == best_known(again, tmp_path / "none.toml") == {}
-
-
-def test_a_broken_registry_is_one_clear_error(registry, case):
-    registry.write_text("load_factor = ")
-    with pytest.raises(mo.CaseError, match=FILE):
-        best_known([case], registry)
+    assert find_scenes([case.path])[0].content != case.content
 
 
 def test_the_lower_of_known_and_found_counts():
@@ -127,7 +86,7 @@ def test_a_scene_is_the_same_by_either_name_of_its_live_load():
 def test_the_packages_registry_knows_its_cases():
     """Closed forms of Figs 6 and 8 among them."""
     scenes = find_scenes(["two_blocks", "wedges", "wall_1", "wall_6"], CASES)
-    known = best_known(scenes, CASES / FILE)
+    known = best_known(scenes, CASES)
     assert set(known) == {scene.name for scene in scenes}
     assert known["gilbert/two_blocks"].load_factor == pytest.approx(0.15, rel=1e-8)
     assert known["livesley/wedges"].load_factor == pytest.approx(1.280338166517, rel=1e-8)
@@ -137,8 +96,8 @@ def test_the_registry_of_made_scenes_knows_them(tmp_path):
     """Every entry is of a scene as it is made today; 1/2 and 0 by hand."""
     folder = CASES.parent / "tests" / "atlas"
     atlas = write_atlas(tmp_path, CASES)
-    known = best_known(made_scenes(atlas, write_random(tmp_path, 160)), folder / FILE)
-    made = set(tomllib.loads((folder / FILE).read_text("utf-8")))
+    known = best_known(made_scenes(atlas, write_random(tmp_path, 160)), folder)
+    made = set(tomllib.loads((folder / "best_known.toml").read_text("utf-8")))
     assert {key for key in made if not key.startswith("large/")} == {f"{name}.toml" for name in known}
     assert len(made) >= 160
     assert known["atlas/locking_by_dilatancy_confined_block"].load_factor == pytest.approx(0.5, rel=1e-8)

@@ -7,7 +7,7 @@ import sys
 
 import pandas as pd
 import pytest
-from scenes import CASES, solved, two_blocks
+from scenes import CASES, two_blocks
 from typer.testing import CliRunner
 
 import masonry_opt as mo
@@ -151,7 +151,7 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     evil = "<script>alert(1)</script><img src=x onerror=alert(2)>"
     case = tmp_path / "a<b>" / "c<i>.toml"
     case.parent.mkdir()
-    mo.save(two_blocks().model_copy(update={"title": evil}), case)
+    mo.save(two_blocks(), case)
     _, result = run(tmp_path, monkeypatch, case=case)
     result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, f"crashed: {evil}", evil]
     html = page(result, charts(result.summary))
@@ -166,8 +166,7 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
 def test_report_files(tmp_path, monkeypatch):
     _, result = run(tmp_path, monkeypatch)
     names = {path.name for path in write_report(result, tmp_path)}
-    pictures = {"success", "time_error_associative"}
-    files = {f"{name}.{kind}" for name in pictures for kind in ("png", "svg")}
+    files = {f"time_error_associative.{kind}" for kind in ("png", "svg")}
     assert names == {"results.csv", "summary.csv", "report.html"} | files
     assert all((tmp_path / name).stat().st_size > 100 for name in names)
 
@@ -191,9 +190,7 @@ def test_the_command_compares_for_real(tmp_path):
     assert found["static", "clarabel"] == pytest.approx(0.25, rel=1e-6)
     assert found["static", "highs"] == pytest.approx(0.25, rel=1e-6)
     assert found["nonassociative", "clarabel"] == pytest.approx(0.15, rel=1e-3)
-    assert (rows["expected_seconds"] == 0).all()  # found once for the scene, and no part of any run
-    told = pd.read_csv(tmp_path / "summary.csv")["to_expect"]
-    assert told.to_numpy() == pytest.approx(solved(two_blocks(), "compliant").load_factor, rel=1e-9)
+    assert (rows["expected_seconds"] == 0).all()  # what is to expect is no part of any run
     assert (tmp_path / "report.html").stat().st_size > 800_000  # the script is inside
 
 

@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from masonry_opt.errors import OptionError
-from masonry_opt.studies.many.draws import SEQUENCES, distribution, lognormal, parse, scores
+from masonry_opt.studies.many.draws import distribution, lognormal, parse, points
 
 
 def test_a_lognormal_has_the_mean_and_deviation_given():
@@ -81,40 +81,28 @@ def test_a_distribution_as_text():
             parse(wrong)
 
 
-@pytest.mark.parametrize("sequence", SEQUENCES)
-def test_more_points_begin_with_the_same(sequence):
-    groups = [0, 1, 1, 1]
-    few, many = (scores(count, groups, 0.5, sequence, 7) for count in (10, 16))
+@pytest.mark.parametrize("dimensions", [2, 83])
+def test_more_points_begin_with_the_same(dimensions):
+    few, many = (points(count, dimensions, 7) for count in (10, 16))
     np.testing.assert_array_equal(few, many[:10])
-    assert not np.array_equal(few, scores(10, groups, 0.5, sequence, 8))
+    assert not np.array_equal(few, points(10, dimensions, 8))
 
 
-@pytest.mark.parametrize("sequence", SEQUENCES)
-@pytest.mark.parametrize("correlation", [0.0, 0.7, 1.0])
-def test_scores_are_standard_normal_and_correlated_as_asked(sequence, correlation):
-    count = 2048
-    drawn = scores(count, [0, 0, 0, 1, 1, 2], correlation, sequence, 3)
-    assert min(stats.kstest(column, "norm").pvalue for column in drawn.T) > 1e-3
-    found = np.corrcoef(drawn, rowvar=False)
-    asked = np.eye(6)
-    asked[:3, :3] = asked[3:5, 3:5] = correlation
-    np.fill_diagonal(asked, 1.0)
-    # The deviation of a correlation of independent points is (1 − ρ²) / √n.
-    assert np.abs(found - asked).max() < 4 / math.sqrt(count)
-    if correlation == 1:
-        np.testing.assert_allclose(found[:3, :3], 1.0)
+@pytest.mark.parametrize("dimensions", [6, 12])
+def test_points_are_even_and_independent(dimensions):
+    """The deviation of a correlation of independent points is 1 / √n."""
+    drawn = points(2048, dimensions, 3)
+    assert min(stats.kstest(column, "uniform").pvalue for column in drawn.T) > 1e-3
+    assert np.abs(np.corrcoef(drawn, rowvar=False) - np.eye(dimensions)).max() < 4 / math.sqrt(2048)
 
 
-def test_sobol_spreads_single_numbers_more_evenly_than_chance():
+def test_few_numbers_are_spread_more_evenly_than_chance():
     """Of 256 points of a scrambled net each of 256 equal intervals has one."""
-    found = stats.norm.cdf(scores(256, [0, 1], 0.0, "sobol", 1))
-    for column in found.T:
+    for column in points(256, 2, 1).T:
         assert sorted(np.floor(256 * column).astype(int)) == list(range(256))
 
 
 def test_of_many_numbers_no_two_move_as_one():
     """Independent points of n runs have correlations of deviation 1/√n; the largest of 3403 is some four."""
-    many = scores(128, range(83), 0.0, None, 0)
-    found = np.corrcoef(many, rowvar=False) - np.eye(83)
+    found = np.corrcoef(stats.norm.ppf(points(128, 83, 0)), rowvar=False) - np.eye(83)
     assert np.abs(found).max() < 5 / math.sqrt(128)
-    np.testing.assert_array_equal(*(scores(8, range(10), 0.0, which, 0) for which in (None, "sobol")))

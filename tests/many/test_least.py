@@ -66,7 +66,7 @@ def test_a_margin_is_not_passed_off_as_a_load_factor():
         assert not result.assembly.scene.reference
         assert result.status is (mo.Status.STANDS if trial.holds else mo.Status.UNSTABLE)
         assert (result.solution.q is None, result.solution.d is None) == (not trial.holds, trial.holds)
-        assert str(result).splitlines()[-1].split()[:2] == ["margin", f"{trial.number:.6g}"]
+        assert "load factor λ" not in str(result)
     assert "load factor λ" not in found.fails.result.plot().axes[0].get_title()
     assert [reason.code for reason in found.fails.result.reasons] == [Code.FALLS]
 

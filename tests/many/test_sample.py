@@ -100,12 +100,10 @@ def test_loads_to_expect_stand_beside_the_lowest_found():
     assert "-1.000 (-1.000 to -1.000); to expect +1.000 (" in str(found)
     curve = found.fragility([0.0, 0.305, 0.6])
     assert curve["expected_probability"].tolist() == pytest.approx([1 / 21, 1 / 21, 1])
-    for kind in ("distribution", "fragility", "sensitivity"):
+    for kind in ("fragility", "sensitivity"):
         drawn = found.drawing(kind).chart.to_dict()
         rows = [row for rows in drawn["datasets"].values() for row in rows]
         assert {row["of"] for row in rows} == {"lowest found", "to expect"}
-    bars = found.plot("distribution").layer[0].data
-    assert bars.groupby("of")["runs"].sum().to_dict() == {"lowest found": 21, "to expect": 20}
 
 
 def test_two_workers_make_the_same_table(block):
@@ -147,7 +145,7 @@ def test_a_status_is_no_proof_that_any_load_is_carried(method, options, undecide
 def test_all_kinds_of_samples_are_drawn():
     for values in ([1.0], [2.0] * 5, [np.nan] * 3):
         found = with_load_factors(values)
-        for kind in ("distribution", "fragility", "sensitivity"):
+        for kind in ("fragility", "sensitivity"):
             assert found.plot(kind).to_dict()
         assert str(found)
     with pytest.raises(mo.OptionError, match="histogram"):
@@ -156,18 +154,13 @@ def test_all_kinds_of_samples_are_drawn():
 
 def test_a_load_factor_that_does_not_change_is_drawn_as_one():
     found = with_load_factors((0.5 + 1e-10 * np.arange(20)).tolist())
-    bars = found.plot("distribution").layer[0].data
-    (bar,) = bars[bars["runs"] > 0].itertuples()
-    assert bar.runs == 20
-    assert bars["to"][bar.Index] - bars["from"][bar.Index] == pytest.approx(0.01 / 11, rel=1e-3)
     load = found.plot("fragility").data["load"]
     assert (load.min(), load.max()) == pytest.approx((0.4945, 0.5055), abs=1e-8)
     assert found.plot("sensitivity").data.empty
 
 
-def test_the_bars_hold_every_run_and_the_band_the_curve(block):
-    bars, curve = block.plot("distribution").layer[0].data, block.plot("fragility").data
-    assert bars["runs"].sum() == np.isfinite(block.load_factors).sum()
+def test_the_band_holds_the_curve(block):
+    curve = block.plot().data
     assert (curve["lower"] <= curve["probability"]).all()
     assert (curve["probability"] <= curve["upper"]).all()
 
@@ -183,11 +176,9 @@ def test_values_that_are_no_friction_are_refused_before_any_run():
         ({"joints.frictoin": ("normal", 0.6, 0.01)}, {}, "joints.friction"),
         ({}, {}, "uncertain"),
         ({"joints.friction": ("normal", 0.6, 0.01)}, {"by": "stone"}, "choose from"),
-        ({"joints.friction": ("normal", 0.6, 0.01)}, {"correlation": 0.5}, "by='joint'"),
-        ({"joints.friction": ("normal", 0.6, 0.01)}, {"by": "joint", "correlation": 2}, "between 0 and 1"),
-        ({"joints.friction": ("normal", 0.6, 0.01)}, {"sequence": "latin"}, "choose from"),
+        ({"joints.friction": ("normal", 0.6, 0.01)}, {"correlation": 0.5}, "correlation"),
         ({"joints.friction": ("normal", 0.6, 0.01)}, {"n": 0}, "1 or more"),
-        ({"block.A.weight": ("normal", 1, 0.01)}, {"by": "joint"}, "joints.friction"),
+        ({"block.A.weight": ("normal", 1, 0.01)}, {"by": "course"}, "joints.friction"),
     ],
 )
 def test_what_is_wrong_is_said(distributions, asked, found):
@@ -195,46 +186,36 @@ def test_what_is_wrong_is_said(distributions, asked, found):
         mo.sample(block_on_floor(), distributions, **asked)
 
 
-def draws_of(scene, by, correlation=None, names=("friction",)):
-    return Draws(scene, {f"joints.{name}": ("normal", 0.6, 0.06) for name in names}, by, correlation)
+def draws_of(scene, by="course", names=("friction",)):
+    return Draws(scene, {f"joints.{name}": ("normal", 0.6, 0.06) for name in names}, by)
 
 
 def test_courses_are_joints_at_one_height():
     """A wall of 4 courses of 1.75: bed joints below each course, head joints at half its height."""
     scene = small_wall(courses=4, length=3)
     joints = assemble(scene).joints
-    columns = draws_of(scene, "course").columns
+    columns = draws_of(scene).columns
     assert [column.name for column in columns] == [f"course.{k}.friction" for k in range(1, 9)]
     assert sum(len(column.pairs) for column in columns) == len(joints.first)
     heights = np.unique(joints.middle[:, 1].round(6))
     np.testing.assert_allclose(np.diff(heights), 0.875)
 
 
-def test_correlation_along_courses_is_what_was_asked():
-    draws = draws_of(small_wall(courses=3, length=3), "course", 0.7, ("friction", "cohesion"))
-    table = draws.table(2048, 0, "sobol")
-    # Of one property in one course alone.
-    alike = np.array([f"{column.of} {column.course}" for column in draws.columns])
-    asked = np.where(alike[:, None] == alike, 0.7, 0.0)
-    np.fill_diagonal(asked, 1.0)
-    found = np.corrcoef(table.to_numpy(), rowvar=False)
-    assert np.abs(found - asked).max() < 4 / math.sqrt(2048)
-    np.testing.assert_allclose(table.mean(), 0.6, atol=4 * 0.06 / math.sqrt(2048))
-    np.testing.assert_allclose(table.std(), 0.06, rtol=4 / math.sqrt(2 * 2048))
-
-
-def test_each_joint_has_its_own_but_where_an_exception_gives_it():
+@pytest.mark.parametrize("by", ["course", "joint"])
+def test_each_has_its_own_but_where_an_exception_gives_it(by):
     scene = small_wall(courses=3, length=2)
     own = assemble(scene)
     first, second = own.names(own.joints.first[:1]) + own.names(own.joints.second[:1])
     scene = scene.model_copy(update={"exceptions": [mo.Joint(between=(second, first), friction=0.123)]})
-    draws = draws_of(scene, "joint", names=("friction", "cohesion"))
-    assert len(draws.columns) == 2 * len(own.joints.first) - 1
+    draws = draws_of(scene, by, names=("friction", "cohesion"))
+    pairs = [len(column.pairs) for column in draws.columns]
+    assert (max(pairs) == 1) == (by == "joint")
+    assert sum(pairs) == 2 * len(own.joints.first) - 1
     values = {column.name: 0.5 + 0.001 * number for number, column in enumerate(draws.columns)}
     joints = assemble(draws.scene(values)).joints
     assert joints.friction[0] == 0.123
     drawn = np.r_[joints.friction[1:], joints.cohesion]
-    np.testing.assert_allclose(drawn, 0.5 + 0.001 * np.arange(len(draws.columns)))
+    np.testing.assert_allclose(np.sort(drawn), np.repeat([*values.values()], pairs))
 
 
 def test_a_sample_by_course_is_run_with_what_was_drawn():
@@ -242,10 +223,8 @@ def test_a_sample_by_course_is_run_with_what_was_drawn():
     name = next(block.name for block in scene.blocks if not block.fixed)
     given = {"joints.friction": ("lognormal", 0.5, "10%"), f"block.{name}.weight": ("uniform", 1.0, 1.1)}
     found = mo.sample(scene, given, n=2, by="course", method="static", workers=1)
-    draws = Draws(scene, given, "course", None)
-    for values, row in zip(
-        draws.table(2, 0, "sobol").to_dict("records"), found.table.to_dict("records"), strict=True
-    ):
+    draws = Draws(scene, given, "course")
+    for values, row in zip(draws.table(2, 0).to_dict("records"), found.table.to_dict("records"), strict=True):
         assert {name: row[name] for name in values} == values
         alone = mo.solve(draws.scene(values), "static")
         assert row["load_factor"] == pytest.approx(alone.load_factor, rel=1e-9)
@@ -260,7 +239,7 @@ def test_a_folder_holds_tables_and_charts_and_goes_on(tmp_path):
     assert kept.columns.tolist() == more.table.columns.tolist()
     np.testing.assert_array_equal(kept["load_factor"], more.table["load_factor"])
     names = {path.name for path in tmp_path.iterdir()}
-    for kind in ("distribution", "fragility", "sensitivity"):
+    for kind in ("fragility", "sensitivity"):
         assert {f"{kind}.png", f"{kind}.svg"} <= names
     assert "charts.html" in names
     assert {"quantiles.csv", "fragility.csv", "sensitivity.csv"} <= names

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from functools import partial
 from itertools import product
@@ -24,7 +24,7 @@ from masonry_opt.studies.journal import Journal, digest, versions_hash
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import csv_text, write_files
 
-#: Seconds that what is computed once for a scene may take at least.
+#: Seconds that the bounds of a scene may take at least.
 _SCENE_TIME = 120.0
 
 #: Defaults: the methods that take seconds on a wall of Table 1, the solvers of the package, a loose tolerance
@@ -62,7 +62,7 @@ def compare(
     Runs that ``out`` holds already are not made again: an interrupted comparison (Ctrl-C) is reported with
     what it has, and continues when it is called again.
 
-    Raises CaseError if a case file or a registry is missing or wrong; OptionError if an argument is wrong,
+    Raises CaseError if a case file is missing or wrong; OptionError if an argument is wrong,
     nothing is left to compare, or ``out`` holds other runs; OutputError if ``out`` cannot be written;
     NoRunEndedError if every run crashed or died (the report is written nevertheless).
 
@@ -83,7 +83,7 @@ def compare(
     folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
     if not named:
         raise OptionError("nothing to compare: name case files")
-    comparison = run_plan(find_scenes(named, folder), planned, limits, out, progress, folder / judge.FILE)
+    comparison = run_plan(find_scenes(named, folder), planned, limits, out, progress)
     progress("report")
     write_report(comparison, out)
     ended = comparison.results["ended"]
@@ -131,25 +131,21 @@ def run_plan(
     limits: frames.RunLimits,
     folder: Path,
     progress: Callable[[str], None],
-    registry: Path | None = None,
+    known: Mapping[str, judge.BestKnown] | None = None,
 ) -> frames.Comparison:
-    """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`), Coulomb
-    states by those that ``registry`` has."""
+    """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`). ``known``: exact
+    Coulomb states by scene name, beside those of the runs."""
     notes: list[str] = []
     made = _JournalRuns(Journal(folder, {"columns": digest(runs.COLUMNS)}), limits, progress, notes)
     bounds: dict[str, CertifiedBounds] = {}
-    to_expect: dict[str, float | None] = {}
-    coulomb = any(judge.question_of(pair.method) == judge.COULOMB for pair in planned.pairs)
     rows: list[dict[str, Any]] = []
     interrupted = False
     try:
         for scene in scenes:
             # Without one there is no λ to bound.
             may_have_one = scene.expected.get(judge.ASSOCIATIVE, judge.ANSWER) == judge.ANSWER
-            if may_have_one and (found := made.once(scene, "certified bounds", runs.bound_scene)):
+            if may_have_one and (found := made.bounds(scene)):
                 bounds[scene.name] = CertifiedBounds(**found)
-            if coulomb and (found := made.once(scene, "load to expect", runs.scene_to_expect)):
-                to_expect[scene.name] = found["load_factor"]
         for row in made.runs(scenes, planned.pairs):
             rows.append(row)  # those before an interrupt stay
     except KeyboardInterrupt:
@@ -160,13 +156,11 @@ def run_plan(
             "static and kinematic with a conic solver crush joints by the parabola, all other runs and the "
             f"certified bounds by chords inside it: no error is given for the former on {', '.join(bent)}"
         )
-    best = judge.lowest_exact(rows, judge.best_known(scenes, registry))
+    best = judge.lowest_exact(rows, known or {})
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
-    if len(summary):
-        summary["to_expect"] = summary["scene"].map(to_expect).astype(float)
     results = pd.DataFrame(rows, columns=runs.COLUMNS)
     return frames.Comparison(
-        tuple(scenes), planned, limits, bounds, best, to_expect, results, summary, tuple(notes), interrupted
+        tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted
     )
 
 
@@ -203,17 +197,16 @@ class _JournalRuns:
                 long.add((scene.name, pair))
             yield row
 
-    def once(
-        self, scene: CaseScene, what: str, function: Callable[[Path], dict[str, Any]]
-    ) -> dict[str, Any] | None:
-        """What a function finds of a case file, read or computed; None, and a note, where that failed."""
-        key, limits = f"{what} · {scene.content}", self.limits
+    def bounds(self, scene: CaseScene) -> dict[str, float] | None:
+        """Certified bounds, read or computed; None, and a note, where that failed."""
+        key, limits = f"certified bounds · {scene.content}", self.limits
         found = self.journal.find(key)
         if found is None:
-            self.progress(f"{what} of {scene.name}")
-            end = run_alone(partial(function, scene.path), max(limits.time, _SCENE_TIME), limits.memory)
+            self.progress(f"certified bounds of {scene.name}")
+            task = partial(runs.bound_scene, scene.path)
+            end = run_alone(task, max(limits.time, _SCENE_TIME), limits.memory)
             if end.how != FINISHED:
-                self.notes.append(f"{scene.name}: no {what}: {end.how}: {end.reason}")
+                self.notes.append(f"{scene.name}: no certified bounds: {end.how}: {end.reason}")
                 return None
             self.journal.add(key, found := end.value)
         return found

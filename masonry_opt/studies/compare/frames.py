@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import counted, printable
 from masonry_opt.studies.compare import judge
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.runs import RESIDUALS, CaseScene, RunPlan, pair_of
+from masonry_opt.studies.compare.runs import RESIDUALS, CaseScene, RunPlan
 from masonry_opt.studies.writing import in_words
 
 _PAIR = ["method", "model", "solver", "tolerance"]
@@ -24,16 +23,15 @@ _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_s
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]
 
 #: Columns of the success table, and headings that are not their names.
-SUCCESS = ["tolerance", "success", *judge.VERDICTS, "on target", "time", "largest error", "largest violation"]
-SUCCESS += ["peak_memory"]
+SUCCESS = ["tolerance", "success", *judge.VERDICTS, "time", "largest error", "peak_memory"]
 HEADINGS = {"time": "median time (s)", "peak_memory": "peak (MB)"}
 
 #: How numbers are written, by column.
 FORMATS = {
-    **dict.fromkeys(("success", "on target"), "{:.0%}"),
+    "success": "{:.0%}",
     "load_factor": "{:.9g}",
     "time": "{:.3g}",
-    **dict.fromkeys(("error", "violation", "largest error", "largest violation"), "{:.1e}"),
+    **dict.fromkeys(("error", "largest error"), "{:.1e}"),
     **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
     **dict.fromkeys(("iterations", "lp_solves", "peak_memory", "blocks", "joints"), "{:.0f}"),
     **dict.fromkeys(("scenes", *judge.VERDICTS), "{}"),
@@ -59,11 +57,12 @@ def summary(
         shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
         scene = row["scene"]
         verdict = judge.judge(row, bounds.get(scene), best.get(scene), expected.get(scene, {}))
-        judged.append(row | {"pair": pair_of(row).label, "time": row["wall"] - shared} | verdict)
+        judged.append(row | {"time": row["wall"] - shared} | verdict)
     frame = pd.DataFrame(judged)
     if frame.empty:
         return frame
-    numbers = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "violation", "load_factor", "bound"]
+    frame["pair"] = frame["method"] + " · " + frame["model"] + " · " + frame["solver"]
+    numbers = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "load_factor", "bound"]
     numbers += ["joints", "blocks"]
     frame[numbers] = frame[numbers].astype(float)
     repeats = frame.groupby(["scene", *_PAIR], dropna=False, sort=False)
@@ -72,31 +71,17 @@ def summary(
     frame[_MEDIANS] = repeats[_MEDIANS].transform("median")
     worst = frame.sort_values(["of", "badness"], kind="stable").drop_duplicates("of", keep="last")
     columns = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error"]
-    columns += ["below", "violation", *_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS]
+    columns += ["below", *_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS]
     return worst[[*columns, "bound", "ended", "status", "kind", "message"]].reset_index(drop=True)
 
 
 def answers(frame: pd.DataFrame) -> pd.DataFrame:
-    """The answer of each method to each scene: one row of the summary for a scene and method.
-
-    Among the runs of a method, the one with the best verdict; among certified ones the one nearest to the
-    certified bounds (associative λ) or with the lowest λ (Coulomb), within SAME; among these the quickest.
-    Further columns: ``runs`` of the method on the scene; ``alike``: runs with the same verdict; ``gap``: the
-    error, negative where λ is below the best exact state known, 0 up to GAP_FLOOR.
-    """
-    runs = frame.groupby(["scene", "method"], sort=False)
-    frame = frame.assign(of=runs.ngroup(), runs=runs["scene"].transform("size"))
-    frame["alike"] = frame.groupby(["of", "verdict"])["scene"].transform("size")
-    near = frame["error"] <= judge.GAP_FLOOR
-    frame["gap"] = frame["error"].mask(near, 0.0).mask(frame["below"] & ~near, -frame["error"])
-    certified = frame["verdict"] == judge.CERTIFIED
-    lowest = frame["load_factor"].where(certified).groupby(frame["of"]).transform("min")
-    above = (frame["load_factor"] - lowest) / lowest.abs().clip(lower=SMALLEST)
-    distance = frame["error"].where(frame["question"] != judge.COULOMB, above).fillna(np.inf).clip(lower=SAME)
-    frame["rank"] = frame["verdict"].map(judge.VERDICTS.index)
-    frame["distance"] = distance.where(certified, 0.0)
-    order = ["of", "rank", "distance", "time"]
-    return frame.sort_values(order, kind="stable").drop_duplicates("of").drop(columns=order[:3])
+    """The best run of each method on each scene: by verdict, then by error (within SAME; none below the best
+    exact state), then by time."""
+    error = frame["error"].mask(frame["below"].astype(bool), 0.0).clip(lower=SAME)
+    order = frame.assign(rank=frame["verdict"].map(judge.VERDICTS.index), far=error)
+    first = order.sort_values(["rank", "far", "time"], kind="stable").drop_duplicates(["scene", "method"])
+    return first.drop(columns=["rank", "far"])
 
 
 def pareto(frame: pd.DataFrame) -> pd.DataFrame:
@@ -109,9 +94,8 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 def success(frame: pd.DataFrame) -> pd.DataFrame:
     """How the scenes ended, one row a pair and tolerance.
 
-    ``success``: share that is certified or named correctly. ``on target``: share that is certified with an
-    error within TARGET. Median time, largest error and violation are those of the certified answers;
-    peak_memory (MB) is that of all.
+    ``success``: share that is certified or named correctly. Median time and largest error are those of the
+    certified answers; peak_memory (MB) is that of all.
     """
     if frame.empty:
         return frame
@@ -119,17 +103,14 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
     marked = frame.assign(
         **{verdict: (frame["verdict"] == verdict).astype(int) for verdict in judge.VERDICTS},
         success=frame["verdict"].isin((judge.CERTIFIED, judge.NAMED)),
-        target=certified & (frame["error"] <= frame["question"].map(judge.TARGET)),
-        **{name: frame[name].where(certified) for name in ("time", "error", "violation")},
+        **{name: frame[name].where(certified) for name in ("time", "error")},
     )
     columns: dict[str, Any] = {
         "scenes": ("scene", "size"),
         **{verdict: (verdict, "sum") for verdict in judge.VERDICTS},
         "success": ("success", "mean"),
-        "on target": ("target", "mean"),
         "time": ("time", "median"),
         "largest error": ("error", "max"),
-        "largest violation": ("violation", "max"),
         "peak_memory": ("peak_memory", "max"),
     }
     return marked.groupby(["pair", *_PAIR], dropna=False, sort=False).agg(**columns).reset_index()
@@ -152,9 +133,8 @@ class Comparison:
     ----------
     bounds: certified bounds of the associative load factor, by scene name.
     best: lowest exact Coulomb state known, by scene name.
-    to_expect: load factor to expect, by scene name, where Coulomb methods are compared; None: there is none.
     results: one row a run (see :data:`~.runs.COLUMNS`).
-    summary: one row a scene and pair (see :func:`summary`), with the load factor to expect.
+    summary: one row a scene and pair (see :func:`summary`).
     notes: further remarks, a line each.
     interrupted: whether runs are missing.
     """
@@ -164,7 +144,6 @@ class Comparison:
     limits: RunLimits
     bounds: dict[str, CertifiedBounds]
     best: dict[str, judge.BestKnown]
-    to_expect: dict[str, float | None]
     results: pd.DataFrame
     summary: pd.DataFrame
     notes: tuple[str, ...] = ()
@@ -177,14 +156,10 @@ class Comparison:
             columns = ("method", "model", "solver", "tolerance", "scenes", *SUCCESS[1:])
             ended = in_words(success(self.summary), FORMATS, columns)
             lines.append(ended.rename(columns=HEADINGS).to_string(index=False))
-            on_target = judge.TARGET[judge.ASSOCIATIVE], judge.TARGET[judge.COULOMB]
             lines.append(
                 f"\n{counted(len(self.scenes), 'scene')}; success: certified or named correctly;\n"
-                f"on target: certified, with an error of at most {on_target[0]:g} (associative), "
-                f"{on_target[1]:g} (Coulomb: gap to the best exact state);\n"
-                "median time, largest error and violation (1e-10 at least): of the certified answers, each a "
-                f"median of {counted(self.limits.repeats, 'run')} (of one where a run takes over "
-                f"{REPEATED_BELOW:g} s)"
+                "median time and largest error: of the certified answers, each a median of "
+                f"{counted(self.limits.repeats, 'run')} (of one where a run takes over {REPEATED_BELOW:g} s)"
             )
         if self.plan.left_out:
             lines.append("\nnot applicable:")

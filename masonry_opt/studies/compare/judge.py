@@ -1,27 +1,19 @@
 """The verdict on a run, by its certificate and by what is known of its scene: bounds, claims by hand, and the
-lowest exact Coulomb state, of a registry or another run."""
+lowest exact Coulomb state."""
 
 from __future__ import annotations
 
-import math
-import tomllib
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import SAME, is_lower
-from masonry_opt.errors import CaseError
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.runs import CaseScene, by_sides, residuals_over_limit
+from masonry_opt.studies.compare.runs import by_sides, residuals_over_limit
 from masonry_opt.studies.runner import FINISHED, REFUSED
-from masonry_opt.words.sentences import numeral
-
-#: Name of the registry of best known states, in the folder of the case files.
-FILE = "best_known.toml"
 
 #: The kinds of answer that can be exact: in the loop's, sliding may contract.
 _EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
@@ -45,41 +37,12 @@ VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
 #: Gaps to the best exact Coulomb state below this count as none, and are drawn there.
 GAP_FLOOR = SAME
 
-#: Violations below this are rounding.
-VIOLATION_FLOOR = 1e-10
-
-#: Error at which profiles and scaling count an answer as reached: digits for the linear program, and for
-#: Coulomb the one per cent by which the loop ends above the lowest state on most walls of Table 1.
-TARGET = {ASSOCIATIVE: 1e-6, COULOMB: 1e-2}
-
 
 class BestKnown(NamedTuple):
     """The lowest exact load factor of a scene, and the method that found it."""
 
     load_factor: float
     method: str
-
-
-def best_known(scenes: Iterable[CaseScene], registry: Path | None) -> dict[str, BestKnown]:
-    """The best known states of scenes in a registry, by scene name; none of a scene that has changed since.
-
-    Raises CaseError if the registry is no TOML or an entry is not as written here.
-    """
-    if registry is None or not registry.exists():
-        return {}
-    try:
-        entries = tomllib.loads(registry.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise CaseError(f"{registry}: cannot be read: {error}") from None
-    found = {}
-    for scene in scenes:
-        entry = entries.get(key := f"{scene.name}.toml")
-        try:
-            if entry is not None and entry["content"] == scene.content:
-                found[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
-        except (KeyError, TypeError, ValueError):
-            raise CaseError(f"{registry}: '{key}' needs load_factor, method and content") from None
-    return found
 
 
 def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
@@ -137,8 +100,7 @@ def judge(
 
     ``verdict``: one of VERDICTS. ``reason``: why, in words; "" if it is certified. ``error``: relative
     distance of λ from the middle of the bounds (half their width at least) or from the best exact Coulomb
-    state (GAP_FLOOR at least). ``below``: whether λ is below that state. ``violation``: largest violation of
-    yield, in median block weights (1e-10 at least). A missing number is None.
+    state (GAP_FLOOR at least). ``below``: whether λ is below that state. A missing number is None.
 
     The bounds are those with crushing by chords, and in space by cones: not applied to a run with the
     parabola; of one by the sides of cones the lower does not hold, nor that λ is unlimited.
@@ -160,7 +122,6 @@ def judge(
         "reason": reason,
         "error": error,
         "below": below,
-        "violation": None if row["yield"] is None else max(row["yield"], VIOLATION_FLOOR),
     }
 
 
@@ -194,8 +155,3 @@ def _verdict(
 
 def _relative(load_factor: float, to: float) -> float:
     return (load_factor - to) / max(abs(to), SMALLEST)
-
-
-def number(value: float | None, digits: int = 5) -> str:
-    """A number in so many digits; a dash if it is missing."""
-    return "–" if value is None or math.isnan(value) else numeral(value, f".{digits}g")

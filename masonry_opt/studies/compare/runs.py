@@ -64,7 +64,6 @@ class CaseScene:
     name: str
     path: Path
     content: str
-    title: str
     expected: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -81,7 +80,7 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
         if scene.load_cases:
             raise OptionError(f"{path}: has load cases, which are not compared: leave it out")
         name = f"{path.resolve().parent.name}/{path.stem}"
-        found = CaseScene(name, path, content_of(scene), scene.title)
+        found = CaseScene(name, path, content_of(scene))
         before = scenes.setdefault(found.name, found)
         if before.content != found.content:
             raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")
@@ -219,12 +218,6 @@ def bound_scene(path: Path) -> dict[str, float]:
     return {"lower": bounds.lower, "upper": bounds.upper}
 
 
-def scene_to_expect(path: Path) -> dict[str, float | None]:
-    """The load factor to expect of a case file, None if there is none."""
-    _take_one_core()
-    return {"load_factor": solve(path, "compliant").load_factor}
-
-
 def _take_one_core() -> None:
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
@@ -237,10 +230,6 @@ def row_of(key: Mapping[str, Any], end: TaskEnd, time_limit: float, memory_limit
     row |= {name: value for name, value in (end.value or {}).items() if name in COLUMNS}
     row |= {"message": " ".join(row["message"].split()), "ended": end.how, "peak_memory": end.peak}
     return row | dict(key) | {"time_limit": time_limit, "memory_limit": memory_limit}
-
-
-def pair_of(row: Mapping[str, Any]) -> Pair:
-    return Pair(row["method"], row["model"], row["solver"], row["tolerance"])
 
 
 def by_sides(row: Mapping[Any, Any]) -> bool:

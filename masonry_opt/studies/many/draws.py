@@ -6,11 +6,11 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator, Mapping
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.stats import qmc
 
@@ -23,11 +23,8 @@ from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 #: A joint property is drawn once for all joints, for each course, or for each joint.
 BY = ("scene", "course", "joint")
 
-#: Points in the unit cube: Sobol's scrambled sequence, and independent points.
-SEQUENCES = ("sobol", "random")
-
-#: Dimensions up to which Sobol's points are the default. In 83 dimensions, 128 of them have pairs correlated
-#: by 0.8, where independent points have 0.3 at most.
+#: Dimensions up to which points are Sobol's. In 83 dimensions, 128 of them have pairs correlated by 0.8,
+#: where independent points have 0.3 at most.
 _FEW = 10
 
 #: Least distance of probabilities from 0 and 1, where distributions are infinite; below the sequence's step.
@@ -150,12 +147,11 @@ def _text(frozen: Any) -> str:
 
 class DrawnColumn(NamedTuple):
     """One column of the table of values drawn: of a number by name, for the joints between these pairs of
-    blocks, in a course (1 the lowest); without pairs for the scene."""
+    blocks; without pairs for the scene."""
 
     name: str
     of: str
     pairs: tuple[tuple[str, str], ...] = ()
-    course: int = 0
 
 
 class Draws:
@@ -172,20 +168,13 @@ class Draws:
     Raises OptionError if an argument of :func:`~.sample.sample` is wrong, CaseError if the scene is wrong.
     """
 
-    def __init__(
-        self, scene: Scene, distributions: Mapping[str, Any], by: str, correlation: float | None
-    ) -> None:
+    def __init__(self, scene: Scene, distributions: Mapping[str, Any], by: str) -> None:
         if not isinstance(distributions, Mapping) or not distributions:
             raise OptionError(
                 "name what is uncertain, with its distribution: {'joints.friction': ('lognormal', 0.6, 0.1)}"
             )
         if by not in BY:
             raise OptionError(f"by='{by}' is unknown; choose from: {', '.join(BY)}")
-        if by == "scene" and correlation is not None:
-            raise OptionError("correlation: goes with by='joint' or by='course'")
-        self._correlation = float(by == "course") if correlation is None else correlation
-        if not 0 <= self._correlation <= 1:
-            raise OptionError(f"correlation must be between 0 and 1 (found {correlation!r})")
         self._by, self._parameters = by, Parameters(scene)
         self._parameters.check_names(distributions)
         self._laws = {name: distribution(name, given) for name, given in distributions.items()}
@@ -196,11 +185,10 @@ class Draws:
         self.columns: list[DrawnColumn] = []
         for name in self._laws:
             self.columns += self._spread(name, courses) if name in spread else [DrawnColumn(name, name)]
-        alike = f" by {by}, correlation {self._correlation:g}"
-        self.texts = {name: law.text + alike * (name in spread) for name, law in self._laws.items()}
+        self.texts = {name: law.text + f" by {by}" * (name in spread) for name, law in self._laws.items()}
 
     def _spread(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[DrawnColumn]:
-        """The columns of a property that differs from joint to joint."""
+        """The columns of a property that differs by course, 1 the lowest, or by joint."""
         head, _, key = name.partition(".")
         if head != "joints" or key not in _PROPERTIES:
             known = ", ".join(f"joints.{known}" for known in _PROPERTIES)
@@ -210,26 +198,15 @@ class Draws:
         courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in given}
         if not courses:
             raise OptionError(f"'{name}': every joint has its own already: there is none to draw for")
-        if self._by == "course" and self._correlation == 1:
-            for number in sorted(set(courses.values())):
-                pairs = tuple(pair for pair, course in courses.items() if course == number)
-                yield DrawnColumn(f"course.{number}.{key}", name, pairs, number)
-        else:
-            for pair, course in courses.items():
-                yield DrawnColumn(f"joint.{'/'.join(pair)}.{key}", name, (pair,), course)
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for pair, course in sorted(courses.items(), key=itemgetter(1)):
+            of = f"course.{course}" if self._by == "course" else f"joint.{'/'.join(pair)}"
+            groups.setdefault(f"{of}.{key}", []).append(pair)
+        yield from (DrawnColumn(column, name, tuple(pairs)) for column, pairs in groups.items())
 
-    def table(self, count: int, seed: int, sequence: str | None) -> pd.DataFrame:
-        """The values of each run, shape (count, columns).
-
-        Raises OptionError if the sequence has fewer dimensions, or the scene refuses a value.
-        """
-        if sequence is not None and sequence not in SEQUENCES:
-            raise OptionError(f"sequence '{sequence}' is unknown; choose from: {', '.join(SEQUENCES)}")
-        # One property is correlated, among the joints of a course or among all joints.
-        names = list(self._laws)
-        of = [(names.index(c.of), c.course if self._by == "course" else 0) for c in self.columns]
-        groups = np.unique(of, axis=0, return_inverse=True)[1].ravel()
-        drawn = stats.norm.cdf(scores(count, groups, self._correlation, sequence, seed))
+    def table(self, count: int, seed: int) -> pd.DataFrame:
+        """The values of each run, shape (count, columns). Raises OptionError if the scene refuses one."""
+        drawn = points(count, len(self.columns), seed)
         values = pd.DataFrame(
             {c.name: self._laws[c.of].frozen.ppf(drawn[:, k]) for k, c in enumerate(self.columns)}
         )
@@ -270,40 +247,18 @@ class Draws:
         return scene.replace(exceptions=[Joint(**properties) for properties in given.values()])
 
 
-def scores(count: int, groups: ArrayLike, correlation: float, sequence: str | None, seed: int) -> np.ndarray:
-    """Standard normal scores, shape (count, columns), of columns that are correlated in groups, which are
-    numbered from 0.
-
-    Score j of a group is √ρ g + √(1 − ρ) e_j, with g common to the group: every two have the correlation ρ,
-    and columns of different groups none. The first points of a longer sequence are those of a shorter one.
-
-    Raises OptionError if the sequence has fewer dimensions.
-    """
-    group = np.asarray(groups)
-    correlated = (np.bincount(group) > 1) & (correlation > 0)
-    share = correlation * correlated[group]
-    # Columns group by group; with ρ = 1 a column is g alone and needs no dimension of its own.
-    order = np.argsort(group, kind="stable")
-    own, common = order[share[order] < 1], np.flatnonzero(correlated)
-    points = _points(count, len(common) + len(own), sequence, seed)
-    g, e = np.zeros((count, len(correlated))), np.zeros((count, len(group)))
-    g[:, common], e[:, own] = np.split(stats.norm.ppf(points), [len(common)], axis=1)
-    return np.sqrt(share) * g[:, group] + np.sqrt(1 - share) * e
-
-
-def _points(count: int, dimensions: int, sequence: str | None, seed: int) -> np.ndarray:
-    """Points of the unit cube, shape (count, dimensions)."""
+def points(count: int, dimensions: int, seed: int) -> np.ndarray:
+    """Points of the unit cube, shape (count, dimensions): of few dimensions Sobol's scrambled sequence, else
+    independent. The first of more points are those of fewer."""
     rng = np.random.default_rng(seed)
-    if (sequence or ("sobol" if dimensions <= _FEW else "random")) == "random":
-        return np.clip(rng.random((count, dimensions)), _EDGE, 1 - _EDGE)
-    try:
-        made = qmc.Sobol(dimensions, seed=rng)
-    except ValueError as error:
-        raise OptionError(f"{dimensions} numbers are drawn: {error}; take sequence='random'") from None
-    with warnings.catch_warnings():
-        # Sobol's points are most even for powers of two; the user may choose another number.
-        warnings.simplefilter("ignore", UserWarning)
-        return np.clip(made.random(count), _EDGE, 1 - _EDGE)
+    if dimensions > _FEW:
+        made = rng.random((count, dimensions))
+    else:
+        with warnings.catch_warnings():
+            # Sobol's points are most even for powers of two; the user may choose another number.
+            warnings.simplefilter("ignore", UserWarning)
+            made = qmc.Sobol(dimensions, seed=rng).random(count)
+    return np.clip(made, _EDGE, 1 - _EDGE)
 
 
 def _courses(scene: Scene) -> dict[tuple[str, str], int]:

@@ -38,7 +38,7 @@ RUNS = 128
 CONFIDENCE = 0.95
 
 #: Kinds of chart.
-KINDS = ("distribution", "fragility", "sensitivity")
+KINDS = ("fragility", "sensitivity")
 
 #: Most rank correlations that are printed.
 _PRINTED = 5
@@ -53,8 +53,8 @@ class Sample(StudyAnswer):
     proof, ...) counts as collapsed at any load, so that no probability of collapse is too low. So does one
     without a load to expect, of these loads, unless no run has any: then what is told of them is NaN.
 
-    Intervals are those of independent runs (``sequence="random"``), for any distribution. Sobol's points of
-    few numbers are closer to the truth than the intervals show.
+    Intervals are those of independent runs, for any distribution. Up to 10 numbers are drawn by Sobol's
+    points, which are closer to the truth than the intervals show.
 
     Attributes
     ----------
@@ -213,9 +213,8 @@ class Sample(StudyAnswer):
         """Quantiles, fragility and sensitivity, by these names."""
         return {name: getattr(self, name)() for name in ("quantiles", "fragility", "sensitivity")}
 
-    def plot(self, kind: str = "distribution") -> altair.TopLevelMixin:
-        """Draw the "distribution" of the load factor, its "fragility" curve or the "sensitivity" to what was
-        drawn, as a chart of Altair.
+    def plot(self, kind: str = "fragility") -> altair.TopLevelMixin:
+        """Draw the "fragility" curve or the "sensitivity" to what was drawn, as a chart of Altair.
 
         Raises OptionError if there is no such kind, or Altair, of the extra "studies", is not installed.
         """
@@ -232,10 +231,7 @@ class Sample(StudyAnswer):
         # A scene made in Python has a title instead, which may have dots.
         name = case.stem if case.suffix in (".toml", ".json") else self.case
         title = f"{name}: {self.counted}"
-        sure = f"{CONFIDENCE:.0%} confidence"
-        if kind != "distribution":
-            return getattr(charts, kind)(title, getattr(self, kind)(), sure)
-        return charts.distribution(title, (self.load_factors, self.expected), self.quantiles(), sure)
+        return getattr(charts, kind)(title, getattr(self, kind)(), f"{CONFIDENCE:.0%} confidence")
 
     def facts(self) -> dict[str, str]:
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
@@ -297,8 +293,6 @@ def sample(
     n: int = RUNS,
     seed: int = 0,
     by: str = "scene",
-    correlation: float | None = None,
-    sequence: str | None = None,
     method: str = DEFAULT,
     out: str | Path | None = None,
     force: bool = False,
@@ -313,7 +307,7 @@ def sample(
     >>> found = mo.sample("wall.toml", {"joints.friction": ("lognormal", 0.65, "15%")}, n=256)
     >>> print(found)
 
-    Numbers are independent of each other; those of joints may be correlated (``by``, ``correlation``).
+    Numbers are independent of each other.
 
     Raises OptionError if a name, distribution or argument is wrong, the scene refuses a value drawn, or
     ``out`` holds runs of something else, or a table with other runs; CaseError if the scene is wrong;
@@ -326,24 +320,19 @@ def sample(
         ``("normal", mean, deviation)``, with mean and standard deviation of the number itself, the latter
         also as a share of the mean, ``"15%"``; ``("uniform", least, greatest)``; or a frozen distribution of
         ``scipy.stats``. If the scene refuses a value drawn, such as a friction below zero, nothing is run.
-    n: Runs. With Sobol's sequence a power of two is best. A larger number adds to the runs of a smaller one.
+    n: Runs. A power of two is best. A larger number adds to the runs of a smaller one.
     seed: The same seed gives the same table, with any number of workers.
-    by: "scene": one value for all joints. "joint": properties of joints (``joints.friction``, ...) are drawn
-        for each joint; "course": for each course (the joints at one height).
-    correlation: Of the normal scores behind the values: between the joints of a course (``by="course"``;
-        default 1, one value a course; courses are independent), or between all joints (``by="joint"``;
-        default 0).
-    sequence: "sobol", scrambled (the default up to 10 numbers), or "random", independent points (the default
-        above: of many numbers Sobol's points correlate some unless there are thousands of runs).
+    by: "scene": one value for all joints. "course": properties of joints (``joints.friction``, ...) are drawn
+        for each course (the joints at one height), independent of the others. "joint": for each joint.
     method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
-    out: Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
-        each. Runs that it holds already are not made again.
+    out: Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and charts of the
+        last two. Runs that it holds already are not made again.
     force, workers, dask, progress: As of ``mo.sweep``.
     """
     scene = as_scene(scene)
     n, seed = whole("n", n, 1), whole("seed", seed, 0)
-    draws = Draws(scene, distributions, by, correlation)
-    values = draws.table(n, seed, sequence)
+    draws = Draws(scene, distributions, by)
+    values = draws.table(n, seed)
     study = Study(prepare(method, **options).how, draws.scene, scene)
     points: list[Any] = values.to_dict("records")
     table = run_many(study, points, out=out, force=force, by=(workers, dask), progress=progress)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
@@ -24,8 +24,7 @@ from masonry_opt.result import Result, make_result
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
 from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
-from masonry_opt.words.sentences import message, numeral
-from masonry_opt.words.summary import summary
+from masonry_opt.words.sentences import message
 
 
 class DeadLoadMargin(NamedTuple):
@@ -37,21 +36,6 @@ class DeadLoadMargin(NamedTuple):
     margin: float
     certificate: Certificate | None
     result: Result
-
-
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class _UnderDeadLoad(Result):
-    """A result whose summary ends with the margin."""
-
-    margin: str
-
-    @property
-    def summary(self) -> str:
-        return f"{summary(self)}\n{'margin':<16} {self.margin}"
-
-    @property
-    def details(self) -> str:
-        return self.summary
 
 
 def standing(scene: Scene) -> DeadLoadMargin:
@@ -85,10 +69,7 @@ def standing(scene: Scene) -> DeadLoadMargin:
         problem=replace(problem, live=np.zeros_like(problem.live)),
         scene=scene.replace(tilt=None, reference={}),
     )
-    result = make_result(dead, solution, effort, "static", solver)
-    told = numeral(margin, ".6g") + " median block weights" if certificate else "none"
-    given = {own.name: getattr(result, own.name) for own in fields(Result)}
-    return DeadLoadMargin(margin, certificate, _UnderDeadLoad(**given, margin=told))
+    return DeadLoadMargin(margin, certificate, make_result(dead, solution, effort, "static", solver))
 
 
 def _of_normal(problem: Problem) -> np.ndarray:
