@@ -20,6 +20,8 @@ from masonry_opt.solvers.registry import find_solver
 
 CASES = Path(__file__).parent.parent / "cases"
 ALL_CASES = sorted(CASES.glob("*/*.toml"))
+#: Folders of small cases of every kind, each of which is checked for duality in fast tests.
+CHECKED = ("closed_forms", "gilbert", "livesley", "meriam_kraige", "oppenheim")
 WALLS = [CASES / "ferris_tinloi" / f"wall_{number}.toml" for number in range(1, 7)]
 #: The same as parameters of tests: the first is fast, others take seconds.
 TABLE_1 = [

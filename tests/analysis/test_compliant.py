@@ -19,10 +19,6 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import State
 from masonry_opt.scene.blocks import rectangle
 
-#: By an independent program over the same matrices, contacts alike whatever their length, at the plateau.
-ALIKE = {1: 0.64154, 2: 0.56401, 3: 0.35582, 4: 0.26374, 5: 0.21439, 6: 0.2964}
-#: What stiffness by length in place of alike changes, as that program found it.
-STIFFNESS = 1e-3
 #: Shares of the load to expect under which a scene comes to rest, one after another, and one that fells it.
 CARRIED, FELLS = (0.25, 0.5, 0.75, 0.9, 0.95, 0.99), 1.01
 #: A wall with an exact state at a seventh of what it carries from rest.
@@ -33,13 +29,12 @@ def code(result):
     return result.reasons[0].code
 
 
-@pytest.mark.parametrize("number", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in range(2, 7))])
-def test_walls_end_in_rays_at_the_plateau_of_another_program(number):
-    result = solved(WALLS[number - 1], "compliant")
+def test_a_wall_ends_in_a_ray():
+    """Of all six: Table 1, and the tests of the push."""
+    result = solved(WALLS[0], "compliant")
     assert code(result) is Code.RAY
     assert result.certificate.worst < 1e-9
     assert result.exact
-    assert result.load_factor == pytest.approx(ALIKE[number], rel=STIFFNESS)
     assert result.load_factor < result.associative
     assert len(result.history) == values_of(result, Code.RAY)["steps"] < 400
 
@@ -195,7 +190,7 @@ def pile(boxes, friction):
 @pytest.mark.parametrize(
     "scene",
     [
-        *(pytest.param(mo.load(WALLS[n]), id=f"wall_{n + 1}", marks=pytest.mark.slow) for n in (1, 4)),
+        pytest.param(mo.load(WALLS[1]), id="wall_2", marks=pytest.mark.slow),
         # It slips under the dead load; exact states from 1.3 on.
         pytest.param(mo.load(CASES / "closed_forms" / "pulled_stone.toml"), id="pulled_stone"),
         *(

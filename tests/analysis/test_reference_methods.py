@@ -21,14 +21,9 @@ EXACT = 1e-8
 
 @pytest.mark.parametrize(
     ("number", "most"),
-    [
-        (1, 0.638983),
-        pytest.param(2, 0.557417, marks=pytest.mark.slow),
-        pytest.param(5, 0.213866, marks=pytest.mark.slow),
-    ],
+    [(1, 0.638983), pytest.param(2, 0.557417, marks=pytest.mark.slow)],
 )
 def test_refined_is_exact_stationary_not_above_the_loop_and_the_lowest_known(number, most):
-    """Wall 5: of the loop's valley; lower with search (see the test of it)."""
     path = WALLS[number - 1]
     loop, refined = solved(path, "nonassociative"), solved(path, "refined")
     assert refined.load_factor <= most
@@ -195,12 +190,3 @@ def test_ipopt_executable_that_is_not_there(monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(mo.OptionError, match="ipopt"):
         mo.solve(WALLS[0], "mpec", solver="ipopt")
-
-
-@pytest.mark.slow
-def test_wall_5_from_the_mpec_s_state():
-    """The MPEC ends at the published 0.20863, and so does what it leads to; the search goes on from there."""
-    mpec = solved(WALLS[4], "mpec")
-    assert mpec.load_factor == pytest.approx(0.20863, rel=1e-4)
-    assert mo.solve(WALLS[4], "refined", start=mpec).load_factor <= mpec.load_factor + 1e-7
-    assert mo.solve(WALLS[4], "refined", start=mpec, search=10.0).load_factor <= 0.207974

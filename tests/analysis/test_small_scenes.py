@@ -100,12 +100,12 @@ def test_corners_moved_by_rounding_leave_the_least_state(scene, copy):
 
 @pytest.mark.slow
 def test_copies_of_walls_moved_by_rounding_end_in_one_state():
-    """Seeds that played no part in choosing what breaks ties; four copies of each wall, of which one
+    """Seeds that played no part in choosing what breaks ties; three copies of each wall, of which one
     may differ: seed 700001, where the bracket's program leads one copy less low (.5864 for .5858)."""
     apart = []
     for seed in range(700_000, 700_008):
         scene = random_scene("wall", seed)
-        found = [solved(moved(scene, copy)).load_factor for copy in range(4)]
+        found = [solved(moved(scene, copy)).load_factor for copy in range(3)]
         if None not in found:
             apart.append(max(found) / min(found) - 1)
     assert len(apart) > 4

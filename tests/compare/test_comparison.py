@@ -179,6 +179,7 @@ def test_tables_need_no_extra(tmp_path, monkeypatch, library):
     assert names == {"results.csv", "summary.csv"}
 
 
+@pytest.mark.slow
 def test_the_command_compares_for_real(tmp_path):
     """2.5 μ and 1.5 μ by hand (Fig. 6 of the paper), on two solvers."""
     arguments = [str(TWO_BLOCKS), "--methods", "static,nonassociative", "--solvers", "clarabel,highs"]

@@ -43,6 +43,7 @@ def test_a_wrong_case_is_refused():
     assert "missing.toml" in end.reason
 
 
+@pytest.mark.slow
 def test_a_comparison_that_is_killed_takes_its_run_along(tmp_path):
     """It is ended like Ctrl-C within a run of a minute, and no process is left."""
     case = tmp_path / "two_blocks.toml"

@@ -76,9 +76,9 @@ def test_thrust_of_arches_at_rest(rise, thickness, count, friction, turns):
 @pytest.mark.slow
 @pytest.mark.parametrize("turns", [True, False])
 def test_thrust_of_many_arches(turns):
-    shapes = itertools.product((0.4, 0.7, 1.0, 1.4), (0.12, 0.25, 0.5), ((6, 0.7), (10, 0.35), (16, 0.25)))
+    shapes = itertools.product((0.4, 1.0), (0.12, 0.25, 0.5), ((6, 0.7), (10, 0.35), (16, 0.25)))
     found = [_thrust_is_found(*of, *others, turns) for *of, others in shapes]
-    assert 20 < sum(found) < len(found)
+    assert 10 <= sum(found) < len(found)
 
 
 def _thrust_is_found(rise: float, thickness: float, count: int, friction: float, turns: bool) -> bool:

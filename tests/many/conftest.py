@@ -5,6 +5,16 @@ from __future__ import annotations
 import sys
 
 import pytest
+from scenes import block_on_floor
+
+import masonry_opt as mo
+
+
+@pytest.fixture
+def case(tmp_path):
+    """A case file of a block that rocks or slides at λ = 1/2."""
+    mo.save(block_on_floor(1.0, 2.0), tmp_path / "block.toml")
+    return tmp_path / "block.toml"
 
 
 @pytest.fixture

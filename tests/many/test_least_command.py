@@ -6,15 +6,7 @@ import json
 import re
 
 import pytest
-from scenes import block_on_floor, run_command
-
-import masonry_opt as mo
-
-
-@pytest.fixture
-def case(tmp_path):
-    mo.save(block_on_floor(1.0, 2.0), tmp_path / "block.toml")
-    return tmp_path / "block.toml"
+from scenes import run_command
 
 
 def test_friction_that_carries_a_load(case, monkeypatch, capsys):

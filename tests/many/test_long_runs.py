@@ -123,7 +123,7 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
 )
 def test_memory_does_not_grow_with_runs(method, keeps, grows):
     """Less than 10 kB a run; a run that kept 20 kB would be seen."""
-    runs = 50
+    runs = 25
     ended = subprocess.run(
         [sys.executable, "-c", MEMORY, str(runs), str(keeps), method],
         env=environment(),

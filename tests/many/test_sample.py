@@ -230,6 +230,7 @@ def test_a_sample_by_course_is_run_with_what_was_drawn():
         assert row["load_factor"] == pytest.approx(alone.load_factor, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_folder_holds_tables_and_charts_and_goes_on(tmp_path):
     few = uncertain(4, workers=1, out=tmp_path)
     seconds = few.table["seconds"].tolist()

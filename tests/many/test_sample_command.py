@@ -4,15 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 import pytest
-from scenes import block_on_floor, run_command
-
-import masonry_opt as mo
-
-
-@pytest.fixture
-def case(tmp_path):
-    mo.save(block_on_floor(1.0, 2.0), tmp_path / "block.toml")
-    return tmp_path / "block.toml"
+from scenes import run_command
 
 
 @pytest.mark.usefixtures("without_charts")

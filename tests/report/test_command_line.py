@@ -228,6 +228,7 @@ def test_version(monkeypatch, capsys):
     assert (code, out) == (0, "0.1.0\n")
 
 
+@pytest.mark.slow
 def test_installed_command_in_a_process_of_its_own(tmp_path):
     """Standard output holds the JSON object alone, and a failed run leaves it empty."""
     command = [sys.executable, "-c", "from masonry_opt.cli import main; main()", "solve"]

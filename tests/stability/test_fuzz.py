@@ -247,7 +247,7 @@ def test_mutated_case_files_end_in_a_message(tmp_path):
 
 @pytest.mark.slow
 def test_many_mutated_case_files_end_in_a_message(tmp_path):
-    assert len(list(outcomes(mutants(range(1000, 1300)), tmp_path))) == 300
+    assert len(list(outcomes(mutants(range(1000, 1150)), tmp_path))) == 150
 
 
 #: Façades of thousands of blocks have the keys of the smallest, and take seconds a mutation.
@@ -266,4 +266,4 @@ def test_mutated_published_cases_end_in_a_message(path, tmp_path):
         mutate_tree(tree, random.Random(f"{path.name} {seed}"))
         return ".json", json.dumps(tree).encode()
 
-    assert len(list(outcomes(((seed, mutated(seed)) for seed in range(3)), tmp_path))) == 3
+    assert len(list(outcomes(((seed, mutated(seed)) for seed in range(2)), tmp_path))) == 2

@@ -58,16 +58,14 @@ def has_an_answer(family: str, stones: int, seed: int) -> bool:
 @pytest.mark.parametrize("family", LARGE)
 @pytest.mark.parametrize(
     ("stones", "seed"),
-    [(30, 0), *(pytest.param(60, seed, marks=pytest.mark.slow) for seed in range(4))],
+    [(30, 0), *(pytest.param(60, seed, marks=pytest.mark.slow) for seed in range(2))],
 )
 def test_the_default_solves_scenes(family, stones, seed):
     assert has_an_answer(family, stones, seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("family", "seed"), [*(("rubble", seed) for seed in (1, 4, 5)), ("openings", 1), ("piers", 1)]
-)
+@pytest.mark.parametrize(("family", "seed"), [("rubble", 4), ("openings", 1), ("piers", 1)])
 def test_the_default_solves_scenes_of_200_stones(family, seed):
     assert has_an_answer(family, 200, seed)
 

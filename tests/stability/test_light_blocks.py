@@ -93,8 +93,8 @@ def test_a_mechanism_that_the_live_load_does_not_drive_is_refused():
 
 @pytest.mark.slow
 def test_a_pass_begins_however_light_what_carries_the_load():
-    """A slab of 1 by 2 beside twenty stones a million times as heavy overturns at λ = 1/2."""
-    stones = [rectangle(f"{x}-{y}", 2 * x, y, 2 * x + 1, y + 1, weight=1) for x in range(10) for y in (0, 1)]
+    """A slab of 1 by 2 beside six stones a million times as heavy overturns at λ = 1/2."""
+    stones = [rectangle(f"{x}-{y}", 2 * x, y, 2 * x + 1, y + 1, weight=1) for x in range(3) for y in (0, 1)]
     slab = rectangle("slab", 0, 2, 1, 4, weight=1e-6, live=(1e-6, 0))
     floor = rectangle("floor", -1, -1, 20, 0)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*stones, slab, floor])

@@ -11,7 +11,7 @@ FIRST, FAST = 910_000, (0, 2, 3, 4)
 
 
 @pytest.mark.parametrize(
-    "seed", [pytest.param(FIRST + n, marks=() if n in FAST else pytest.mark.slow) for n in range(34)]
+    "seed", [pytest.param(FIRST + n, marks=() if n in FAST else pytest.mark.slow) for n in range(16)]
 )
 def test_no_verdict_is_wrong_or_left_open(seed):
     assert told_of(random_of_any_kind(seed)) in ("agrees", "on the edge")

@@ -137,6 +137,7 @@ print(json.dumps([imported, load_factor, drawing, loaded(), mo.__file__, cvxpy_t
 """
 
 
+@pytest.mark.slow
 def test_python_started_in_a_clone_finds_the_models_there_and_loads_what_it_uses(copied):
     """Whatever is installed beside it, and without a path of Python's. A modelling language is imported by
     what is declared in it, pictures and IPOPT by no solve, studies and what only they need by no command."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from scenes import CASES, block_on_floor, small_wall, solved, values_of
+from scenes import block_on_floor, small_wall, solved, values_of
 from scipy.optimize import linprog
 
 import masonry_opt as mo
@@ -115,14 +115,11 @@ def test_strength_lowers_the_load_factor_towards_none(name):
     assert factors[-1] == pytest.approx(solved(unlimited, "static").required(), rel=5e-4)
 
 
-@pytest.mark.parametrize(
-    "name", ["arch", *(pytest.param(n, marks=pytest.mark.slow) for n in ("wall", "column"))]
-)
-def test_a_push_and_the_loop_end_in_exact_states(name):
-    scene = SCENES[name]
+def test_a_push_and_the_loop_end_in_exact_states():
+    scene = SCENES["arch"]
     associative = solved(scene, "static", solver="highs").required()
-    found = {method: solved(scene, method) for method in ("mcp", "nonassociative", "refined")}
-    for method, result in found.items():
+    for method in ("mcp", "nonassociative", "refined"):
+        result = solved(scene, method)
         assert result.required() <= associative * (1 + 1e-7)
         assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-8)
 
@@ -134,26 +131,25 @@ def test_with_associative_flow_a_push_reproduces_the_chords_optimum():
     assert solved(wall, "mcp", descent=False).required() == pytest.approx(chords, rel=1e-8)
 
 
-def on_piers(strength: float, voussoir: int, dilatancy: float = 0.0) -> mo.Scene:
-    """The arch on piers of the examples (kN, m), of stones of that strength, 1 kN down on one voussoir."""
-    scene = mo.load(CASES / "examples/arch_on_piers.toml")
-    (at,) = [block.weight_at for block in scene.blocks if block.name == f"v{voussoir}"]
-    pushed = {f"v{voussoir}": {"live": (0.0, -1.0), "live_at": at}}
-    joints = mo.JointDefaults(friction=scene.joints.friction, dilatancy=dilatancy, strength=strength)
-    return scene.replace(blocks=pushed, joints=joints)
+def of_strong_stones(dilatancy: float = 0.0) -> mo.Scene:
+    """A stout arch (kN, m) of stones that bear 1,500 times its collapse load, 1 kN down at a third of it."""
+    loads = {"unit_weight": 20, "point_loads": [mo.PointLoad(voussoir=2, force=(0, -1))]}
+    ring = mo.Arch(radius=3, thickness=0.6, angles=(0, 180), voussoirs=7, weights="sector", **loads)
+    joints = mo.JointDefaults(friction=0.6, dilatancy=dilatancy, strength=1e6)
+    return mo.Scene(joints=joints, blocks=ring.blocks())
 
 
 @pytest.mark.slow
 def test_no_loop_is_needed_however_strong_the_stones():
     """Slacks of crushing grow with the strength: they must not drown the load at the start."""
-    result = solved(on_piers(12e3, 5))
+    result = solved(of_strong_stones())
     assert result.exact
     assert result.load_factor <= result.associative * (1 + 1e-7)
 
 
 @pytest.mark.slow
 def test_with_associative_flow_strong_stones_reproduce_the_chords_optimum():
-    scene = on_piers(1e6, 6, dilatancy=mo.load(CASES / "examples/arch_on_piers.toml").joints.friction)
+    scene = of_strong_stones(dilatancy=0.6)
     result = solved(scene, descent=False)
     chords = solved(scene, "static", solver="highs").required()
     assert result.required() == pytest.approx(chords, rel=1e-7)
@@ -162,11 +158,11 @@ def test_with_associative_flow_strong_stones_reproduce_the_chords_optimum():
 @pytest.mark.slow
 def test_values_are_held_against_those_of_their_own_law():
     """The parabola's λ is higher here, and none of the Coulomb answer's business."""
-    scene = on_piers(2e3, 3)
+    scene = SCENES["arch"]
     parabola, chords = solved(scene, "static"), solved(scene, "static", solver="highs")
     assert (parabola.crushing, chords.crushing) == ("parabola", "chords")
     assert 1.002 * chords.load_factor < parabola.load_factor < 1.01 * chords.load_factor
-    for result in (mo.solve(scene), mo.solve(scene, "refined", start=parabola)):
+    for result in (solved(scene), mo.solve(scene, "refined", start=parabola)):
         assert result.crushing == "chords"
         assert result.associative == pytest.approx(chords.load_factor, rel=1e-7)
         assert result.load_factor <= result.associative * (1 + 1e-7)

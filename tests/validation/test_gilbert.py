@@ -40,7 +40,7 @@ def test_two_blocks(friction):
 
 
 @pytest.mark.parametrize("name", FIG6.VARIANTS)
-@pytest.mark.parametrize("away", [-1.5, -0.1, 0.1, 1.5])
+@pytest.mark.parametrize("away", [-0.1, 0.1])
 def test_load_factor_on_either_side_of_the_jump(name, away):
     """φ₀ a little below and above ψ / 2, in degrees. The loop ends within its own tolerance (1e-5), an exact
     state of a case file with twelve digits at 1e-8."""

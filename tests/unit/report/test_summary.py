@@ -80,13 +80,13 @@ def test_no_plateau_and_none_are_said_by_their_reason(code):
 
 def test_which_law_crushes_joints_is_said_with_every_load_factor():
     """The parabola itself or chords; and of a Coulomb answer that what stands beside it crushes alike."""
-    weak = small_wall(strength=8.0)
+    weak = small_wall(2, 2, strength=8.0)
     said = [
         facts(mo.solve(weak, method, **how))["crushing"]
         for method, how in (("static", {}), ("static", {"solver": "highs"}), ("mcp", {}))
     ]
     assert len(set(said)) == 3
-    assert "crushing" not in facts(mo.solve(small_wall(), "mcp"))
+    assert "crushing" not in facts(mo.solve(small_wall(2, 2), "mcp"))
 
 
 @pytest.fixture(scope="module")

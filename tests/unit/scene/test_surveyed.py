@@ -223,7 +223,7 @@ MOVED_BY_SURVEY = 0.01
 def test_all_joints_are_found_where_every_corner_is_moved(made, by: float) -> None:
     """Joints longer than ten tolerances, with their length; no others of such a length."""
     drawn = lengths(assemble(made()).joints)
-    for seed in range(20):
+    for seed in range(5):
         scene = moved(made(), by, seed)
         found = lengths(assemble(scene).joints)
         long = 10 * scene.tolerance
@@ -234,7 +234,7 @@ def test_all_joints_are_found_where_every_corner_is_moved(made, by: float) -> No
 
 @pytest.mark.parametrize("method", ["static", "mcp"])
 @pytest.mark.parametrize("made", [brick_wall, rubble, arch])
-@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 20), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 5), marks=pytest.mark.slow)])
 def test_load_factors_stay_within_what_moved_corners_can_change(made, method: str, seeds: range) -> None:
     drawn = mo.solve(made(), method).required()
     for seed in seeds:
