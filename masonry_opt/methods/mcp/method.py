@@ -23,6 +23,7 @@ from masonry_opt.methods.push.compliant import PUSHED_UP_TO, compliant, jams
 from masonry_opt.methods.push.push import elastic_of
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.solvers.registry import find_solver
+from masonry_opt.standing.existence import existence
 
 _State = TypeVar("_State", Answer, ExactState)
 
@@ -206,9 +207,6 @@ def _looked_beside(task: Task, known: Solution) -> Solution:
     proven."""
     known = with_associative(task, known)
     if known.associative is None:
-        # Declared in Pyomo, which takes .3 s to import.
-        from masonry_opt.standing.existence import existence
-
         known = replace(known, infeasibility=existence(task.problem, task.effort))
     return known
 
