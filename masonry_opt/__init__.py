@@ -33,7 +33,7 @@ _HOMES = {
     "scene.extrude": ("extrude",),
     "scene.joints": ("Joint", "JointDefaults"),
     "scene.loads": ("Earthquake", "EdgeLoad", "Load", "LoadCase", "Prop", "Tie"),
-    "scene.road": ("Axles", "Fill"),
+    "scene.road": ("Axles", "Backing", "Fill"),
     "scene.scene": ("Scene",),
     "scene.solid_generators.plan": ("Plan",),
     "scene.solid_generators.round": ("Dome", "Shaft"),

@@ -25,6 +25,7 @@ class ArchUnderFill:
     load_at: abscissa of the load.
     spread: tangent of the angle within which it fans out; 0 is straight down.
     active, passive: coefficients between which the fill presses; a passive of 0 is none.
+    backing: height up to which it is backing; of that the weight and the coefficients.
     steps: along the arch, of equal angle, of a parabola of equal span; hinges lie at their ends.
     """
 
@@ -40,6 +41,10 @@ class ArchUnderFill:
     spread: float = 0.0
     active: float = 0.0
     passive: float = 0.0
+    backing: float = -math.inf
+    backing_weight: float = 0.0
+    backing_active: float = 0.0
+    backing_passive: float = 0.0
     steps: int = 600
 
     @cached_property
@@ -79,9 +84,14 @@ class ArchUnderFill:
         moment = points[:, 0] * area + normal[:, 0] * length * (t**2 / 2 + curvature * t**3 / 3)
         u = np.linspace(-1, 1, self.steps + 1)
         ring = [cumulative_trapezoid(each, u, initial=0) for each in (area, moment)]
-        x, depth = self.back[:, 0], self.road - self.back[:, 1]
-        fill = [cumulative_trapezoid(each, x, initial=0) for each in (depth, depth * x)]
-        return self.width * (self.unit_weight * np.array(ring) + self.fill_weight * np.array(fill))
+        x, stress = self.back[:, 0], self.stress(self.back[:, 1])
+        fill = [cumulative_trapezoid(each, x, initial=0) for each in (stress, stress * x)]
+        return self.width * (self.unit_weight * np.array(ring) + np.array(fill))
+
+    def stress(self, y: np.ndarray) -> np.ndarray:
+        """What stands above, by height."""
+        backed = np.maximum(self.backing - y, 0.0)
+        return self.fill_weight * (self.road - y - backed) + self.backing_weight * backed
 
     @cached_property
     def live(self) -> np.ndarray:
@@ -124,9 +134,12 @@ class ArchUnderFill:
     ) -> np.ndarray:
         """Power of the earth's pressure on a part: passive where its back moves into the fill."""
         y, step = (self.back[1:, 1] + self.back[:-1, 1]) / 2, np.arange(self.steps)
-        force = self.width * self.fill_weight * (self.road - y) * np.diff(self.back[:, 1])
+        force = self.width * self.stress(y) * np.diff(self.back[:, 1])
         moved = -turn[:, None] * (y - centre[:, None]) * force
-        power = np.where(moved < 0, self.passive, self.active) * moved
+        passive = np.where(y < self.backing, self.backing_passive, self.passive)
+        power = (
+            np.where(moved < 0, passive, np.where(y < self.backing, self.backing_active, self.active)) * moved
+        )
         return np.where((step >= start[:, None]) & (step < end[:, None]), power, 0.0).sum(axis=1)
 
     def load_factor(self) -> float:

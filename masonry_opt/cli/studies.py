@@ -39,10 +39,8 @@ from masonry_opt.studies.report.report import refuse_report
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import frame_text, print_result, print_text
 
-#: Columns of the table of positions that are printed.
-_TOLD = ["axles", "direction", "position", "load_factor", "mechanism", "status"]
-
 _AXLES = typer.Option(metavar="NAME", help="One group of the case. Default: all.", parser=str)
+_IN_CASE = typer.Option(metavar="NAME", help="One load case. Default: all in which axles cross.")
 _VERTICAL = typer.Option(
     metavar="RATIO[,RATIO]",
     help="Vertical part over the horizontal one, positive with gravity, as in --vertical=0.3,-0.3. Default: "
@@ -56,9 +54,9 @@ _DIRECTION = typer.Option(
 )
 _GREATEST = typer.Option("--greatest", help="With --plot: at the greatest reaction, not the least.")
 _POINT = typer.Option(
-    metavar="X,Y",
+    metavar="X,Y[,Z]",
     help="With --block: a point of it. Default: its centroid.",
-    parser=numbers("--point {}: write it as X,Y, such as 0.5,2", 2),
+    parser=numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2"),
 )
 _PAGE = typer.Option("--out", metavar="FILE", help="The page (.html). Default: CASE_report.html, here.")
 _SPECTRUM = "Check against a spectrum: lines of period (s), acceleration (g)."
@@ -100,7 +98,7 @@ def capacity(
     tell(text, found, found.reaches_zero, plot, drawing)
 
 
-@command(mo.crossing, mo.solve, mo.Crossing.save, leave="position", axles=_AXLES)
+@command(mo.crossing, mo.solve, mo.Crossing.save, leave="position", axles=_AXLES, load_case=_IN_CASE)
 def crossing(
     given: Given, case: Case, plot: PlotOrPage = None, table: Table = False, json: Json = False
 ) -> None:
@@ -119,7 +117,7 @@ def crossing(
         found = mo.crossing(case, progress=progress, **given.rest())
     text = found.to_json() if json else str(found)
     if table and not json and found.passages:
-        text += "\n" + frame_text(found.table[_TOLD], "positions")
+        text += "\n" + frame_text(found.told, "positions")
     usable = found.interrupted or found.load_factor is not None
     tell(text, found, usable, plot if found.passages else None, drawing)
     if found.interrupted:
@@ -224,9 +222,9 @@ def _answers(scene: Scene, show: Callable[[str], None], options: dict[str, Any])
     answers: list[Any] = []
     if cases and not all(one.moves for one in cases):
         answers.append(mo.solve_cases(scene, phases=show, **options))
-    scenes = [scene.in_case(one.name) for one in cases] or [scene]
-    for crossed in (one for one in scenes if one.axles and one.factor_of_axles):
-        answers.append(mo.crossing(crossed, progress=lambda x, _: show(f"first axle at {x:.4g}"), **options))
+    scenes = [scene.with_load_case(case) for case in cases] or [scene]
+    if scene.axles and any(one.factor_of_axles for one in scenes):
+        answers.append(mo.crossing(scene, progress=lambda x, _: show(f"first axle at {x:.4g}"), **options))
         if answers[-1].interrupted:
             raise KeyboardInterrupt
     return answers or [mo.solve(scene, phases=show, **options)]

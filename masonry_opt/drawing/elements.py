@@ -29,7 +29,7 @@ KINDS = ("mechanism", "thrust", "utilisation")
 CURVE = "curve"
 
 #: Names of marks that lie inside blocks: in space they are seen through them, as arrows are.
-INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends")
+INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends", "openings")
 
 #: The fastest corner of a mechanism that is fully moved has moved by this share of the scene's size.
 FULL = 0.1
@@ -103,7 +103,7 @@ class Elements:
         for each in marks:
             points += [each.moved(when).reshape(-1, 2) for when in (0.0, share)]
             if each.text:
-                points.append(each.points[:, 1] + [_TEXT * size, _PAD * size])
+                points.append(each.points[:, -1] + [_TEXT * size, _PAD * size])
         reach, pad = np.concatenate(points), _PAD * size
         low = np.minimum(corners.min(axis=0) - _MARGIN * size, reach.min(axis=0) - pad)
         high = np.maximum(corners.max(axis=0) + _MARGIN * size, reach.max(axis=0) + pad)

@@ -159,6 +159,8 @@ def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
             look["linewidth"] = {"dot": 0.4, "cross": 1.5}.get(shape, 0.0)
             x, y = at[:, 0].T
             axes.scatter(x, y, s=marks.width**2, marker=_MARKERS[shape], zorder=4, **look)
+            for place in at[:, 0] if marks.text else ():
+                write_name(axes, marks.text, place, 8.0, 0.3, va="center", clip_on=True)
 
 
 def _line(marks: Marks) -> dict[str, Any]:

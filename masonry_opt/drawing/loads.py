@@ -138,16 +138,25 @@ def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
     if not pieces:
         return
     owner, ends = np.array([piece.block for piece in pieces]), np.array([piece.ends for piece in pieces])
-    columns, below = [np.empty((0, 2, 2))], []
+    columns, below, backed, tops = [np.empty((0, 2, 2))], [], [], []
     for number, piece in enumerate(pieces):
         (right, left), apart = piece.ends[:, 0], _APART * size_of(assembly)
         x = apart * np.arange(np.ceil(left / apart), right / apart)
         low, deep = (np.interp(x, [left, right], of[::-1]) for of in (piece.ends[:, 1], piece.depth))
         columns.append(np.stack([np.column_stack([x, low]), np.column_stack([x, low + deep])], axis=1))
         below += [owner[number]] * len(x)
+        if piece.zone and left < right:
+            fill = assembly.scene.fills[piece.fill]
+            line = (np.array(fill.zones[piece.zone].road) - assembly.geometry.origin).T
+            top = [np.column_stack([at, np.interp(at, *line)]) for at in (x, np.array([left, right]))]
+            backed.append(np.stack([columns[-1][:, 0], top[0]], axis=1))
+            tops.append(top[1])
     drawn = np.concatenate(columns)
     if len(drawn):
         yield Marks("fill", "fill", "line", FILL, 0.4, drawn, motion[below])
+    if tops:
+        yield Marks("backing", "backing", "line", FILL, 1.2, np.concatenate(backed))
+        yield Marks("backing", "", "line", FILL, 0.8, np.array(tops))
     yield Marks("filled", "edge that fill touches", "line", FILL, 1.8, ends, motion[owner])
     for fill in assembly.scene.fills:
         road = np.array(fill.road) - assembly.geometry.origin

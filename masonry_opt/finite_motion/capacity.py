@@ -13,13 +13,16 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.reasons import Code, Reason
+from masonry_opt.drawing.marks import moved as carried
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
+from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.moved_blocks import moved, placed, point_forces
 from masonry_opt.finite_motion.path import HingingPath, Step
-from masonry_opt.problem.loads import Forces
+from masonry_opt.problem.limited_forces import Role
+from masonry_opt.problem.loads import Forces, moments_in
 from masonry_opt.result import Result
-from masonry_opt.scene.rows import dots, lengths
+from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.words.names import labelled, some
 from masonry_opt.words.sentences import message, numeral
 
@@ -37,29 +40,31 @@ def capacity(
     result: Result,
     *,
     block: str | None = None,
-    point: tuple[float, float] | None = None,
+    point: tuple[float, ...] | None = None,
     steps: int = 40,
 ) -> Capacity:
-    """Follow the mechanism of a result in the plane by finite rotations, down to λ = 0.
+    """Follow the mechanism of a result by finite rotations, down to λ = 0.
 
     Joints stay closed, hinge in a corner, open wholly or close again; λ is that of equilibrium of the
     displaced blocks, and at each state forces within the yield conditions are shown to exist. Loads keep
     their direction, and the points of blocks where they act. Where joints slide, or blocks meet, the curve
-    stops.
+    stops. In space it is of one body that turns about an edge of what stays, with ties and props, which lead
+    from end to end wherever these are; where another joint opens it stops.
 
     Parameters
     ----------
     result: Of :func:`~masonry_opt.analysis.solve`, by any method.
-    block, point: Control point: a block's centroid, or a point ``(x, y)`` of it at rest; its displacement
-        along the resultant of the live load is told. Default: the mean displacement of the live loads, each
-        along itself.
+    block, point: Control point: a block's centroid, or a point ``(x, y)``, in space ``(x, y, z)``, of it at
+        rest; its displacement along the resultant of the live load is told. Default: the mean displacement of
+        the live loads, each along itself.
     steps: States between the onset and λ = 0, were the way straight: more where λ falls slower than at first.
 
     Raises
     ------
     OptionError
-        Of solids, of joints of limited strength, of ties, props and loads whose points are not known, and if
-        the control point is wrong or does not move along the live load.
+        Of joints of limited strength, in the plane of ties and props, of loads whose points are not known; in
+        space of joints that slide, and of blocks that move on each other or about a point; if the control
+        point is wrong or does not move along the live load.
     NoLoadFactorError
         If the result has no load factor.
     """
@@ -67,8 +72,8 @@ def capacity(
         raise OptionError("the capacity curve is of a result: give mo.capacity(mo.solve(scene))")
     result.required()
     assembly, called = result.assembly, result.assembly.scene.called
-    assembly.scene.in_plane()
-    if assembly.problem.matrices.limited:
+    dimension = assembly.scene.dimension
+    if any(force.role is Role.SUPPORT or dimension == 2 for force in assembly.limited):
         raise OptionError(
             f"{called}: the capacity curve knows joints alone, which touch and part: this scene has ties, "
             "props or fill, whose forces turn as blocks move, or a support that settles"
@@ -82,14 +87,14 @@ def capacity(
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
     dead, live = point_forces(assembly)
     control = _control(result, live, block, point)
-    path = HingingPath(result, (dead, live), steps)
+    path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps)
     found = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     if path.motion.any() and abs(found.control_rate) <= _STILL * found.live_rates.max():
         raise OptionError(f"block '{block}' does not move along the live load: name another block or point")
     return found
 
 
-def _control(result: Result, live: Forces, block: str | None, point: tuple[float, float] | None) -> Forces:
+def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
     """Forces whose mean displacement along themselves is told."""
     if block is None:
         if point is not None:
@@ -101,7 +106,7 @@ def _control(result: Result, live: Forces, block: str | None, point: tuple[float
         called = assembly.scene.called
         raise OptionError(f"{called}: block: there is no movable block '{block}': choose from {some(names)}")
     row, along = names.index(block), live.force.sum(axis=0)
-    if not np.hypot(*along) > _STILL * np.hypot(*live.force.T).sum():
+    if not np.linalg.norm(along) > _STILL * lengths(live.force).sum():
         raise OptionError("the live load has no resultant to measure along: leave 'block' out")
     at = assembly.geometry.centroid[assembly.movable[row]]
     if point is not None:
@@ -109,8 +114,9 @@ def _control(result: Result, live: Forces, block: str | None, point: tuple[float
             given = np.array(point, dtype=float)
         except (TypeError, ValueError):
             given = np.empty(0)
-        if given.shape != (2,) or not np.isfinite(given).all():
-            raise OptionError(f"the control point needs two numbers, x, y (found {point!r})")
+        if given.shape != at.shape or not np.isfinite(given).all():
+            needed = "three numbers, x, y, z" if len(at) == 3 else "two numbers, x, y"
+            raise OptionError(f"the control point needs {needed} (found {point!r})")
         at = given - assembly.geometry.origin
     return Forces(np.array([row]), along[None], at[None], np.zeros(0))
 
@@ -166,8 +172,8 @@ class Capacity:
 
     def _in_units(self, poses: np.ndarray) -> np.ndarray:
         """Poses, or their rates, in the case's units."""
-        unit = self.result.assembly.problem.length_unit
-        return poses * [unit, unit, 1.0]
+        dimension, unit = self.result.assembly.scene.dimension, self.result.assembly.problem.length_unit
+        return poses * np.repeat([unit, 1.0], [dimension, moments_in(dimension)])
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -177,7 +183,7 @@ class Capacity:
             rows.append(
                 {
                     "displacement": _mean_along(self.control, moved(self.control, poses)),
-                    "rotation": float(np.abs(poses[:, 2]).max()),
+                    "rotation": float(lengths(poses[:, self.live.point.shape[1] :]).max()),
                     "load_factor": step.load_factor + 0.0,
                     "dead_work": _work(self.dead, moved(self.dead, poses)),
                     "live_work": _work(self.live, moved(self.live, poses)),
@@ -191,26 +197,30 @@ class Capacity:
 
     def joints(self, row: int = -1) -> pd.DataFrame:
         """Joints in a row of the table: ``first``, ``second``, ``state`` ("closed", "hinged", "separated"),
-        where it hinges ``x``, ``y``, displaced, and the ``angle`` by which it is open (rad)."""
+        where it hinges ``x``, ``y`` (``z``), displaced, and the ``angle`` by which it is open (rad)."""
         assembly, step = self.result.assembly, self.steps[row]
-        joints, count = assembly.joints, step.touch.sum(axis=1)
-        full = np.where(joints.extent > 0, 2, 1)
+        joints, dimension = assembly.joints, assembly.scene.dimension
+        if dimension == 2:
+            count, full = step.touch.sum(axis=1), np.where(joints.extent > 0, 2, 1)
+            at = np.where(step.touch[:, :1], joints.start, joints.end)
+        else:
+            count, full = np.bincount(joints.joint, step.touch), np.bincount(joints.joint)
+            share = step.touch / np.maximum(count, 1)[joints.joint]
+            at = sums(joints.joint, share[:, None] * joints.point, len(full))
         state = np.where(count == 0, "separated", np.where(count == full, "closed", "hinged"))
         # A corner that stands on an edge turns on it without closing.
-        hinged = count == 1
-        at = np.where(step.touch[:, :1], joints.start, joints.end)
+        hinged = state == "hinged" if dimension == 3 else count == 1
         poses = self._in_units(self.steps[row].poses)
         place = placed(at, poses[joints.first]) + assembly.geometry.origin
         place[~hinged] = np.nan
-        angle = poses[joints.first, 2] - poses[joints.second, 2]
+        angle = lengths((poses[joints.first] - poses[joints.second])[:, dimension:])
         return pd.DataFrame(
             {
                 "first": assembly.names(joints.first),
                 "second": assembly.names(joints.second),
                 "state": state,
-                "x": place[:, 0],
-                "y": place[:, 1],
-                "angle": np.where(count == full, 0.0, np.abs(angle)),
+                **dict(zip("xyz", place.T, strict=False)),
+                "angle": np.where(count == full, 0.0, angle),
             }
         )
 
@@ -225,9 +235,8 @@ class Capacity:
         return _mean_along(self.control, self._rates(self.control))
 
     def _rates(self, of: Forces) -> np.ndarray:
-        vx, vy, omega = self._in_units(self.motion)[self.result.assembly.movable][of.block].T
-        x, y = of.point.T
-        return np.column_stack([vx - omega * y, vy + omega * x])
+        motion = self._in_units(self.motion)[self.result.assembly.movable]
+        return carried(of.point, motion[of.block]) - of.point
 
     def check(
         self,
@@ -290,8 +299,8 @@ class Capacity:
     def _share_of_weight(self) -> float | None:
         """The live load over the weight of the blocks that it pushes; None if it is that, and level."""
         problem, down = self.result.assembly.problem, self.result.assembly.scene.down
-        live, dead = (load.reshape(-1, 3)[:, :2] for load in (problem.live, problem.dead))
-        size = np.hypot(*live.T)
+        live, dead = problem.forces(problem.live), problem.forces(problem.dead)
+        size = lengths(live)
         weight = float((dead @ down)[size > 0].sum())
         share = float(size.sum()) / weight if weight > 0 else np.inf
         level = np.abs(live @ down).max() <= _LEVEL * size.max()

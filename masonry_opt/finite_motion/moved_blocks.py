@@ -11,7 +11,7 @@ from masonry_opt.answer.thresholds import LOWER
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.laws import Law
-from masonry_opt.problem.loads import Forces, LoadedPiece, loads
+from masonry_opt.problem.loads import Forces, LoadedPiece, loads, moments_in
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.joints import Joints
@@ -24,12 +24,17 @@ _PLACES, _WEIGHTS = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6
 
 def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
     """Points at rest, shape (..., 2), where poses (x, y, θ), shape (..., 3), bring them: turned about the
-    origin, then shifted."""
-    return turned(points, poses) + poses[..., :2]
+    origin, then shifted. In space points have three coordinates and poses six, with a rotation vector."""
+    return turned(points, poses) + poses[..., : points.shape[-1]]
 
 
 def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Vectors, shape (..., 2), turned by the angle of poses, shape (..., 3)."""
+    """Vectors, shape (..., 2), turned by the angle of poses, shape (..., 3); in space as ``placed``."""
+    if vectors.shape[-1] == 3:
+        angle = np.linalg.norm(poses[..., 3:], axis=-1, keepdims=True)
+        axis = poses[..., 3:] / np.where(angle > 0, angle, 1.0)
+        across, along = np.cross(axis, vectors), (axis * vectors).sum(axis=-1, keepdims=True) * axis
+        return np.asarray(along + np.cos(angle) * (vectors - along) + np.sin(angle) * across)
     cos, sin = np.cos(poses[..., 2]), np.sin(poses[..., 2])
     x, y = vectors[..., 0], vectors[..., 1]
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
@@ -42,14 +47,16 @@ def moved(forces: Forces, poses: np.ndarray) -> np.ndarray:
 
 
 def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
-    """Dead and live forces of a scene in the plane.
+    """Dead and live forces of a scene.
 
     Raises OptionError if the scene has loads of whose points of action nothing is known here.
     """
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
     found = _joined(assembly, "dead", given.weight, given.dead), _joined(assembly, "live", given.live)
     problem, centroid = assembly.problem, assembly.geometry.centroid[assembly.movable]
-    units = problem.force_unit * np.array([1.0, 1.0, problem.length_unit])
+    dimension = centroid.shape[1]
+    of_kind = np.repeat([1.0, problem.length_unit], [dimension, moments_in(dimension)])
+    units = problem.force_unit * of_kind
     for forces, known in zip(found, (problem.dead, problem.live), strict=True):
         left = problem.by_block(forces.about(centroid)) / units - problem.by_block(known)
         if np.abs(left).max(initial=0.0) > LOWER * max(1.0, np.abs(known).max()):
@@ -66,7 +73,7 @@ def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
         np.concatenate([getattr(part, name) for part in (*parts, *on_edges)])
         for name in ("block", "force", "point")
     )
-    return Forces(block, force, point, np.zeros((len(assembly.movable), 1)))
+    return Forces(block, force, point, np.zeros((len(assembly.movable), moments_in(point.shape[1]))))
 
 
 def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:

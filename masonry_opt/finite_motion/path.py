@@ -17,7 +17,7 @@ from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
 
 #: Violation of equilibrium and yield that is rounding.
-_BORNE = 1e-8
+BORNE = 1e-8
 
 #: So many times that, and the joint is only just opening.
 _NEAR = 10.0
@@ -240,7 +240,7 @@ class HingingPath:
         borne = optimum(self.blocks, ahead.touch, poses, point.load_factor, self.effort)
         if borne is None:
             raise _PathEnded(reason(Code.SOLVER_STOPPED, word="statics"))
-        if borne.value > _BORNE:
+        if borne.value > BORNE:
             return _PathEvent(Code.JOINT_OPENS, (), borne)
         return None
 
@@ -253,7 +253,7 @@ class HingingPath:
             if event.code is Code.REACHES_ZERO and (last := self._at_zero(before)):
                 before = last
                 break
-            middle, excess = (low + high) / 2, event.borne.value - _BORNE if event.borne else 0.0
+            middle, excess = (low + high) / 2, event.borne.value - BORNE if event.borne else 0.0
             if 0 < excess < farther[1]:
                 root = high - excess * (farther[0] - high) / (farther[1] - excess)
                 middle = min(max(root + 0.01 * (high - root), low + 0.01 * (high - low)), high)
@@ -264,7 +264,7 @@ class HingingPath:
                 low, before = middle, ahead
                 continue
             farther, high, event = (high, excess), middle, found
-            if event.borne and event.borne.value < _NEAR * _BORNE:
+            if event.borne and event.borne.value < _NEAR * BORNE:
                 before = ahead
                 break
         if event.code in (Code.REACHES_ZERO, Code.BLOCKS_MEET):

@@ -15,6 +15,7 @@ from masonry_opt.drawing.elements import Elements
 from masonry_opt.drawing.figure import Handle, Picture, finish, style
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.pictures import elements_picture
+from masonry_opt.finite_motion.edge import displaced
 from masonry_opt.finite_motion.moved_blocks import moved_geometry, placed
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
@@ -52,16 +53,20 @@ def displaced_picture(
     assembly: Assembly, state: pd.Series[Any], poses: np.ndarray, joints: pd.DataFrame
 ) -> Picture:
     """Draw the blocks where they are in a row of a capacity curve, to scale, with the hinges: poses of all
-    blocks, shape (blocks, 3), and the table of joints there."""
-    geometry = assembly.geometry
-    displaced = replace(assembly, geometry=moved_geometry(geometry, poses))
-    tail, tip, owner = geometry.edges
-    own = np.isin(owner, assembly.movable)
-    marks = [Marks("rest", "at rest", "line", AT_REST, 0.5, np.stack([tail[own], tip[own]], axis=1))]
+    blocks, shape (blocks, 3) or (blocks, 6), and the table of joints there."""
+    geometry, marks, dimension = assembly.geometry, [], assembly.scene.dimension
+    if dimension == 2:
+        there = replace(assembly, geometry=moved_geometry(geometry, poses))
+        tail, tip, owner = geometry.edges
+        own = np.isin(owner, assembly.movable)
+        ends = np.stack([tail[own], tip[own]], axis=1)
+        marks.append(Marks("rest", "at rest", "line", AT_REST, 0.5, ends))
+    else:
+        there = replace(assembly, geometry=displaced(assembly, poses))
     if (hinged := joints["state"] == "hinged").any():
-        at = joints.loc[hinged, ["x", "y"]].to_numpy() - geometry.origin
+        at = joints.loc[hinged, ["x", "y", "z"][:dimension]].to_numpy() - geometry.origin
         marks.append(Marks("hinges", "hinging joint", "dot", HINGES, 5.2, at[:, None]))
-    if (apart := (joints["state"] == "separated").to_numpy()).any():
+    if dimension == 2 and (apart := (joints["state"] == "separated").to_numpy()).any():
         ends = np.stack([assembly.joints.start, assembly.joints.end], axis=1)[apart]
         sides = [
             placed(ends, poses[of[apart]][:, None]) for of in (assembly.joints.first, assembly.joints.second)
@@ -71,5 +76,4 @@ def displaced_picture(
         f"λ = {numeral(state['load_factor'], '.5f')} at a displacement of "
         f"{numeral(state['displacement'], '.4g')}, to scale"
     )
-    still = np.zeros((len(assembly.scene.blocks), 3))
-    return elements_picture(Elements(displaced, heading, "", still, [], {"mechanism": marks}))
+    return elements_picture(Elements(there, heading, "", 0 * poses, [], {"mechanism": marks}))

@@ -43,7 +43,7 @@ def optimum(
         state = Driver(problem, "static", solver, effort, of_load=True).solve().state
         found = None if state is None else (state.load_factor, state.d, state.q)
     else:
-        found = _least_missed(problem, load_factor, effort)
+        found = least_missed(problem, load_factor, effort)
     if found is None:
         return None
     value, d, q = found
@@ -52,7 +52,7 @@ def optimum(
     return ForceOptimum(value, blocks.rates(poses, d), pressed)
 
 
-def _least_missed(
+def least_missed(
     problem: Problem, load_factor: float, effort: Effort
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
     """By how much forces miss equilibrium and yield at the least, the motion that gains by it, and they.

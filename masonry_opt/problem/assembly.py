@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
 from masonry_opt.problem.laws import Law
-from masonry_opt.problem.limited_forces import LimitedForce, columns, struts
+from masonry_opt.problem.limited_forces import LimitedForce, Role, columns, struts
 from masonry_opt.problem.loads import LoadedPiece, edge_forces, loads
 from masonry_opt.problem.matrices import Matrices, shares
 from masonry_opt.problem.problem import Problem
@@ -202,19 +202,25 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     if any(getattr(scene, name) != getattr(before, name) for name in _OF_GEOMETRY):
         return None
     problem = assembly.problem
-    lowest, highest = (getattr(problem.law, name) * problem.force_unit for name in ("lowest", "highest"))
     if any(getattr(scene, name) != getattr(before, name) for name in _OF_LOADS):
         on_edges, bare, pieces = edge_forces(scene, assembly.geometry, assembly.joints)
         assembly = replace(assembly, bare_edge_loads=bare, loaded_pieces=pieces)
         shapes, movable = assembly.geometry, assembly.movable
         loaded = _loaded(scene, shapes, movable, problem.length_unit, on_edges, assembly.filled_pieces)
         dead, live, force_unit = loaded
+        earth = pressures(scene, assembly.filled_pieces)
+        limited = [next(earth) if force.role is Role.EARTH else force for force in assembly.limited]
+        assembly = replace(assembly, limited=tuple(limited))
         # The same array is the same dead load to what is kept of it.
         dead = problem.dead if np.array_equal(dead, problem.dead) else dead
         problem = replace(problem, dead=dead, live=live, force_unit=force_unit)
-    limits = {"lowest": lowest / problem.force_unit, "highest": highest / problem.force_unit}
+    lowest, highest = (
+        np.array([getattr(force, name) for force in assembly.limited]) / problem.force_unit
+        for name in ("lowest", "highest")
+    )
     joints = assembly.joints.with_properties(scene)
-    law = replace(_law(joints, assembly.joint, scene.thickness, problem.force_unit), **limits)
+    law = _law(joints, assembly.joint, scene.thickness, problem.force_unit)
+    law = replace(law, lowest=lowest, highest=highest)
     return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=joints)
 
 

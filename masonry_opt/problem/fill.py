@@ -14,6 +14,7 @@ from masonry_opt.problem.loads import Segments, no_loads, resultant
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.loads import Kind
 from masonry_opt.scene.profile import Profile, profile_below
+from masonry_opt.scene.road import Fill
 from masonry_opt.scene.scene import Scene
 
 #: Rise of an edge over its length up to which it is level: coordinates are rounded.
@@ -29,12 +30,16 @@ class FilledPiece:
     fill, block: indices into the scene's fills and blocks.
     ends: of the piece, relative to the geometry's origin, the block to its left, shape (2, 2).
     depth: of these ends below the road, shape (2,).
+    stress: what stands on these ends per unit of plan, σ, shape (2,).
+    zone: in which of the fill's zones the piece lies.
     """
 
     fill: int
     block: int
     ends: np.ndarray
     depth: np.ndarray
+    stress: np.ndarray
+    zone: int = 0
 
     @property
     def height(self) -> float:
@@ -43,9 +48,9 @@ class FilledPiece:
         return up if up > _LEVEL * float(np.hypot(*(self.ends[1] - self.ends[0]))) else 0.0
 
     @property
-    def area(self) -> float:
-        """Of the fill above it."""
-        return float(self.ends[0, 0] - self.ends[1, 0]) * float(self.depth.mean())
+    def weight(self) -> float:
+        """Of what stands on it, of unit thickness."""
+        return float(self.ends[0, 0] - self.ends[1, 0]) * float(self.stress.mean())
 
 
 def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
@@ -73,8 +78,14 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     found: list[FilledPiece] = []
     for number in range(len(scene.fills)):
         profile = profile_of(scene, shapes, number)
-        pieces = [*_below(number, profile), *_beside(number, profile, shapes)]
-        pieces = [piece for piece in pieces if piece.depth.max() > shapes.tolerance]
+        touched = [*_below(profile), *_beside(profile, shapes)]
+        zones = scene.fills[number].zones
+        pieces = [
+            piece
+            for block, ends, depth in touched
+            if depth.max() > shapes.tolerance
+            for piece in _in_zones(number, block, ends, depth, zones, shapes.origin)
+        ]
         if all(scene.blocks[piece.block].fixed for piece in pieces):
             raise CaseError(
                 f"{scene.origin}: fill no. {number + 1} touches no movable block: its road lies on "
@@ -84,15 +95,46 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     return tuple(found)
 
 
-def _below(number: int, profile: Profile) -> Iterator[FilledPiece]:
-    """Pieces of the edges below a fill."""
+def _in_zones(
+    number: int, block: int, ends: np.ndarray, depth: np.ndarray, zones: tuple[Fill, ...], origin: np.ndarray
+) -> Iterator[FilledPiece]:
+    """A piece of edge in the zones of a fill: cut where the line of the backing bends, ends or crosses it."""
+    if len(zones) == 1:
+        yield FilledPiece(number, block, ends, depth, zones[0].unit_weight * depth)
+        return
+    line = np.array(zones[1].road) - origin
+    across, start = ends[1, 0] - ends[0, 0], ends[0, 0]
+    bends = (line[:, 0] - start) / across if across else np.empty(0)
+    cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
+
+    def above(share: np.ndarray) -> np.ndarray:
+        """Height of the line above the piece."""
+        x, y = ends[0, :, None] + np.outer(ends[1] - ends[0], share)
+        return np.interp(x, *line.T) - y
+
+    low, high = above(cuts[:-1]), above(cuts[1:])
+    crosses = low * high < 0
+    cuts = np.unique(
+        [*cuts, *(cuts[:-1] + np.diff(cuts) * low / np.where(crosses, low - high, 1.0))[crosses]]
+    )
+    for share in np.stack([cuts[:-1], cuts[1:]], axis=1):
+        at = ends[0] + np.outer(share, ends[1] - ends[0])
+        below = depth[0] + share * (depth[1] - depth[0])
+        middle, height = at[:, 0].mean(), above(share)
+        backed = bool(height.sum() > 0 and line[0, 0] <= middle <= line[-1, 0])
+        height = np.minimum(np.maximum(height, 0.0), below) if backed else np.zeros(2)
+        stress = zones[0].unit_weight * (below - height) + zones[1].unit_weight * height
+        yield FilledPiece(number, block, at, below, stress, int(backed))
+
+
+def _below(profile: Profile) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+    """Pieces of the edges below a fill: block, ends, depth of these."""
     ends, depth = np.stack([profile.x, profile.y], axis=2)[:, ::-1], profile.depth[:, ::-1]
-    for block, *piece in zip(profile.block.tolist(), ends, depth, strict=True):
-        yield FilledPiece(number, block, *piece)
+    yield from zip(profile.block.tolist(), ends, depth, strict=True)
 
 
-def _beside(number: int, profile: Profile, shapes: Geometry) -> Iterator[FilledPiece]:
-    """Pieces of upright edges between those below a fill, and at its ends."""
+def _beside(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+    """Pieces of upright edges between those below a fill, and at its ends: block, ends, depth of these."""
     edges = Segments(*shapes.edges)
     up = edges.tip[:, 1] > edges.tail[:, 1]
     # Beyond the ends of the road there is no fill.
@@ -109,7 +151,7 @@ def _beside(number: int, profile: Profile, shapes: Geometry) -> Iterator[FilledP
         for block, span in zip(edges.owner[edge[facing]].tolist(), spans[facing], strict=True):
             height = bottom[k] + (span if right[k] < left[k] else span[::-1])
             ends = np.column_stack([np.full(2, x[k]), height])
-            yield FilledPiece(number, block, ends, np.maximum(road[k] - height, 0.0))
+            yield block, ends, np.maximum(road[k] - height, 0.0)
 
 
 def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
@@ -126,7 +168,7 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
         fill, (across, up) = scene.fills[piece.fill], piece.ends[1] - piece.ends[0]
         if fill.weight and across:
             # Columns of fill stand on the piece's plan.
-            per_length = scene.thickness * fill.unit_weight * piece.depth * abs(across) / np.hypot(across, up)
+            per_length = scene.thickness * piece.stress * abs(across) / np.hypot(across, up)
             for kind, direction in per_weight.items():
                 acting = resultant(piece.ends, np.outer(per_length, direction), shapes.centroid[piece.block])
                 forces[kind][piece.block] += acting
@@ -135,18 +177,18 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
 
 def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[LimitedForce]:
     """What fills press with, horizontally, on each piece of edge of a movable block that is not level:
-    between K_a and m K_p times the unit weight times depth, summed over the piece's height, where that sum
-    has its centre (Rankine)."""
+    between K_a and m K_p times what stands above, summed over the piece's height, where that sum has its
+    centre (Rankine); both times the factor of the load case."""
     for piece in pieces:
         fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
         if fill.pressure and not block.fixed and height:
-            own = scene.thickness * fill.unit_weight * float(piece.depth.mean()) * height
+            own = scene.factor_of_pressure * scene.thickness * float(piece.stress.mean()) * height
             # Of a pressure that is linear between the ends, the share of the second.
-            share = (piece.depth[0] + 2 * piece.depth[1]) / (3 * piece.depth.sum())
+            share = (piece.stress[0] + 2 * piece.stress[1]) / (3 * piece.stress.sum())
             at = (1 - share) * piece.ends[0] + share * piece.ends[1]
             # The block lies to the left of its edge.
             inward = np.array([-1.0 if piece.ends[1, 1] > piece.ends[0, 1] else 1.0, 0.0])
-            active, _, passive = fill.coefficients
+            active, _, passive = fill.zones[piece.zone].coefficients
             name = f"fill {piece.fill + 1}|{block.name}"
             action = Action(piece.block, at, inward)
             yield LimitedForce(Role.EARTH, name, (action,), active * own, passive * own)

@@ -246,12 +246,14 @@ class LoadCase(Record):
     live: Factors by group of the loads that λ scales.
     earthquake: In place of ``live``: :class:`Earthquake`. Masses count times the factor of their group in
         ``dead``.
+    pressure: Factor of both limits between which fills press.
     """
 
     name: Name
     dead: dict[Name, Number] = {}
     live: dict[Name, Number] = {}
     earthquake: Earthquake | None = None
+    pressure: NonNegative = 1.0
 
     def _mistakes(self) -> Iterator[str]:
         if "axles" in self.dead:

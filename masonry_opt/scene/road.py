@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field, PlainValidator
+import numpy as np
+from pydantic import BaseModel, Field, PlainValidator
 
 from masonry_opt.scene.blocks import Name, Number, Positive, Record, RoadLine, YesNo
 
@@ -64,7 +65,12 @@ class Axles(Record):
     loads: Of each axle, straight down, the first axle first.
     distances: From each axle to the next behind it: one fewer than loads.
     set: In place of both, a common set by its name, in m and kN: ``SETS`` has them with their sources.
-    factor: By which all loads are multiplied: a share of the width, a dynamic or a partial factor.
+    factor: By which all loads are multiplied: a dynamic or a partial factor.
+    width: Effective width of the bridge that carries them: the scene carries its ``thickness`` over that of
+        each load (default: all). On roads commonly 1.5 m and the depth of fill, on railways 0.8 m and twice
+        the depth below the sleeper (B. Harvey, "Available width, effective width, and transverse
+        distribution", help.obvis.com, 2024, which names CS 454 and British Railways for them), no more than
+        there is, and less where lanes or tracks lie side by side.
     road: Points of the road's line from left to right. Default: that of the scene's fills.
     travels: "right", "left" or "both" (the default), of which one is enough for a group that is the same from
         behind.
@@ -75,6 +81,7 @@ class Axles(Record):
     distances: list[Positive] = []
     set: str | None = None
     factor: Positive = 1.0
+    width: Positive | None = None
     road: RoadLine | None = None
     travels: Literal["right", "left", "both"] = "both"
 
@@ -115,6 +122,26 @@ def _spread(value: Any) -> float | bool:
     raise ValueError("must be an angle between 0 and 90 degrees, or false")
 
 
+class Backing(Record):
+    """The part of a :class:`Fill` below a line, such as rubble or concrete over the haunches of an arch.
+
+    Raises CaseError if the line does not run from left to right, a value is out of range, or the share of the
+    passive pressure lies below the active one.
+
+    Parameters
+    ----------
+    line: Its upper line, ``[[x, y], ...]`` from left to right, not above the road; beyond its ends there is
+        no backing, and where blocks reach above it neither.
+    unit_weight: As of the fill.
+    friction_angle, mobilised: For its pressure, where the fill presses: as of the fill (default: the fill's).
+    """
+
+    line: RoadLine
+    unit_weight: Positive
+    friction_angle: Annotated[Number, Field(gt=0, lt=90)] | None = None
+    mobilised: Annotated[Number, Field(gt=0, le=1)] | None = None
+
+
 class Fill(Record):
     """Earth between blocks and the line of a road above them, in the plane.
 
@@ -137,6 +164,8 @@ class Fill(Record):
     spread: Angle to the vertical, in degrees, within which a load on the road spreads on its way down; or
         False: loads go straight down.
     pressure: Whether it presses on faces. If not, ``friction_angle`` and ``mobilised`` are not needed.
+    backing: The part of it below a line: :class:`Backing`. σ is then the weight of both above a point, and
+        the coefficients are those of the zone in which the face lies; loads spread as in the fill.
     """
 
     road: RoadLine
@@ -146,6 +175,7 @@ class Fill(Record):
     weight: YesNo = True
     spread: Annotated[float | Literal[False], PlainValidator(_spread)] = 30.0
     pressure: YesNo = True
+    backing: Backing | None = None
 
     def _mistakes(self) -> Iterator[str]:
         if self.pressure:
@@ -155,6 +185,22 @@ class Fill(Record):
             least, _, most = self.coefficients
             if least > most:
                 yield f"'mobilised' times K_p, {most:.4g}, is below K_a, {least:.4g}: give a larger share"
+        if self.backing:
+            (_, backed), line, road = self.zones, np.array(self.backing.line), np.array(self.road)
+            yield from (f"'backing': {mistake}" for mistake in backed._mistakes())
+            x = np.unique([*line[:, 0], *road[:, 0]])
+            x = x[(x >= max(line[0, 0], road[0, 0])) & (x <= min(line[-1, 0], road[-1, 0]))]
+            if (np.interp(x, *line.T) > np.interp(x, *road.T)).any():
+                yield "'backing': its 'line' lies above the 'road': end it there, or lower it"
+
+    @property
+    def zones(self) -> tuple[Fill, ...]:
+        """The fill, and its backing as a fill below its line, if it has one."""
+        if self.backing is None:
+            return (self,)
+        own = {key: value for key, value in vars(self.backing).items() if key != "line" and value is not None}
+        # Unchecked: what is wrong with it is said of the backing.
+        return self, BaseModel.model_copy(self, update=own | {"road": self.backing.line, "backing": None})
 
     @property
     def coefficients(self) -> tuple[float, float, float]:

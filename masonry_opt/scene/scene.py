@@ -179,6 +179,11 @@ class Scene(SceneKeys):
         return self.factor("live", "live", "axles")
 
     @property
+    def factor_of_pressure(self) -> float:
+        """What the pressures of fills are multiplied by."""
+        return 1.0 if self._load_case is None else self._load_case.pressure
+
+    @property
     def shaking(self) -> np.ndarray | None:
         """Push of an earthquake over the weights that it pushes, shape (2,) or (3,); None without one."""
         quake = self.shaken_by

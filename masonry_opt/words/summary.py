@@ -165,8 +165,8 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
     scene, movable = assembly.scene, set(assembly.movable.tolist())
     for number, fill in enumerate(scene.fills):
         pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]
-        below = [piece for piece in pieces if piece.area and piece.block in movable]
-        weight = scene.thickness * fill.unit_weight * sum(piece.area for piece in below)
+        below = [piece for piece in pieces if piece.weight and piece.block in movable]
+        weight = scene.thickness * sum(piece.weight for piece in below)
         blocks = counted(len({piece.block for piece in below}), "block")
         said = [f"touches {counted(len(pieces), 'edge')}"]
         said.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
@@ -178,8 +178,16 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
                 f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p), at rest {at_rest:.4g} σ "
                 "(K_0), σ its unit weight times depth"
             )
+            if scene.factor_of_pressure != 1:
+                said.append(f"pressures times {scene.factor_of_pressure:g}, of the load case")
         else:
             said.append("no pressure")
+        if fill.backing:
+            active, _, passive = fill.zones[1].coefficients if fill.pressure else (0.0, 0.0, 0.0)
+            touched = counted(sum(piece.zone for piece in pieces), "edge")
+            said.append(
+                f"its backing touches {touched}, between {active:.4g} σ and {passive:.4g} σ, σ of both"
+            )
         yield "; ".join(said)
 
 

@@ -265,7 +265,6 @@ def test_what_it_is_not_for_is_refused():
     strength = mo.JointDefaults(friction=3.0, strength=50.0)
     tie = mo.Tie(between=("A", "ground"), at=((0.5, 1.5), (-4, 1.5)), strength=0.1)
     for scene, word in (
-        (mo.extrude(block_on_floor(friction=3.0), 0.5), "solids"),
         (block_on_floor().model_copy(update={"joints": strength}), "strength"),
         (block_on_floor(friction=3.0).model_copy(update={"ties": [tie]}), "ties"),
     ):

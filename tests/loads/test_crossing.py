@@ -15,7 +15,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.road import Road
-from masonry_opt.studies.crossing.crossing import _passages
+from masonry_opt.studies.crossing.crossing import _ways
 from masonry_opt.studies.crossing.search import MovingLoad, PassageTrials, least_associative
 
 
@@ -72,7 +72,7 @@ def test_interrupted_it_keeps_the_positions_solved_by_then(method):
 
 def test_positions_without_an_answer_are_told_and_end():
     """Where the solver fails right of the support, ranges there are not halved, and nothing is proven."""
-    passage = next(_passages(OVERHANG, axles(3.0)))
+    ((passage,),), _ = _ways(OVERHANG, axles(3.0))
     problem = replace(passage.assembly.problem, live=passage.live(-1.0))
     exact, solved = MovingLoad(problem, Effort()), 0
 

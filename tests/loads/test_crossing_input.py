@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, slab, support
 from scenes import run_command
@@ -62,13 +64,79 @@ def test_load_cases(tmp_path):
         mo.save(own, tmp_path / f"{name}.toml")
         again = mo.solve(tmp_path / f"{name}.toml", "static", load_case=name)
         assert again.load_factor == pytest.approx(expected, rel=1e-6)
-    for name, word in (("crowd", "leaves axles out"), (None, "has load cases"), ("none", "no load case")):
+    for name, word in (("crowd", "leaves axles out"), ("none", "no load case")):
         with pytest.raises(mo.MasonryError, match=word):
             mo.crossing(in_cases(), axles(3.0), method="static", load_case=name)
     with pytest.raises(mo.CaseError, match="'axles', which move"):
         mo.LoadCase(name="a", dead={"axles": 1.0}, live={"live": 1.0})
     with pytest.raises(mo.CaseError, match="press down"):
         mo.LoadCase(name="a", live={"axles": -1.0})
+
+
+@pytest.mark.parametrize("method", ["static", "nonassociative"])
+def test_all_load_cases_at_once(tmp_path, method):
+    """Each as alone; at each position of the one or the other the lesser by hand, with a third that is the
+    greater near the support and the lesser at the end: the crowd helps an axle there, beside .5."""
+    of = in_cases(axles=[axles(3.0)])
+    names = ("alone", "crowd too")
+    alone = {name: mo.crossing(of, method=method, load_case=name) for name in names}
+    found = mo.crossing(of, method=method)
+    assert found.by_case == pytest.approx({name: one.load_factor for name, one in alone.items()}, rel=1e-5)
+    assert found.worst.load_case == "crowd too"
+    assert found.left_out == ("crowd",)
+    assert "'crowd', without axles" in str(found)
+    assert "'alone' 2.4" in str(found)
+    assert {*found.table["load_case"]} == {*names}
+    rows = found.governing
+    assert len(rows) * 2 == len(found.table)
+    turns = (rows["position"].abs() - 0.5).clip(lower=0)
+    with np.errstate(divide="ignore"):
+        by_hand = np.minimum(0.9 * WEIGHT * 0.5 / (4.5 * turns), by_crowd(rows["position"]))
+    off = np.isfinite(by_hand) & (rows["position"].abs() <= 1)
+    np.testing.assert_allclose(rows["load_factor"][off], by_hand[off], rtol=1e-5)
+    assert {*rows["load_case"].dropna()} == {*names}
+    told = json.loads(found.to_json())
+    assert told["by_case"]["crowd too"] == pytest.approx(WEIGHT / 9, rel=1e-6)
+    assert [row["load_case"] for row in told["governing"]] == [
+        None if x is None else x for x in rows["load_case"]
+    ]
+    found.save(tmp_path / "a.html")
+    text = (tmp_path / "a.html").read_text()
+    assert text.count("<tr>") == len(rows) + 1
+    assert "load case that governs" in text
+    falls = of.replace(load_cases={"alone": {"dead": {"crowd": 5.0}}})
+    fallen = mo.crossing(falls, method=method).worst
+    assert (fallen.status, fallen.load_case) == (mo.Status.UNSTABLE, "alone")
+
+
+def by_crowd(x):
+    """Of a load of 6 · .5 at the end x = 1, and axles of 3 · 2 at x: about the edge at .5, and that at -.5 if
+    the axle turns the slab back over it."""
+    right = 6 * (x - 0.5) + 1.5
+    left = 6 * (-x - 0.5) - 4.5
+    most = np.maximum(right, left)
+    return np.where(most > 0, 0.5 * WEIGHT / np.where(most > 0, most, 1.0), np.inf)
+
+
+def test_a_width_is_a_share_of_loads_by_the_thickness():
+    whole = mo.crossing(OVERHANG, axles(3.0), method="static")
+    shared = mo.crossing(OVERHANG.replace(thickness=0.5), axles(3.0, width=2.5), method="static")
+    assert shared.load_factor == pytest.approx(5 * whole.load_factor, rel=1e-9)
+    assert "0.2 of each load: effective width 2.5" in str(shared)
+    with pytest.raises(mo.CaseError, match="'width'"):
+        axles(3.0, width=0.0)
+
+
+def test_a_first_look_says_by_how_much_the_default_differs():
+    found = mo.crossing(OVERHANG, axles(3.0), method="static")
+    assert "the same λ there" in str(found)
+    assert found.as_dict()["default"] == pytest.approx(found.load_factor, rel=1e-6)
+    lighter = OVERHANG.replace(
+        blocks={"slab": {"weight": 0.75 * WEIGHT, "live": (0.0, -3.0), "live_at": (1, 0.5)}}
+    )
+    less = replace(found, default=mo.solve(lighter))
+    assert "the default, finds λ = 3.000000 there, 25.00% less" in str(less)
+    assert mo.crossing(OVERHANG, axles(3.0), method="nonassociative").default is None
 
 
 def test_solving_leaves_out_cases_of_axles_alone():

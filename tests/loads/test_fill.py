@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from scenes import CASES, forces_of
 
 import masonry_opt as mo
-from masonry_opt.drawing.elements import counts, result_elements
+from masonry_opt.drawing.elements import counts, result_elements, scene_elements
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.words.summary import summary
 
@@ -148,6 +149,12 @@ def test_each_part_can_be_switched_off(part):
         ({"spread": "2:1"}, ["'spread'", "between 0 and 90 degrees, or false"]),
         ({"spread": True}, ["'spread'", "between 0 and 90 degrees, or false"]),
         ({"road": [(0, 2)]}, ["'road'", "at least 2"]),
+        ({"backing": {"line": [(-9, 5), (9, 5)], "unit_weight": 1}}, ["'backing'", "above the 'road'"]),
+        (
+            {"backing": {"line": [(-9, 1), (9, 1)], "unit_weight": 0}},
+            ["'backing.unit_weight'", "greater than 0"],
+        ),
+        ({"backing": {"line": [(0, 1), (9, 1)], "unit_weight": 1, "mobilised": 0.01}}, ["'backing'", "K_a"]),
         ({"road": [(2, 2), (0, 2)]}, ["'road'", "left to right"]),
         ({"depth": 1.0}, ["unknown key 'depth'"]),
     ],
@@ -237,6 +244,57 @@ def test_a_wall_that_retains_fill(push, friction, method, keys):
     assert (slides < overturns) == (friction < 0.5)
 
 
+UPPER, BACKED, BACKED_SHARE = 1.2, 3.0, 0.9
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.35, 0.0])
+@pytest.mark.parametrize("push", [-1.0, 1.0])
+def test_a_wall_that_retains_fill_over_backing(push, factor):
+    """Down to the backing a triangle of γ h₁, below a trapezium from that to that and γ_b h₂, each times its
+    coefficient; both times the load case's factor, also where the case alone differs."""
+    backing = {"line": [(0, UPPER), (5, UPPER)], "unit_weight": BACKED, "mobilised": BACKED_SHARE}
+    made = retaining(push, 0.9, backing=backing).replace(
+        load_cases=[
+            {"name": "a", "live": {"live": 1}},
+            {"name": "b", "live": {"live": 1}, "pressure": factor},
+        ],
+    )
+    into = push > 0
+    upper, lower = (PASSIVE, BACKED_SHARE / ACTIVE) if into else (-ACTIVE, -ACTIVE)
+    h, top = DEEP - UPPER, GAMMA * (DEEP - UPPER)
+    parts = (
+        (upper * top * h / 2, UPPER + h / 3),
+        (lower * top * UPPER, UPPER / 2),
+        (lower * BACKED * UPPER**2 / 2, UPPER / 3),
+    )
+    about = factor * THICK * sum(force * arm for force, arm in parts)
+    expected = (WEIGHT * WIDTH / 2 + about) / (HEIGHT / 2)
+    for name, found in mo.solve_cases(made, "static", solver="highs").results.items():
+        if name == "b":
+            assert found.load_factor == pytest.approx(expected, rel=1e-9)
+            assert found.pressures["force"].sum() == pytest.approx(
+                factor * THICK * abs(sum(force for force, _ in parts)), rel=1e-6
+            )
+            assert ("of the load case" in summary(found)) == (factor != 1)
+    alone = mo.solve(made, "mcp", load_case="b")
+    assert alone.load_factor == pytest.approx(expected, rel=1e-7)
+    assert "its backing touches 2 edges" in summary(alone)
+
+
+def test_what_fill_and_backing_weigh_over_an_arch_are_their_areas():
+    """Polygons between road, backing and extrados; its line bends, and ends short of one springing."""
+    line = [(-1.5, 0.9), (0.3, 1.0), (1.0, 1.1)]
+    made = arch_under([(-1.6, 1.5), (1.6, 1.5)], backing={"line": line, "unit_weight": BACKED})
+    free = shapely.box(-1.6, 0, 1.6, 1.5) - shapely.union_all(
+        [shapely.Polygon(b.vertices) for b in made.blocks]
+    )
+    (above,) = (one for one in free.geoms if one.bounds[3] == 1.5)
+    backed = shapely.intersection(above, shapely.Polygon([*line, (1.0, 0), (-1.5, 0)])).area
+    acting = of_fill(made)
+    assert -acting[:, 1].sum() == pytest.approx(GAMMA * (above.area - backed) + BACKED * backed, rel=1e-9)
+    assert 0.02 < backed < above.area / 4
+
+
 def test_pressure_switched_off_leaves_the_wall_alone():
     found = mo.solve(retaining(1.0, 0.25, pressure=False), "static")
     assert found.load_factor == pytest.approx(0.25 * WEIGHT, rel=1e-9)
@@ -285,7 +343,7 @@ def test_a_bridge_s_fill_by_edge_loads_and_loads_comes_to_the_same():
     ]
     weighs = []
     for piece in assembly.filled_pieces:
-        if not piece.area or BRIDGE.blocks[piece.block].fixed:
+        if not piece.weight or BRIDGE.blocks[piece.block].fixed:
             continue
         at = np.linspace(*(piece.ends + assembly.geometry.origin), n + 1)
         depth = np.linspace(*piece.depth, n + 1)
@@ -307,6 +365,15 @@ def test_pictures_have_the_fill_and_what_it_presses():
     (arrows,) = [marks for marks in elements.layers["thrust"] if marks.name == "earth"]
     assert len(arrows.points) == len(result.pressures) == 52
     assert result.ties.empty
+    backed = changed_fill(BRIDGE, backing={"line": [(-4, 0.5), (4, 0.5)], "unit_weight": 22})
+    drawn = [marks for marks in scene_elements(assemble(backed)).shown("scene") if marks.name == "backing"]
+    lows, tops = (marks.points + assemble(backed).geometry.origin for marks in drawn)
+    assert len(lows) > 10
+    assert [of[..., 1].max() for of in (lows, tops)] == pytest.approx([0.5, 0.5])
+
+
+def changed_fill(made, **keys):
+    return made.replace(fills=[made.fills[0].replace(**keys)])
 
 
 def test_many_loads_along_edges_come_to_the_same():

@@ -176,6 +176,10 @@ WRONG = {
     "name twice": (LOADED + 2 * '[[load_case]]\nname = "a"\nlive = { wind = 1 }\n', ["no. 2 ('a')", "twice"]),
     "no name": (LOADED + "[[load_case]]\nlive = { wind = 1 }\n", ["load_case no. 1", "missing key 'name'"]),
     "one bracket": (LOADED + '[load_case]\nname = "a"\nlive = { wind = 1 }\n', ["[[load_case]]"]),
+    "pressure below zero": (
+        LOADED + '[[load_case]]\nname = "a"\nlive = { wind = 1 }\npressure = -1\n',
+        ["('a')", "'pressure'", "0 or more"],
+    ),
     "unknown key": (
         LOADED + '[[load_case]]\nname = "a"\nlives = { wind = 1 }\n',
         ["('a')", "'lives'", "'live'"],

@@ -89,6 +89,51 @@ def test_a_pier_pulled_away_under_a_beam():
         assert 0.6 * 3.75 < sign * end.expected < 0.6 * 5.0
 
 
+def rafters() -> mo.Scene:
+    """Two that lean on each other, .5 thick at the crown and at their feet."""
+    left = [(-2.5, 0), (-2, 0), (0, 1.5), (0, 2)]
+    blocks = [
+        mo.Block(name="left", vertices=left, weight=3),
+        mo.Block(name="right", vertices=[(-x, y) for x, y in left[::-1]], weight=3),
+        block("L", -3, -1.5, -1, 0, fixed=True),
+        block("R", 1.5, 3, -1, 0, fixed=True),
+    ]
+    return mo.Scene(joints=mo.JointDefaults(friction=2.0), blocks=blocks)
+
+
+@pytest.mark.parametrize("in_space", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_openings_of_three_hinges(tmp_path, in_space):
+    """Hinges at the feet's inner edges, 4 apart, and 2 above at the crown's upper one: as R goes by 1, each
+    half turns by 1 / (2 · 2), and joints of .5 open by .5 / 4, between the two by twice that."""
+    scene, right = (mo.extrude(rafters(), 0.8), (1, 0, 0)) if in_space else (rafters(), RIGHT)
+    found = mo.settle(scene, "R", right, method="static")
+    frame = found.openings
+    assert frame["opening"].tolist() == pytest.approx([0.25, 0.125, 0.125], rel=1e-6)
+    assert not frame["sliding"].any()
+    assert [{*pair} for pair in frame[["first", "second"]].to_numpy()[:1]] == [{"left", "right"}]
+    assert frame.loc[0, ["x", "z" if in_space else "y"]].tolist() == pytest.approx([0, 1.5], abs=1e-9)
+    assert found.least.result.joints.loc[frame["joint"], "first"].tolist() == frame["first"].tolist()
+    assert "'left'–'right' 0.25" in str(found)
+    told = json.loads(found.to_json())["least"]["openings"]
+    assert [row["opening"] for row in told] == frame["opening"].tolist()
+    written = [text.get_text() for axes in found.plot().axes for text in axes.texts]
+    assert written.count("0.125") == 2
+    found.save(tmp_path / "a.html")
+    assert "Openings per unit of movement, at the least reaction" in (tmp_path / "a.html").read_text()
+
+
+def test_openings_of_a_beam_that_turns_or_slides():
+    """As R sinks by 1 the beam turns by 1 / 4 about x = 1 and leaves R but for x = 5; back, about 0 and 4, by
+    as much. Pulled away, R slides by 1."""
+    found = mo.settle(beam(), "R", DOWN)
+    for end in found.ends.values():
+        assert end.openings["opening"].tolist() == pytest.approx([0.25, 0.25], rel=1e-6)
+    assert sorted(found.openings["x"]) == pytest.approx([0, 4])
+    assert sorted(found.greatest.openings["x"]) == pytest.approx([1, 5])
+    slid = mo.settle(beam(), "R", RIGHT).openings
+    assert slid[["opening", "sliding"]].to_numpy().tolist() == [pytest.approx([0, 1], abs=1e-6)]
+
+
 @pytest.mark.slow
 def test_reactions_without_play():
     """Of a block on its only support, or of piers that all settle alike, the reaction is the weight; of a

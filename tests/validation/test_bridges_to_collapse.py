@@ -115,6 +115,28 @@ def test_hinges_at_the_same_joints(name):
     assert scene.reference["associative"].value == pytest.approx(pressing.load_factor() / test, rel=1e-5)
 
 
+@pytest.mark.parametrize("name", ["page/torksey", "page/strathmashie"])
+def test_backing_over_the_haunches(name):
+    """Up to a joint's back, heavier, of φ = 40° all of its passive pressure; of the fill's numbers none."""
+    scene, fill = read(name), BRIDGES[name]
+    passive = math.tan(math.radians(65)) ** 2
+    pressing = replace(fill, active=ACTIVE, passive=MOBILISED * PASSIVE)
+    stated = replace(
+        pressing,
+        backing=float(fill.back[fill.steps // 4, 1]),
+        backing_weight=23,
+        backing_active=1 / passive,
+        backing_passive=passive,
+    )
+    line = [(x, stated.backing) for x in (-fill.span, fill.span)]
+    heavy = mo.Backing(line=line, unit_weight=23, friction_angle=40, mobilised=1)
+    found = load_found(changed(scene, backing=heavy))
+    assert found == pytest.approx(stated.load_factor(), rel=1e-3)
+    assert found > 1.1 * load_found(scene)
+    none = mo.Backing(line=line, unit_weight=18)
+    assert load_found(changed(scene, backing=none)) == pytest.approx(load_found(scene), rel=1e-3)
+
+
 @pytest.mark.parametrize("name", BRIDGES)
 def test_nothing_slides(name):
     """So that the flow rule has no influence."""
@@ -169,7 +191,7 @@ def test_worst_position_of_a_line_load():
     found = [replace(stated, load_at=place * stated.span).load_factor() for place in places]
     worst = int(np.argmin(found))
     assert 0 < worst < 30
-    axle = mo.Axles(name="line", loads=[1000])
+    axle = mo.Axles(name="line", loads=[500], width=stated.width / 2)
     crossed = mo.crossing(fine(stated, 120).model_copy(update={"loads": []}), axle, method="static")
     assert 1000 * crossed.load_factor == pytest.approx(found[worst], rel=1e-3)
     assert -abs(crossed.position) / stated.span == pytest.approx(places[worst], abs=0.01)

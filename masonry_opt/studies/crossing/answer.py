@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import cycle
@@ -26,9 +27,12 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, study
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
-#: Columns of the table on a page, and how their numbers are written.
-_SHOWN = ("axles", "direction", "position", "load_factor", "mechanism", "status")
+#: What tells positions apart, and what else of the table is printed; how numbers of a page are written.
+_PLACE, _TOLD = ["axles", "direction", "position"], ["load_factor", "mechanism", "status"]
 _FORMATS = dict.fromkeys(("position", "load_factor"), "{:.6g}")
+
+#: Distance of the least load factor from what is proven, relative, where anything is.
+WITHIN = 1e-3
 
 #: Inches: width of the axes, height of the chart, room beside, below, between and above them; most of the
 #: bridge's height.
@@ -51,11 +55,16 @@ class Crossing(StudyAnswer):
         there as loads of its blocks; of a scene that does not stand, that. It has the mechanism.
     passages: each group of axles in each direction in which it travelled.
     interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
+    left_out: names of load cases that leave axles out.
+    default: what the default method finds at the worst position, of a first look by one with associative
+        flow; else None.
     """
 
     worst: Result
     passages: tuple[PassageTrials, ...] = field(repr=False)
     interrupted: bool = False
+    left_out: tuple[str, ...] = ()
+    default: Result | None = field(default=None, repr=False)
 
     @property
     def load_factor(self) -> float | None:
@@ -110,22 +119,51 @@ class Crossing(StudyAnswer):
 
     @property
     def undecided_at(self) -> list[dict[str, Any]]:
-        """These: ``axles``, ``direction`` and ``position`` of each, as in the table."""
+        """These: ``axles``, ``direction``, ``position`` and, if there are any, ``load_case`` of each, as in
+        the table."""
         unknown = self.table["load_factor"].isna() & ~self.table["any_load"].astype(bool)
-        return records(self.table.loc[unknown, ["axles", "direction", "position"]])
+        return records(self.table.loc[unknown, [*self._case, *_PLACE]])
+
+    @property
+    def _case(self) -> list[str]:
+        """Column of the load case, of a scene that has any."""
+        return ["load_case"] if any(one.passage.case for one in self.passages) else []
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """One row a position solved by the method: ``axles``, ``direction``, ``position`` (abscissa of the
-        first axle), then the columns of ``mo.sweep`` but for the seconds. Where loads jump
-        there is a row on either side."""
+        """One row a position solved by the method, and load case: ``load_case`` (if there are any),
+        ``axles``, ``direction``, ``position`` (abscissa of the first axle), then the columns of ``mo.sweep``
+        but for the seconds. Where loads jump there is a row on either side."""
         rows = [
             _place(one.passage, position) | columns(one.passage.loaded(one.passage.live(position)), answer)
             for one in self.passages
             for position, answer in sorted(one.answers.items(), key=itemgetter(0))
         ]
-        where = {"axles": "object", "direction": "object", "position": "float64"}
+        where = dict.fromkeys([*self._case, *_PLACE], "object") | {"position": "float64"}
         return framed(rows, where).drop(columns="seconds")
+
+    @cached_property
+    def governing(self) -> pd.DataFrame:
+        """Of each position the row of the table that has the least load factor over load cases; its
+        ``load_case`` is None where none has one."""
+        least = self.table.sort_values("load_factor", kind="stable").drop_duplicates(_PLACE)
+        rows = self.table[_PLACE].drop_duplicates().merge(least, how="left")
+        known = rows["load_factor"].notna()
+        return rows.assign(**{name: rows[name].where(known, None) for name in self._case})
+
+    @property
+    def told(self) -> pd.DataFrame:
+        """What is printed of ``governing``."""
+        return self.governing[[*_PLACE, *self._case, *_TOLD]]
+
+    @property
+    def by_case(self) -> dict[str, float | None]:
+        """The least load factor of each load case (None without one) by its name."""
+        least: dict[str, float] = {}
+        for one in self.passages:
+            if name := one.passage.case:
+                least[name] = min(one.least, least.get(name, math.inf))
+        return {name: value if math.isfinite(value) else None for name, value in least.items()}
 
     @cached_property
     def envelope(self) -> pd.DataFrame:
@@ -136,13 +174,22 @@ class Crossing(StudyAnswer):
             for one in self.passages
             for x, value in zip(one.associative.positions, _finite(one.associative), strict=True)
         ]
-        return pd.DataFrame(rows, columns=["axles", "direction", "position", "associative"])
+        return pd.DataFrame(rows, columns=[*self._case, *_PLACE, "associative"])
 
     def facts(self) -> dict[str, str]:
         worst, least = self.worst, self.least
         told = {"case": worst.case, "method": worst.method}
         if worst.load_case is not None:
-            told["load case"] = f"'{worst.load_case}': {worst.assembly.scene.load_case}"
+            governs = ", governs" if len(self.by_case) > 1 else ""
+            told["load case"] = f"'{worst.load_case}'{governs}: {worst.assembly.scene.load_case}"
+        if others := [
+            f"'{name}' {'none' if least_of is None else numeral(least_of, '.6f')}"
+            for name, least_of in self.by_case.items()
+            if name != worst.load_case
+        ]:
+            told["other cases"] = f"least λ {', '.join(others)}"
+        if self.left_out:
+            told["left out"] = f"{some([*map(repr, self.left_out)])}, without axles: see 'solve'"
         if least is None:
             return told | {"status": f"{worst.status}: {worst.message}"}
         found = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
@@ -150,13 +197,18 @@ class Crossing(StudyAnswer):
             found = numeral(worst.load_factor, ".6f")
         first, *others = (numeral(x, ".6g") for x in self.at)
         source = least.passage.axles.group.source
-        positions, away = counted(len(self.table), "position"), numeral(self.resolution or 0.0, ".3g")
+        positions, away = counted(len(self.governing), "position"), numeral(self.resolution or 0.0, ".3g")
         told |= {
             "least λ": found,
             "at": f"axles at x = {first}{' (first)' if others else ''}{''.join(f', {x}' for x in others)}",
             "axles": f"'{self.axles}', travelling {self.direction}{f' ({source})' if source else ''}",
+            "width": f"{least.passage.across:.4g} of each load: effective width {least.passage.axles.width:g}"
+            if least.passage.axles.width
+            else "",
             "solved": f"at {positions}; spacing at the worst position {away}",
         }
+        if self.default:
+            told["first look"] = self._first_look(self.default)
         if least.passage.assembly.problem.live.any():
             told["beside them"] = "the scene's other live loads, which λ multiplies too"
         if self.bound is not None:
@@ -167,7 +219,17 @@ class Crossing(StudyAnswer):
             told["undecided"] = f"{counted(self.undecided, 'position')}, at which λ may be less: {named}"
         if self.interrupted:
             told["interrupted"] = "λ may be less at positions that were not solved"
-        return told
+        return {name: words for name, words in told.items() if words}
+
+    def _first_look(self, default: Result) -> str:
+        """By how much the default method differs at the worst position."""
+        found, most = default.load_factor, self.load_factor
+        said = f"method '{default.method}', the default, finds"
+        if found is None or most is None:
+            return f"{said} there: {default.status}"
+        less = 1 - found / most
+        much = f"λ = {numeral(found, '.6f')} there, {less:.2%} less" if less > WITHIN else "the same λ there"
+        return f"{said} {much}; at other positions it may find less"
 
     def as_dict(self) -> dict[str, Any]:
         worst = self.worst.as_dict()
@@ -175,8 +237,9 @@ class Crossing(StudyAnswer):
         own = ("axles", "direction", "position", "at", "resolution", "bound", "undecided", "undecided_at")
         return (
             {key: worst[key] for key in keys}
-            | {key: getattr(self, key) for key in (*own, "interrupted")}
-            | {"positions": records(self.table), "worst": worst}
+            | {key: getattr(self, key) for key in (*own, "interrupted", "by_case", "left_out")}
+            | {"default": self.default and self.default.load_factor}
+            | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
         )
 
     def plot(self) -> Picture:
@@ -221,26 +284,31 @@ class Crossing(StudyAnswer):
         return made
 
     def _draw_load_factors(self, axes: Axes, position: float) -> None:
-        """A line for each passage over its first axle's position, and of Coulomb methods associative λ."""
-        values: list[float] = []
-        for one, colour in zip(self.passages, cycle(SERIES), strict=False):
-            name = printable(f"'{one.passage.axles.name}', travelling {one.passage.direction}")
-            look: dict[str, Any] = {"linewidth": 1.1}
-            if one.beside:
-                axes.plot(one.beside.positions, _finite(one.beside), color=HATCH, linewidth=0.8, zorder=2)
-                look = {"linestyle": "none", "marker": ".", "markersize": 7}
-            known = _finite(one)
-            axes.plot(one.positions, known, color=colour, label=name, zorder=3, **look)
-            values += known[np.isfinite(known)].tolist()
+        """A line for each group and direction over its first axle's position, the least over load cases; of
+        each of several cases, and of the associative λ of Coulomb methods, lines behind it."""
+        look: dict[str, Any] = {"linewidth": 1.1}
+        below = ["each load case"] if len(self.by_case) > 1 else []
         if self.passages[0].beside:
-            axes.plot([], [], color=HATCH, linewidth=0.8, label="associative")
+            look = {"linestyle": "none", "marker": ".", "markersize": 7}
+            below = ["associative", *below]
+        for one in self.passages if below else ():
+            axes.plot(
+                one.associative.positions, _finite(one.associative), color=HATCH, linewidth=0.8, zorder=2
+            )
+        ways = self.governing.groupby(["axles", "direction"], sort=False)
+        for ((axles, direction), rows), colour in zip(ways, cycle(SERIES), strict=False):
+            name = printable(f"'{axles}', travelling {direction}")
+            axes.plot(rows["position"], rows["load_factor"], color=colour, label=name, zorder=3, **look)
+        if below:
+            axes.plot([], [], color=HATCH, linewidth=0.8, label=", ".join(below))
         axes.set_ylabel("load factor λ")
         axes.set_xlabel("position of the first axle")
         axes.grid(color="#E4E4E4", linewidth=0.6)
         if self.load_factor is not None:
             ring: dict[str, Any] = {"marker": "o", "markersize": 11, "fillstyle": "none", "linestyle": "none"}
             axes.plot(position, self.load_factor, color=MARKED, label="worst", zorder=4, **ring)
-            axes.set_ylim(0.0, min(_SHOWN_UP_TO * self.load_factor, 1.1 * max(values)) or 1.0)
+            most = 1.1 * float(self.governing["load_factor"].max())
+            axes.set_ylim(0.0, min(_SHOWN_UP_TO * self.load_factor, most) or 1.0)
 
     def save(self, path: str | Path, force: bool = False) -> None:
         """Write the picture (.png, .svg, .pdf), or a page with it, the worst position's result and the table
@@ -254,13 +322,19 @@ class Crossing(StudyAnswer):
     def _page(self) -> str:
         pictures = {"load factor by position, and the mechanism at the worst": self.plot().image("svg")}
         parts = {"At the worst position": notebook_html(self.worst)}
-        rows = frame_table(self.table, _FORMATS, _SHOWN, position="first axle at", load_factor="λ")
+        named = {"position": "first axle at", "load_case": "load case that governs", "load_factor": "λ"}
+        rows = frame_table(self.told, _FORMATS, **named)
         title, tables = title_of(self.worst.assembly.scene), {"Every position solved": rows}
         return study_page(title, self.facts(), pictures, parts, tables)
 
 
 def _place(passage: Passage, position: float) -> dict[str, Any]:
-    return {"axles": passage.axles.name, "direction": passage.direction, "position": position}
+    return {
+        "load_case": passage.case,
+        "axles": passage.axles.name,
+        "direction": passage.direction,
+        "position": position,
+    }
 
 
 def _finite(trials: PassageTrials) -> np.ndarray:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,18 +15,16 @@ from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import DEFAULT
-from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.assembly import assemble, on_matrices_of
 from masonry_opt.problem.road import Road
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing import search
+from masonry_opt.studies.crossing.answer import WITHIN
 from masonry_opt.studies.crossing.answer import Crossing as Crossing  # its home for readers
 from masonry_opt.studies.crossing.search import Passage
-
-#: Distance of the least load factor from what is proven, relative, where anything is.
-WITHIN = 1e-3
 
 #: Longest range between two positions, as a share of the road.
 _LONGEST = 0.01
@@ -54,8 +53,12 @@ def crossing(
     :func:`~.crossing.search.least_coulomb`). Interrupted (Ctrl-C), it returns the worst of the
     positions solved by then.
 
+    Of a scene with load cases they cross in each whose ``live`` names "axles"; at every position that one of
+    them was solved at for a group all are, and the least governs. The load case that falls under its dead
+    loads, if one does, is the answer.
+
     Raises CaseError if the case file or scene is wrong, or has no axles, or no road, if the road runs through
-    a block, or over none that can move, if the load case leaves axles out; OptionError if a method, an option
+    a block, or over none that can move, if load cases leave axles out; OptionError if a method, an option
     or the name of a group is wrong, or the scene's blocks are solids; KeyboardInterrupt if it was interrupted
     before any position was solved.
 
@@ -65,44 +68,69 @@ def crossing(
     axles: A group, several, or the name of one of the scene's. Default: all of the scene's.
     method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too; the load to expect
         is that of the worst position alone.
-    load_case: Name of the load case in which they cross, where the scene has any: its ``live`` names "axles",
-        whose factor multiplies them, and what else is live beside them.
+    load_case: Name of the one load case in which they cross, where the scene has any (default: all that name
+        "axles", whose factor multiplies them, and what else is live beside them).
     progress: Called with each position solved and its load factor (NaN without one).
     """
     session = prepare(method, **options)
     many = session.without_expected()
     scene = as_scene(scene, load_case)
     scene.in_plane()  # which refuses solids
-    passages = list(_passages(scene, axles))
-    effort = Effort()
-    first = passages[0]
-    ends = np.array(first.pieces(_longest(first)))
-    start = next(x for x in (*ends.mean(axis=1), *ends.ravel()) if first.carried(x))
-    result = session.solve(first.scene(start))
-    undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
-    if undecided or result.status is Status.UNSTABLE:
-        return Crossing(worst=result, passages=())
-    associative = search.MovingLoad(replace(first.assembly.problem, live=first.live(start)), effort)
+    ways, left_out = _ways(scene, axles)
+    effort, moving = Effort(), dict[str | None, search.MovingLoad]()
+    for first in ways[0]:
+        ends = np.array(first.pieces(_longest(first)))
+        start = next(x for x in (*ends.mean(axis=1), *ends.ravel()) if first.carried(x))
+        result = session.solve(first.scene(start))
+        undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
+        if undecided or result.status is Status.UNSTABLE:
+            return Crossing(worst=result, passages=())
+        loaded = replace(first.assembly.problem, live=first.live(start))
+        moving[first.case] = search.MovingLoad(loaded, effort)
     crossed: list[search.PassageTrials] = []
     interrupted, proves = False, session.method.associative
     own = session.how.model is None and session.how.solver is None
     try:
-        for passage in passages:
-            plain = own and proves and not len(passage.assembly.problem.crushing)
-            solve = associative if plain else _solve(many, passage, effort)
-            beside = None if proves else search.PassageTrials(passage, associative)
-            crossed.append(search.PassageTrials(passage, solve, progress, beside))
-            search.least_associative(crossed[-1].associative, _longest(passage), WITHIN)
-            if beside:
-                search.least_coulomb(crossed[-1], WITHIN)
+        for way in ways:
+            together = []
+            for passage in way:
+                associative = moving[passage.case]
+                plain = own and proves and not len(passage.assembly.problem.crushing)
+                solve = associative if plain else _solve(many, passage, effort)
+                beside = None if proves else search.PassageTrials(passage, associative)
+                together.append(search.PassageTrials(passage, solve, progress, beside))
+                crossed.append(together[-1])
+                search.least_associative(together[-1].associative, _longest(passage), WITHIN)
+            _at_the_same([one.associative for one in together])
+            if not proves:
+                for one in together:
+                    search.least_coulomb(one, WITHIN)
+                _at_the_same(together)
     except KeyboardInterrupt:
         interrupted = True
     crossed = [trials.ended() for trials in crossed if trials.answers]
     if not crossed:
         raise KeyboardInterrupt
     worst = min(crossed, key=lambda one: one.least)
-    result = session.solve(worst.passage.scene(worst.position))
-    return Crossing(worst=result, passages=tuple(crossed), interrupted=interrupted)
+    at_worst = worst.passage.scene(worst.position)
+    default = None
+    if proves and not interrupted:
+        with suppress(KeyboardInterrupt):
+            default = prepare(DEFAULT).without_expected().solve(at_worst)
+    return Crossing(
+        worst=session.solve(at_worst),
+        passages=tuple(crossed),
+        interrupted=interrupted,
+        left_out=left_out,
+        default=default,
+    )
+
+
+def _at_the_same(together: list[search.PassageTrials]) -> None:
+    """Solve each load case at the positions of all of them."""
+    for position in sorted({position for one in together for position in one.answers}):
+        for one in together:
+            one.at(position)
 
 
 def _longest(passage: Passage) -> float:
@@ -114,25 +142,32 @@ def _solve(session: Session, passage: Passage, effort: Effort) -> search.SolveLi
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
-def _passages(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> Iterator[Passage]:
-    """The groups asked for, in the directions in which they travel."""
+def _ways(
+    scene: Scene, axles: str | Axles | Sequence[Axles] | None
+) -> tuple[list[list[Passage]], tuple[str, ...]]:
+    """The groups asked for, in the directions in which they travel, in each load case; names of those that
+    leave axles out."""
     if scene.tilt:
         raise CaseError(f"{scene.origin}: axles do not tilt: take 'tilt' away")
-    scene.refuse_without_case()
     if scene.earthquake:
         raise CaseError(f"{scene.origin}: axles do not cross in an earthquake: take 'earthquake' away")
-    if not scene.factor_of_axles:
-        assert scene.load_case is not None
-        raise CaseError(
-            f"{scene.origin}: load case '{scene.load_case.name}' leaves axles out ({scene.load_case}): name "
-            "another, or give it 'live = { axles = 1 }'"
-        )
     groups = _groups(scene, axles)
-    assembly = assemble(scene.replace(axles=[]))
+    bare = scene.replace(axles=[])
+    cases = [scene.load_case] if scene.load_case else scene.load_cases
+    scenes = [bare.with_load_case(case) for case in cases] or [bare]
+    inside = [one for one in scenes if one.factor_of_axles]
+    if not inside:
+        named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
+        raise CaseError(f"{scene.origin}: load case {named}: give one 'live = {{ axles = 1 }}'")
+    assembly = assemble(inside[0])
+    assemblies = [on_matrices_of(assembly, one) or assemble(one) for one in inside]
+    ways = []
     for group in groups:
         road = Road(scene, assembly.geometry, _line(scene, group), f"the road of axles '{group.name}'")
         for direction in group.directions:
-            yield Passage(group, direction, assembly, road)
+            ways.append([Passage(group, direction, one, road) for one in assemblies])
+    crossed = [one.load_case for one in inside]
+    return ways, tuple(case.name for case in cases if case not in crossed)
 
 
 def _groups(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> list[Axles]:

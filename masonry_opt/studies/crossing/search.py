@@ -58,6 +58,17 @@ class Passage:
     assembly: Assembly
     road: Road
 
+    @property
+    def case(self) -> str | None:
+        """Name of the load case, of a scene that has any."""
+        case = self.assembly.scene.load_case
+        return case.name if case else None
+
+    @property
+    def across(self) -> float:
+        """Share of the loads that the scene carries."""
+        return self.assembly.scene.thickness / self.axles.width if self.axles.width else 1.0
+
     @cached_property
     def offsets(self) -> np.ndarray:
         """Abscissae of the axles from the position, shape (axles,)."""
@@ -118,8 +129,7 @@ class Passage:
         return bool(self._on_blocks(position).any())
 
     def _on_blocks(self, position: float) -> np.ndarray:
-        loads = np.array(self.axles.group.loads)
-        return self.road.on_blocks(position + self.offsets, loads)
+        return self.road.on_blocks(position + self.offsets, self.across * np.array(self.axles.group.loads))
 
 
 def load_factor(answer: Solution) -> float:

@@ -44,9 +44,6 @@ Answer = Result | Crossing | Cases | Settlement | Capacity
 #: Blocks whose names are written into the drawing, at most.
 _NAMED = 60
 
-#: Columns that tell of positions of axles.
-_POSITIONS = ["axles", "direction", "position", "load_factor", "mechanism", "status"]
-
 #: Height below a drawing for its scale bar, over its width.
 _BELOW = 0.08
 
@@ -71,7 +68,8 @@ class Part:
     told, others: results that are told in full, by what they are, and results that are not.
     facts, pictures, tables: of the answer itself, by what they are of.
     axles: groups that crossed.
-    left_open, left_out: what this answer alone leaves open; load cases that it does not answer.
+    left_open: what this answer alone leaves open.
+    left_out, crossed: load cases that it does not answer, and why not; those in which axles crossed.
     followed: whether a mechanism was, beyond its onset.
     pushed: whether live loads play a part, so that results are load factors.
     varied: keys of the scene that the answer's own scene has otherwise than that given.
@@ -87,7 +85,8 @@ class Part:
     tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     axles: Sequence[Axles] = ()
     left_open: Sequence[str] = ()
-    left_out: Sequence[str] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    crossed: Collection[str] = ()
     followed: bool = False
     pushed: bool = True
     varied: Collection[str] = ()
@@ -190,19 +189,27 @@ def _(answer: Crossing) -> Part:
     away = numeral(answer.resolution or 0.0, ".3g")
     open_ = f"Positions between those solved, at the worst {away} away: λ may be less there."
     first = f"travelling {answer.direction}, first axle at x = {numeral(least.position, '.6g')}"
-    rows = shown(answer.table[_POSITIONS], position="first axle at")
+    rows = shown(answer.told, position="first axle at", load_case="load case that governs")
     axles = {one.passage.axles.name: one.passage.axles for one in answer.passages}
+    heading, governs = _of_case(f"Axles {', '.join(map(repr, axles))}", worst), ""
+    if len(answer.by_case) > 1:
+        heading, governs = (
+            f"Axles {', '.join(map(repr, axles))}, every load case",
+            f", '{worst.load_case}' governs",
+        )
     return Part(
-        heading=_of_case(f"Axles {', '.join(map(repr, axles))}", worst),
-        says=f"least {told_factor(worst)}: '{answer.axles}' {first}",
+        heading=heading,
+        says=f"least {told_factor(worst)}: '{answer.axles}' {first}{governs}",
         assembly=least.passage.assembly,
         told={f"worst position, method {worst.method}": worst},
         facts=answer.facts(),
         pictures={"λ by the position of the first axle, and the mechanism at the worst": answer.plot()},
-        tables={f"Every position solved ({len(answer.table)})": rows},
+        tables={f"Every position solved ({len(answer.told)})": rows},
         axles=list(axles.values()),
         varied=("axles",),
         left_open=[open_] if answer.bound is None else [],
+        left_out=dict.fromkeys(answer.left_out, "it leaves axles out, and only solve answers it"),
+        crossed=answer.by_case,
     )
 
 
@@ -220,7 +227,7 @@ def _(answer: Cases) -> Part:
         others=answer.results,
         pictures={f"λ by {what}": answer.plot()},
         tables={f"Every {what} ({len(rows)})": shown(rows, load_case="load case", sure="how sure")},
-        left_out=answer.left_out,
+        left_out=dict.fromkeys(answer.left_out, "its axles move, and only a crossing answers it"),
         varied=("earthquake",) if shaken else (),
     )
 
@@ -242,7 +249,9 @@ def _(answer: Settlement) -> Part:
         },
         facts=known,
         pictures={f"What moves at the {end} reaction": answer.plot(end) for end in answer.ends},
-        tables={"Reactions": rows} if answer.ends else {},
+        tables={"Reactions": rows, "Openings per unit of movement, at the least": shown(answer.openings)}
+        if answer.ends
+        else {},
         left_open=[_REACTIONS] if answer.ends else [],
         pushed=False,
     )
@@ -311,7 +320,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         results=results,
         pushed=pushed,
         acting=", ".join(acting),
-        solved={of.load_case for of in results.values()},
+        solved={of.load_case for of in results.values()} | {name for part in parts for name in part.crossed},
         scene=scene,
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),

@@ -33,7 +33,8 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.settle.freed import freed, refuse_idle, supports_of, unit_of
-from masonry_opt.studies.writing import StudyAnswer, frame_table, study_page
+from masonry_opt.studies.settle.openings import NOTE, opening_marks, openings
+from masonry_opt.studies.writing import StudyAnswer, frame_table, records, study_page
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
@@ -94,6 +95,13 @@ class Bound:
             return {"associative": self.result}
         found = {"coulomb": self.result, "expected": self.result.at_expected}
         return {kind: of for kind, of in found.items() if of} | {"associative": self.with_associative}
+
+    @property
+    def openings(self) -> pd.DataFrame:
+        """How wide joints open, and how far they slide, for each unit that the support moves, in the small
+        motion of the mechanism of the first of ``results`` that has one: see :attr:`Settlement.openings`."""
+        found = [openings(of) for of in self.results.values()]
+        return next((frame for frame in found if len(frame)), found[0])
 
     def rows(self) -> list[dict[str, Any]]:
         """Reaction, status and moving blocks of each of the results."""
@@ -169,6 +177,13 @@ class Settlement(StudyAnswer):
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
         return pd.DataFrame(rows, columns=["end", *_COLUMNS]).astype({"reaction": float})
 
+    @property
+    def openings(self) -> pd.DataFrame:
+        """A row a joint that opens or slides at the least reaction, the widest first: ``joint`` (its row in
+        the result's ``joints``), ``first``, ``second``, ``x``, ``y`` (``z``) where it opens most, ``opening``
+        there and ``sliding``, both for each unit that the support moves: mm per mm, in a small motion."""
+        return self.least.openings if self.least else pd.DataFrame()
+
     def facts(self) -> dict[str, str]:
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
         rate = ", at a common rate" if len(self.supports) > 1 else ""
@@ -179,7 +194,13 @@ class Settlement(StudyAnswer):
             return told | {"reaction": f"none holds the scene ({self.status}): {self.fallen.message}"}
         if self.at_rest is not None:
             told["at rest"] = numeral(self.at_rest, ".6g")
-        return told | {name: _words(end) for name, end in self.ends.items()}
+        told |= {name: _words(end) for name, end in self.ends.items()}
+        if len(found := self.openings):
+            wide = found[["opening", "sliding"]].max(axis=1)
+            joints = zip(found["first"], found["second"], wide, strict=True)
+            listed = some([f"'{one}'–'{other}' {numeral(width, '.3g')}" for one, other, width in joints])
+            told["openings"] = f"per unit of movement, at the least: {listed}"
+        return told
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
@@ -190,10 +211,11 @@ class Settlement(StudyAnswer):
         for name in ("least", "greatest"):
             end = self.ends.get(name)
             told[name] = end and {key: getattr(end, key) for key in numbers} | {
+                "openings": records(end.openings),
                 "results": {
                     row["kind"]: {"reaction": row["reaction"], "moves": row["moves"]} | of.as_dict()
                     for row, of in zip(end.rows(), end.results.values(), strict=True)
-                }
+                },
             }
         return told | {"fallen": self.fallen and self.fallen.as_dict()}
 
@@ -214,7 +236,7 @@ class Settlement(StudyAnswer):
         if end not in ("least", "greatest"):
             raise OptionError(f"there is no end '{end}': choose from least, greatest")
         if self.fallen:
-            return _drawn(self.fallen, "no reaction holds it: how it falls", names, view)
+            return _drawn(self.fallen, "no reaction holds it: how it falls", names, view, settles=False)
         bound = self.ends[end]
         kind = kind or next(iter(bound.results))
         if kind not in bound.results:
@@ -245,15 +267,27 @@ class Settlement(StudyAnswer):
         drawn = {end: self.plot(end, view=view).image("svg") for end in ends}
         pictures = {f"what moves at the {end} reaction": picture for end, picture in drawn.items()}
         rows = frame_table(self.table, {"reaction": "{:.6g}"}, kind="flow", moves="moves, fastest first")
+        numbers = dict.fromkeys(("x", "y", "z", "opening", "sliding"), "{:.4g}")
+        tables = {"Reactions": rows} | {
+            f"Openings per unit of movement, at the {name} reaction": frame_table(
+                end.openings.drop(columns="joint"), numbers
+            )
+            for name, end in self.ends.items()
+            if len(end.openings)
+        }
         title = title_of((self.fallen or next(iter(self.ends.values())).result).assembly.scene)
-        return study_page(title, self.facts(), pictures, {}, {"Reactions": rows})
+        return study_page(title, self.facts(), pictures, {}, tables)
 
 
-def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
+def _drawn(
+    result: Result, heading: str, names: bool, view: ViewAngles | None, settles: bool = True
+) -> Picture:
     refuse_view(result.assembly.scene, view)
     elements = result_elements(result)
     loads = [replace(each, label=_WAY) if each.name == "live" else each for each in elements.loads]
-    return elements_picture(replace(elements, heading=heading, loads=loads), "mechanism", names, view)
+    numbers = opening_marks(result, elements) if settles else []
+    elements = replace(elements, heading=heading, loads=[*loads, *numbers])
+    return elements_picture(elements, "mechanism", names, view, (NOTE,) if numbers else ())
 
 
 def _words(end: Bound) -> str:

@@ -1,0 +1,202 @@
+"""A mechanism in space that turns about an edge: one body, of blocks that stay together, down to λ = 0."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from pydantic import BaseModel
+from scipy.optimize import brentq
+
+from masonry_opt.answer.motion import fastest, joint_motion, moving_blocks, velocities
+from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.thresholds import same
+from masonry_opt.effort import Effort
+from masonry_opt.errors import OptionError
+from masonry_opt.finite_motion.moved_blocks import placed, turned
+from masonry_opt.finite_motion.path import BORNE, Step
+from masonry_opt.finite_motion.statics import least_missed
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Action, LimitedForce, Role, columns
+from masonry_opt.problem.loads import Forces
+from masonry_opt.problem.matrices import Matrices
+from masonry_opt.problem.problem import Problem
+from masonry_opt.result import Result
+from masonry_opt.scene.contacts.find import shapes_of
+from masonry_opt.scene.geometry import Extents
+from masonry_opt.scene.rows import lengths
+from masonry_opt.scene.solids import Part
+from masonry_opt.words.names import some
+
+#: Share of the fastest corner's speed, and of the scene's size, up to which a motion is that of one body
+#: about an edge; angles to a quarter turn at which the sign of λ is looked at; a small angle.
+_ALIKE, _LOOKS, _AHEAD = 1e-3, 2000, 1e-6
+
+
+class EdgePath:
+    """The path after the onset that a result in space found; attributes as of :class:`~.path.HingingPath`.
+
+    Poses are a shift and a rotation vector of each block, shape (blocks, 6), and corners that touch those of
+    the contact points, shape (points,).
+
+    Raises OptionError if joints slide, blocks move on each other, or no edge stays.
+    """
+
+    def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
+        self.assembly, self.forces, self.effort = result.assembly, forces, Effort()
+        self.turns = np.zeros(len(self.assembly.scene.blocks) + 1, dtype=bool)  # the last is the ground
+        self._find_edge(result)
+        self.own = [self.turns[self.assembly.movable[of.block]] for of in forces]
+        self.motion = self._poses(_AHEAD) / _AHEAD
+        touch = ~self.round[self.assembly.joints.joint] | self.on_edge
+        self.steps = [Step(0 * self.motion, result.required(), touch)]
+        if same(self._load_factor(0.0), result.required()):
+            self.end = self._follow(count)
+        else:
+            self.end = reason(Code.NOT_HINGING, associative=result.associative, pairs=[])
+
+    def _find_edge(self, result: Result) -> None:
+        """The blocks that turn, the joints round them, the contact points on the edge, and its line."""
+        assembly, d = self.assembly, result.solution.d
+        problem, joints, corners = assembly.problem, assembly.joints, assembly.geometry.corners
+        assert d is not None
+        called = assembly.scene.called
+        refused = f"{called}: in space the capacity curve is of one body that turns about an edge"
+        if (slides := joint_motion(assembly, result.solution).slides).any():
+            told = some([f"'{one}'–'{other}'" for one, other in assembly.pairs_of(np.flatnonzero(slides))])
+            raise OptionError(f"{refused}, and here joints slide: {told}")
+        own = moving_blocks(assembly, d)
+        self.turns[assembly.movable[own]] = True
+        self.round = self.turns[joints.first] != self.turns[joints.second]
+        about = problem.moments(d)[own[0]] / problem.length_unit
+        rate, size = float(np.linalg.norm(about)) or 1.0, float(np.ptp(corners[0], axis=0).max())
+        foot = assembly.geometry.centroid[assembly.movable[own[0]]]
+        foot = foot + np.cross(about, problem.forces(d)[own[0]]) / rate**2
+        off = lengths(np.cross(joints.point - foot, about / rate))
+        self.on_edge = self.round[joints.joint] & (off <= _ALIKE * size)
+        on_edge = joints.point[self.on_edge]
+        line = on_edge[np.argsort(on_edge @ about)][[0, -1]] if len(on_edge) else np.zeros((2, 3))
+        self.foot, length = line[0], float(np.linalg.norm(line[1] - line[0]))
+        self.axis = (line[1] - line[0]) / (length or 1.0)
+        as_one = self.turns[corners[1], None] * np.cross(rate * self.axis, corners[0] - self.foot)
+        apart = lengths(velocities(assembly, d, corners[1], corners[0]) - as_one).max()
+        if length <= _ALIKE * size or apart > _ALIKE * fastest(assembly, d):
+            raise OptionError(f"{refused}, and here blocks move on each other, or about a point")
+
+    def _turn(self, vectors: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+        """Vectors, shape (..., 3), turned about the axis."""
+        vector = np.asarray(angle)[..., None] * self.axis
+        return turned(vectors, np.concatenate([0 * vector, vector], axis=-1))
+
+    def _poses(self, angle: float) -> np.ndarray:
+        """Of all blocks where the body has turned, in the problem's unit of length."""
+        shift = (self.foot - self._turn(self.foot, angle)) / self.assembly.problem.length_unit
+        return self.turns[:-1, None] * np.append(shift, angle * self.axis)
+
+    def _loads(self, angle: float) -> list[Forces]:
+        """Dead and live forces as the blocks see them, which themselves stay: those of the body turn back."""
+        both = zip(self.forces, self.own, strict=True)
+        return [replace(of, force=self._turn(of.force, -angle * own)) for of, own in both]
+
+    def _struts(self, angle: float) -> list[tuple[LimitedForce, float]]:
+        """Ties and props so too, and the force that each has as the body turns on."""
+        found = []
+        for force in self.assembly.limited:
+            blocks = np.array([one.block for one in force.actions])
+            at = np.array([one.point for one in force.actions])
+            rest, now, ahead = (
+                np.diff(self.foot + self._turn(at - self.foot, turn * self.turns[blocks]), axis=0)[0]
+                for turn in (0.0, angle, angle + _AHEAD)
+            )
+            sense = 1.0 if force.role is Role.TIE else -1.0
+            longer = sense * (np.linalg.norm(ahead) - np.linalg.norm(rest))
+            pull = sense * now / np.linalg.norm(now)
+            seen = self._turn(np.array([pull, -pull]), -angle * self.turns[blocks])
+            actions = tuple(map(Action, blocks.tolist(), at, seen))
+            found.append((replace(force, actions=actions), force.highest if longer > 0 else force.lowest))
+        return found
+
+    def _moments(self, angle: float) -> tuple[float, float]:
+        """Moments about the edge of dead loads, ties and props, and of the live load for λ = 1."""
+        dead, live = (
+            float(np.cross(of.point - self.foot, of.force)[own].sum(axis=0) @ self.axis)
+            for of, own in zip(self._loads(angle), self.own, strict=True)
+        )
+        for strut, force in self._struts(angle):
+            own = [one for one in strut.actions if self.turns[one.block]]
+            if len(own) == 1:  # else it leads from the body to itself, or past it
+                dead += force * float(np.cross(own[0].point - self.foot, own[0].force) @ self.axis)
+        return dead, live
+
+    def _load_factor(self, angle: float) -> float:
+        dead, live = self._moments(angle)
+        return -dead / live
+
+    def _follow(self, count: int) -> Reason:
+        """Steps to λ = 0, or to the last state before blocks meet or forces do not exist; why it ends."""
+        angles = np.linspace(0.0, np.pi / 2, _LOOKS)
+        after = next((k for k, angle in enumerate(angles) if not self._moments(angle)[0] < 0), 0)
+        if after == 0:
+            return reason(Code.LOCKS)
+        ends = angles[after - 1], angles[after]
+        last = brentq(lambda angle: self._moments(angle)[0], *ends, xtol=1e-15, rtol=1e-14)
+        for angle in np.linspace(0.0, last, count + 1)[1:]:
+            load_factor = self._load_factor(angle) if angle < last else 0.0
+            if meet := self._overlap(angle):
+                return reason(Code.BLOCKS_MEET, blocks=meet)
+            problem = self._problem(angle)
+            if (missed := least_missed(problem, load_factor, self.effort)) is None:
+                return reason(Code.SOLVER_STOPPED, word="statics")
+            if missed[0] > BORNE:
+                opens = np.abs(problem.at_points(problem.B.T @ missed[1])[0]) * self.steps[0].touch
+                which = np.unique(self.assembly.joints.joint[opens > _ALIKE * opens.max()])
+                return reason(Code.JOINT_OPENS, pairs=self.assembly.pairs_of(which))
+            self.steps.append(replace(self.steps[0], poses=self._poses(angle), load_factor=load_factor))
+        self.steps[-1] = replace(self.steps[-1], event=reason(Code.REACHES_ZERO))
+        return reason(Code.REACHES_ZERO)
+
+    def _overlap(self, angle: float) -> list[str]:
+        """Names of a block of the body and another that lie deepest in one another, if any do."""
+        unit = self.assembly.problem.length_unit
+        shapes = displaced(self.assembly, self._poses(angle) * np.repeat([unit, 1.0], 3))
+        (low, high), body = shapes.boxes, self.turns[:-1]
+        meet = (low[:, None] < high).all(axis=2) & (low < high[:, None]).all(axis=2)
+        pairs = np.argwhere(meet & body[:, None] & ~body)
+        deepest = max(shapes.overlaps(pairs), key=lambda found: found[1].depth, default=None)
+        return self.assembly.names(pairs[deepest[0]]) if deepest else []
+
+    def _problem(self, angle: float) -> Problem:
+        """Statics once the body has turned, as its blocks see it; what the edge does to others turns, and
+        friction there is by the body's face. Contact points off the edge have no force."""
+        assembly, joints, rest = self.assembly, self.assembly.joints, self.assembly.problem
+        centroid = assembly.geometry.centroid
+        normal, tangent = (self._turn(each, angle * self.round) for each in (joints.normal, joints.tangent))
+        turned_joints = replace(joints, normal=normal, tangent=tangent)
+        others = Matrices.of(turned_joints, assembly.geometry, assembly.movable, rest.length_unit)
+        body = np.repeat(self.turns[assembly.movable], 6)
+        B = sp.diags_array(1.0 * body) @ rest.matrices.of_joints + sp.diags_array(1.0 * ~body) @ others.B
+        B = B @ sp.diags_array(np.tile(1.0 * self.steps[0].touch, 3))
+        if struts := [strut for strut, _ in self._struts(angle)]:
+            B = sp.hstack([B, columns(struts, centroid, assembly.movable, rest.length_unit)])
+        units = rest.force_unit * np.tile(np.repeat([1.0, rest.length_unit], 3), len(assembly.movable))
+        dead, live = (of.about(centroid[assembly.movable]) / units for of in self._loads(angle))
+        cohesion = np.where(self.on_edge[rest.law.sliding], 0.0, rest.law.cohesion)
+        matrices = replace(rest.matrices, B=sp.csr_array(B))
+        return Problem(matrices, replace(rest.law, cohesion=cohesion), dead, live, rest.force_unit)
+
+
+def displaced(assembly: Assembly, poses: np.ndarray) -> Extents:
+    """Shapes of a scene in space where poses, shape (blocks, 6), in the case's units, bring its blocks."""
+    origin, blocks = assembly.geometry.origin, []
+    for block, pose in zip(assembly.scene.in_space(), poses, strict=True):
+        parts = [
+            Part(vertices=(placed(of.vertices - origin, pose) + origin).tolist(), faces=of.faces)
+            for of in block.polyhedra
+        ]
+        shape: dict[str, Any] = {"box": None, "parts": parts, "vertices": None, "faces": None}
+        if not block.parts:
+            shape |= {"parts": None, "vertices": parts[0].vertices, "faces": parts[0].faces}
+        blocks.append(BaseModel.model_copy(block, update=shape) if pose.any() else block)
+    return shapes_of(BaseModel.model_copy(assembly.scene, update={"blocks": blocks}))

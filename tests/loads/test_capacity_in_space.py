@@ -1,0 +1,188 @@
+"""The capacity curve in space: a body about an edge, against the plane's and closed forms; what stops it."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from mappings import turned
+from scenes import CASES, block_on_floor, run_command, solved
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.errors import OptionError
+
+SPECTRUM = ((0.0, 0.2), (0.15, 0.5), (4.0, 0.03))
+#: Of a curve against a closed form, and of the onset that a solver found.
+CLOSE = 1e-9
+
+
+def followed(scene: mo.Scene, steps: int = 10, **options) -> mo.Capacity:
+    return mo.capacity(solved(scene, "static"), steps=steps, **options)
+
+
+def courses() -> mo.Scene:
+    wall = {"block": (0.6, 0.4), "courses": [[1]], "repeat": 6}
+    blocks = mo.Wall(**wall, unit_weight=10.0, live_per_weight=(1, 0)).blocks()
+    return mo.Scene(joints=mo.JointDefaults(friction=0.8), blocks=blocks)
+
+
+@pytest.mark.parametrize(
+    "scene", [block_on_floor(0.6, 3.0, friction=3.0), courses()], ids=["block", "courses"]
+)
+def test_as_the_plane_s_on_extruded_scenes(scene):
+    plane, space = followed(scene), followed(mo.extrude(scene, 0.5))
+    assert space.load_factor == pytest.approx(plane.load_factor, abs=CLOSE)
+    assert space.displacement == pytest.approx(plane.displacement, abs=CLOSE)
+    assert space.end.code is Code.REACHES_ZERO
+    assert space.table["rotation"].iloc[-1] == pytest.approx(plane.table["rotation"].iloc[-1], abs=CLOSE)
+    for name in ("dead_work", "live_work"):
+        works = [curve.table[name].iloc[-1] / np.abs(curve.dead.force).sum() for curve in (plane, space)]
+        assert works[0] == pytest.approx(works[1], abs=CLOSE)
+    checks = [curve.check(SPECTRUM) for curve in (plane, space)]
+    for name in (
+        "mass_fraction",
+        "acceleration",
+        "displacement",
+        "ultimate",
+        "secant",
+        "demand_acceleration",
+    ):
+        # The plane's rates are those of a linear program.
+        assert getattr(checks[1], name) == pytest.approx(getattr(checks[0], name), rel=1e-7)
+    (last,) = [row for row in space.joints().itertuples() if row.state == "hinged"]
+    assert (last.x, last.z) == pytest.approx((0.6, 0.0), abs=CLOSE)
+    assert last.angle == pytest.approx(space.table["rotation"].iloc[-1])
+    assert {*space.joints()["state"]} <= {"hinged", "closed"}
+
+
+@pytest.mark.parametrize("plan", [0.0, 0.7], ids=["along x", "oblique"])
+@pytest.mark.parametrize("strength", [None, 3.0])
+def test_a_front_that_overturns(plan, strength):
+    """By moments about its foot: λ W (h c + b s)/2 = W (b c − h s)/2 + T times the tie's distance from it,
+    which leads from y up on the back to a point 4 behind, and goes with the front. Seen from anywhere."""
+    b, h, t, W, y, far = 0.6, 3.0, 0.8, 40.0, 2.5, -4.0
+    about = turned(plan)
+
+    def at(x, across, up):
+        return (*about((x, across)), up)
+
+    corners = [at(x, across, up) for up in (0, h) for x, across in ((0, 0), (b, 0), (b, t), (0, t))]
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    front = mo.Solid(name="front", vertices=corners, faces=faces, weight=W)
+    floor = mo.box("floor", (-9, 9), (-9, 9), (-1, 0), fixed=True)
+    rod = {"between": ("front", "ground"), "at": (at(0, t / 2, y), at(far, t / 2, y))}
+    ties = [] if strength is None else [mo.Tie(**rod, strength=strength)]
+    made = {"joints": mo.JointDefaults(friction=2.0), "blocks": [front, floor], "ties": ties}
+    push = {"direction": [*about((1, 0)), 0.0]}
+    curve = followed(mo.Scene(**made, earthquake=push), block="front")
+    theta, T = curve.table["rotation"].to_numpy(), strength or 0.0
+    c, s = np.cos(theta), np.sin(theta)
+    x, z = y * s - b * c, y * c + b * s  # of the anchor, from the foot
+    along = np.array([far - b - x, y - z]) / np.hypot(far - b - x, y - z)
+    held = W * (b * c - h * s) / 2 + T * (x * along[1] - z * along[0])
+    np.testing.assert_allclose(curve.table["load_factor"], held / (W * (h * c + b * s) / 2), atol=CLOSE)
+    assert curve.load_factor == pytest.approx((W * b / 2 + T * y) / (W * h / 2), abs=CLOSE)
+    found = curve.check(SPECTRUM)
+    assert (found.mass_fraction, found.mass) == pytest.approx((1.0, W / 9.81), abs=1e-8)
+    assert found.displacement == curve.displacement
+    if strength is None:
+        assert curve.displacement == pytest.approx(b / 2, abs=CLOSE)
+
+
+PARTS = {"A": (0, 1), "B": (1, 2)}
+
+
+def test_a_prestressed_tie_that_slackens_pulls_with_its_prestress():
+    """A tie before the front shortens: its prestress, least of all, pulls it over. One that never yields does
+    nothing within it."""
+    front = [
+        mo.box(name, (0, 1), (0, 1), z, weight=0.5, live_per_weight=(1, 0, 0)) for name, z in PARTS.items()
+    ]
+    within = mo.Tie(between=("A", "B"), at=((0.5, 0.5, 0.5), (0.5, 0.5, 1.5)))
+    floor = mo.box("floor", (-5, 9), (-1, 2), (-1, 0), fixed=True)
+    tie = mo.Tie(between=("A", "ground"), at=((1, 0.5, 1), (5, 0.5, 1)), strength=9.0, prestress=0.1)
+    made = mo.Scene(joints=mo.JointDefaults(friction=3.0), blocks=[*front, floor], ties=[tie, within])
+    curve = followed(made)
+    assert curve.load_factor == pytest.approx(0.5 - 0.1, abs=CLOSE)
+    assert curve.reaches_zero
+
+
+def test_a_front_that_leaves_its_returns():
+    """As if they were not there, from its Coulomb state; with associative flow it drags on them."""
+    sides = {"left": (0, 0.6), "right": (3.4, 4)}
+    push = {"unit_weight": 18, "live_per_weight": (1, 0, 0)}
+    blocks = [mo.box("front", (0, 0.6), (0, 4), (0, 6), **push)]
+    blocks += [mo.box(name, (-3, 0), y, (0, 6), **push) for name, y in sides.items()]
+    ground = mo.box("ground floor", (-6, 9), (-1, 5), (-1, 0), fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*blocks, ground])
+    curve = mo.capacity(mo.solve(scene, expected=False), steps=4, block="front")
+    assert (curve.load_factor, curve.displacement) == pytest.approx((0.6 / 6, 0.6 / 2), abs=CLOSE)
+    states = {
+        frozenset(pair): state for *pair, state in curve.joints()[["first", "second", "state"]].to_numpy()
+    }
+    assert {states[frozenset(("front", name))] for name in sides} == {"separated"}
+    with pytest.raises(OptionError, match="joints slide: 'front'"):
+        followed(scene)
+
+
+def topped() -> mo.Scene:
+    """A block on another, with a load near its edge: as they lean its joint opens."""
+    corners = ((-3, 4, -1, 0), (0, 1, 0, 2), (0.5, 1, 2, 3))
+    boxes = [[(x0, y0), (x1, y0), (x1, y1), (x0, y1)] for x0, x1, y0, y1 in corners]
+    blocks = [
+        mo.Block(name="floor", vertices=boxes[0], fixed=True),
+        mo.Block(name="low", vertices=boxes[1], weight=10, live_per_weight=(1, 0)),
+        mo.Block(
+            name="up", vertices=boxes[2], weight=1, live_per_weight=(1, 0), dead=(0, -1), dead_at=(0.9, 3)
+        ),
+    ]
+    return mo.Scene(joints=mo.JointDefaults(friction=5.0), blocks=blocks)
+
+
+def test_it_ends_before_the_state_at_which_another_joint_opens():
+    """In the plane that state is found, and followed."""
+    plane, space = followed(topped()), followed(mo.extrude(topped(), 0.5), steps=40)
+    opens = plane.table.loc[plane.table["event"] == "joint opens", "displacement"].iloc[0]
+    assert space.end.code is Code.JOINT_OPENS
+    assert [{*pair} for pair in space.end.values["pairs"]] == [{"low", "up"}]
+    last, step = space.table["displacement"].iloc[-1], space.table["displacement"].iloc[1]
+    assert last < opens < last + 1.1 * step
+    assert space.displacement is None
+
+
+def test_it_ends_before_blocks_meet():
+    g, h = 0.2, 2.0
+    wall = mo.Block(name="wall", vertices=[(1 + g, 0), (2, 0), (2, 3), (1 + g, 3)], fixed=True)
+    scene = block_on_floor(1.0, h, friction=3.0)
+    curve = followed(mo.extrude(scene.model_copy(update={"blocks": [*scene.blocks, wall]}), 0.5), steps=40)
+    assert curve.end.code is Code.BLOCKS_MEET
+    assert {*curve.end.values["blocks"]} == {"A", "wall"}
+    last, step = curve.table["rotation"].iloc[-1], curve.table["rotation"].iloc[1]
+    assert math.sin(last) < g / h < math.sin(last + step) + 1e-3
+    assert not curve.check(SPECTRUM).complete
+
+
+def test_what_does_not_turn_about_one_edge_is_refused_by_name():
+    frame = mo.load(CASES / "makris_vassiliou" / "rocking_frame.toml")
+    for scene, words in (
+        (block_on_floor(friction=0.1), "joints slide: 'A'–'floor'"),
+        (frame, "blocks move on each other"),
+    ):
+        with pytest.raises(OptionError, match=words):
+            followed(mo.extrude(scene, 0.5))
+    with pytest.raises(OptionError, match="three numbers"):
+        followed(mo.extrude(block_on_floor(friction=3.0), 0.5), block="A", point=(0, 1))
+
+
+def test_the_command_and_pictures(monkeypatch, capsys, tmp_path):
+    case, picture = CASES / "space" / "pushed_box.toml", tmp_path / "curve.svg"
+    code, out, _ = run_command(
+        monkeypatch, capsys, "capacity", case, "--steps", "4", "--json", "--plot", picture
+    )
+    assert code == 0
+    assert json.loads(out)["displacement"] == pytest.approx(0.4, abs=CLOSE)
+    assert picture.stat().st_size > 1000
+    curve = followed(mo.load(case), steps=4)
+    curve.save(tmp_path / "row.png", row=3)
+    assert "to scale" in curve.plot(row=3).axes[0].get_title()
