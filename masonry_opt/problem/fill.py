@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -84,7 +84,9 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
             piece
             for block, ends, depth in touched
             if depth.max() > shapes.tolerance
-            for piece in _in_zones(number, block, ends, depth, zones, shapes.origin)
+            for piece in _in_zones(
+                FilledPiece(number, block, ends, depth, zones[0].unit_weight * depth), zones, shapes.origin
+            )
         ]
         if all(scene.blocks[piece.block].fixed for piece in pieces):
             raise CaseError(
@@ -95,14 +97,12 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     return tuple(found)
 
 
-def _in_zones(
-    number: int, block: int, ends: np.ndarray, depth: np.ndarray, zones: tuple[Fill, ...], origin: np.ndarray
-) -> Iterator[FilledPiece]:
+def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], origin: np.ndarray) -> Iterator[FilledPiece]:
     """A piece of edge in the zones of a fill: cut where the line of the backing bends, ends or crosses it."""
     if len(zones) == 1:
-        yield FilledPiece(number, block, ends, depth, zones[0].unit_weight * depth)
+        yield whole
         return
-    line = np.array(zones[1].road) - origin
+    line, ends, depth = np.array(zones[1].road) - origin, whole.ends, whole.depth
     across, start = ends[1, 0] - ends[0, 0], ends[0, 0]
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
@@ -124,7 +124,7 @@ def _in_zones(
         backed = bool(height.sum() > 0 and line[0, 0] <= middle <= line[-1, 0])
         height = np.minimum(np.maximum(height, 0.0), below) if backed else np.zeros(2)
         stress = zones[0].unit_weight * (below - height) + zones[1].unit_weight * height
-        yield FilledPiece(number, block, at, below, stress, int(backed))
+        yield replace(whole, ends=at, depth=below, stress=stress, zone=int(backed))
 
 
 def _below(profile: Profile) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
