@@ -85,7 +85,7 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
             for block, ends, depth in touched
             if depth.max() > shapes.tolerance
             for piece in _in_zones(
-                FilledPiece(number, block, ends, depth, zones[0].unit_weight * depth), zones, shapes.origin
+                FilledPiece(number, block, ends, depth, zones[0].unit_weight * depth), zones, shapes
             )
         ]
         if all(scene.blocks[piece.block].fixed for piece in pieces):
@@ -97,13 +97,15 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     return tuple(found)
 
 
-def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], origin: np.ndarray) -> Iterator[FilledPiece]:
+def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> Iterator[FilledPiece]:
     """A piece of edge in the zones of a fill: cut where the line of the backing bends, ends or crosses it."""
     if len(zones) == 1:
         yield whole
         return
-    line, ends, depth = np.array(zones[1].road) - origin, whole.ends, whole.depth
-    across, start = ends[1, 0] - ends[0, 0], ends[0, 0]
+    line, ends, depth = np.array(zones[1].road) - shapes.origin, whole.ends, whole.depth
+    (across, up), start = ends[1] - ends[0], ends[0, 0]
+    # Beside an upright face, which has its block to the left: what ends at the face may lie on the other side.
+    beside = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
 
@@ -120,7 +122,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], origin: np.ndarray) -
     for share in np.stack([cuts[:-1], cuts[1:]], axis=1):
         at = ends[0] + np.outer(share, ends[1] - ends[0])
         below = depth[0] + share * (depth[1] - depth[0])
-        middle, height = at[:, 0].mean(), above(share)
+        middle, height = at[:, 0].mean() + beside, above(share)
         backed = bool(height.sum() > 0 and line[0, 0] <= middle <= line[-1, 0])
         height = np.minimum(np.maximum(height, 0.0), below) if backed else np.zeros(2)
         stress = zones[0].unit_weight * (below - height) + zones[1].unit_weight * height

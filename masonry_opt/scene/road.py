@@ -190,6 +190,8 @@ class Fill(Record):
             yield from (f"'backing': {mistake}" for mistake in backed._mistakes())
             x = np.unique([*line[:, 0], *road[:, 0]])
             x = x[(x >= max(line[0, 0], road[0, 0])) & (x <= min(line[-1, 0], road[-1, 0]))]
+            if not len(x):
+                yield "'backing': its 'line' lies beside the 'road': give both in one system of axes"
             if (np.interp(x, *line.T) > np.interp(x, *road.T)).any():
                 yield "'backing': its 'line' lies above the 'road': end it there, or lower it"
 

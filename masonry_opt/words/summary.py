@@ -178,16 +178,15 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
                 f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p), at rest {at_rest:.4g} σ "
                 "(K_0), σ its unit weight times depth"
             )
-            if scene.factor_of_pressure != 1:
-                said.append(f"pressures times {scene.factor_of_pressure:g}, of the load case")
         else:
             said.append("no pressure")
         if fill.backing:
-            active, _, passive = fill.zones[1].coefficients if fill.pressure else (0.0, 0.0, 0.0)
-            touched = counted(sum(piece.zone for piece in pieces), "edge")
-            said.append(
-                f"its backing touches {touched}, between {active:.4g} σ and {passive:.4g} σ, σ of both"
-            )
+            said.append(f"its backing touches {counted(sum(piece.zone for piece in pieces), 'edge')}")
+        if fill.backing and fill.pressure:
+            active, _, passive = fill.zones[1].coefficients
+            said[-1] += f", pressure between {active:.4g} σ and {passive:.4g} σ, σ of both"
+        if fill.pressure and scene.factor_of_pressure != 1:
+            said.append(f"all pressures times {scene.factor_of_pressure:g}, of the load case")
         yield "; ".join(said)
 
 

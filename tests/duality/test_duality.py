@@ -24,11 +24,11 @@ SLOW = [path for path in ALL_CASES if path not in SMALL and path.stem not in TOO
     ids=lambda path: f"{path.parent.name}/{path.stem}",
 )
 def test_every_case(path):
-    """What its source tells too."""
+    """Of small ones also against what their source tells."""
     report, reference = mo.check(path), mo.load(path).reference.get("associative")
     assert len(report.table) == 4
     assert report.passed, report.table.to_string()
-    if reference is not None and reference.tolerance is not None:
+    if path in SMALL and reference is not None and reference.tolerance is not None:
         near = pytest.approx(reference.value, rel=reference.tolerance)
         assert report.table["load_factor"].to_numpy() == near
 

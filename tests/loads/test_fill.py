@@ -10,6 +10,7 @@ from scenes import CASES, forces_of
 import masonry_opt as mo
 from masonry_opt.drawing.elements import counts, result_elements, scene_elements
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.blocks import rectangle
 from masonry_opt.words.summary import summary
 
 GAMMA = 2.0
@@ -279,6 +280,31 @@ def test_a_wall_that_retains_fill_over_backing(push, factor):
     alone = mo.solve(made, "mcp", load_case="b")
     assert alone.load_factor == pytest.approx(expected, rel=1e-7)
     assert "its backing touches 2 edges" in summary(alone)
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_backing_that_ends_at_a_face_presses_the_side_on_which_it_lies(turn):
+    """On a wall with fill of one height on both sides: the same as a line that ends a millimetre short."""
+    found = []
+    for end in (3.0, 2.999, 2.0, 2.001):
+        line = [(0, 1.5), (end, 1.5)] if end > 2.5 else [(end, 1.5), (6, 1.5)]
+        backing = {"line": [(turn * x, y) for x, y in line][::turn], "unit_weight": 25, "mobilised": 1.0}
+        road = [(0, 2.5), (6, 2.5)][::turn]
+        earth = {"unit_weight": 18, "friction_angle": 30, "mobilised": 0.3, "backing": backing}
+        blocks = [
+            mo.Block(name="base", vertices=rectangle(*sorted((0, 6 * turn)), -1, 0), fixed=True),
+            mo.Block(
+                name="wall",
+                vertices=rectangle(*sorted((2 * turn, 3 * turn)), 0, 2),
+                unit_weight=20,
+                live=(turn, 0),
+            ),
+        ]
+        fills = [mo.Fill(road=[(turn * x, y) for x, y in road], **earth)]
+        scene = mo.Scene(joints={"friction": 0.9}, blocks=blocks, fills=fills)
+        found.append(mo.solve(scene, "static", solver="highs").load_factor)
+    assert found[::2] == pytest.approx(found[1::2], rel=1e-6)
+    assert found[2] > 1.2 * found[0]
 
 
 def test_what_fill_and_backing_weigh_over_an_arch_are_their_areas():

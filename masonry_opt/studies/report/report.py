@@ -236,7 +236,9 @@ def _(answer: Cases) -> Part:
 def _(answer: Settlement) -> Part:
     known = answer.facts()
     said = [f"{end} reaction {known[end].partition(';')[0]}" for end in answer.ends]
-    rows = shown(answer.table, kind="flow", moves="moves, fastest first")
+    tables = {"Reactions": shown(answer.table, kind="flow", moves="moves, fastest first")}
+    if answer.ends and len(wide := answer.openings):
+        tables["Openings per unit of movement, at the least"] = shown(wide.drop(columns="joint"))
     return Part(
         heading=f"Settlement, {known['settles']}",
         says="; ".join(said) or known["reaction"],
@@ -249,9 +251,7 @@ def _(answer: Settlement) -> Part:
         },
         facts=known,
         pictures={f"What moves at the {end} reaction": answer.plot(end) for end in answer.ends},
-        tables={"Reactions": rows, "Openings per unit of movement, at the least": shown(answer.openings)}
-        if answer.ends
-        else {},
+        tables=tables if answer.ends else {},
         left_open=[_REACTIONS] if answer.ends else [],
         pushed=False,
     )

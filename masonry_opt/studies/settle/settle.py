@@ -100,8 +100,7 @@ class Bound:
     def openings(self) -> pd.DataFrame:
         """How wide joints open, and how far they slide, for each unit that the support moves, in the small
         motion of the mechanism of the first of ``results`` that has one: see :attr:`Settlement.openings`."""
-        found = [openings(of) for of in self.results.values()]
-        return next((frame for frame in found if len(frame)), found[0])
+        return openings(next((of for of in self.results.values() if of.solution.answer), self.result))
 
     def rows(self) -> list[dict[str, Any]]:
         """Reaction, status and moving blocks of each of the results."""
