@@ -104,7 +104,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
         return
     line, ends, depth = np.array(zones[1].road) - shapes.origin, whole.ends, whole.depth
     (across, up), start = ends[1] - ends[0], ends[0, 0]
-    # Beside an upright face, which has its block to the left: what ends at the face may lie on the other side.
+    # Beside an upright face, whose block lies to the left: what ends there may lie on the other side.
     beside = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])

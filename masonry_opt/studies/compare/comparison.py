@@ -158,6 +158,12 @@ def run_plan(
         )
     best = judge.lowest_exact(rows, known or {})
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
+    coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
+    if bare := sorted({*coulomb["scene"]} - {*best}):
+        notes.append(
+            f"no gap is given for Coulomb load factors on {', '.join(bare)}: no run searches for a low exact "
+            "state; have 'refined' or 'mpec' among the methods"
+        )
     results = pd.DataFrame(rows, columns=runs.COLUMNS)
     return frames.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted
