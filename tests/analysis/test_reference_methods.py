@@ -190,3 +190,12 @@ def test_ipopt_executable_that_is_not_there(monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(mo.OptionError, match="ipopt"):
         mo.solve(WALLS[0], "mpec", solver="ipopt")
+
+
+@pytest.mark.slow
+def test_wall_5_from_the_mpec_s_state():
+    """The MPEC ends at the published 0.20863, and so does what it leads to; the search goes on from there."""
+    mpec = solved(WALLS[4], "mpec")
+    assert mpec.load_factor == pytest.approx(0.20863, rel=1e-4)
+    assert mo.solve(WALLS[4], "refined", start=mpec).load_factor <= mpec.load_factor + 1e-7
+    assert mo.solve(WALLS[4], "refined", start=mpec, search=10.0).load_factor <= 0.207974

@@ -26,7 +26,7 @@ BUDGETS = {
     "cli": 1129,  # commands of functions' signatures; reports
     "rest": 1030,  # plain data of files, which answer held
     "models": 1222,  # the energy of chords, said whole
-    "tests": 30669,  # every claim once, each held by a few scenes
+    "tests": 30678,  # every claim once, each held by a few scenes
 }
 
 
