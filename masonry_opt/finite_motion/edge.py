@@ -31,7 +31,7 @@ from masonry_opt.scene.solids import Part
 from masonry_opt.words.names import some
 
 #: Share of the fastest corner's speed, and of the scene's size, up to which a motion is that of one body
-#: about an edge; angles to a quarter turn at which the sign of λ is looked at; a small angle.
+#: about an edge, and of the way to an endless λ; angles to a quarter turn looked at; a small angle.
 _ALIKE, _LOOKS, _AHEAD = 1e-3, 2000, 1e-6
 
 
@@ -52,7 +52,7 @@ class EdgePath:
         self.motion = self._poses(_AHEAD) / _AHEAD
         touch = ~self.round[self.assembly.joints.joint] | self.on_edge
         self.steps = [Step(0 * self.motion, result.required(), touch)]
-        if same(self._load_factor(0.0), result.required()):
+        if same(np.divide(*self._moments(0.0)), result.required()):
             self.end = self._follow(count)
         else:
             self.end = reason(Code.NOT_HINGING, associative=result.associative, pairs=[])
@@ -119,7 +119,7 @@ class EdgePath:
         return found
 
     def _moments(self, angle: float) -> tuple[float, float]:
-        """Moments about the edge of dead loads, ties and props, and of the live load for λ = 1."""
+        """Moments of dead loads, ties and props against the turn, and of the live load for λ = 1 with it."""
         dead, live = (
             float(np.cross(of.point - self.foot, of.force)[own].sum(axis=0) @ self.axis)
             for of, own in zip(self._loads(angle), self.own, strict=True)
@@ -128,32 +128,35 @@ class EdgePath:
             own = [one for one in strut.actions if self.turns[one.block]]
             if len(own) == 1:  # else it leads from the body to itself, or past it
                 dead += force * float(np.cross(own[0].point - self.foot, own[0].force) @ self.axis)
-        return dead, live
-
-    def _load_factor(self, angle: float) -> float:
-        dead, live = self._moments(angle)
-        return -dead / live
+        return -dead, live
 
     def _follow(self, count: int) -> Reason:
-        """Steps to λ = 0, or to the last state before blocks meet or forces do not exist; why it ends."""
+        """Steps to λ = 0, or to the last before λ is endless, blocks meet or no forces exist; why it ends."""
         angles = np.linspace(0.0, np.pi / 2, _LOOKS)
-        after = next((k for k, angle in enumerate(angles) if not self._moments(angle)[0] < 0), 0)
+        after = next((k for k, angle in enumerate(angles) if not min(self._moments(angle)) > 0), 0)
         if after == 0:
             return reason(Code.LOCKS)
         ends = angles[after - 1], angles[after]
-        last = brentq(lambda angle: self._moments(angle)[0], *ends, xtol=1e-15, rtol=1e-14)
+        last = brentq(lambda angle: min(self._moments(angle)), *ends, xtol=1e-15, rtol=1e-14)
+        if locks := np.argmin(self._moments(last)) == 1:  # the live one: λ grows without end before it
+            last *= 1 - _ALIKE
         for angle in np.linspace(0.0, last, count + 1)[1:]:
-            load_factor = self._load_factor(angle) if angle < last else 0.0
+            load_factor = float(np.divide(*self._moments(angle))) if locks or angle < last else 0.0
             if meet := self._overlap(angle):
                 return reason(Code.BLOCKS_MEET, blocks=meet)
             problem = self._problem(angle)
             if (missed := least_missed(problem, load_factor, self.effort)) is None:
                 return reason(Code.SOLVER_STOPPED, word="statics")
             if missed[0] > BORNE:
-                opens = np.abs(problem.at_points(problem.B.T @ missed[1])[0]) * self.steps[0].touch
-                which = np.unique(self.assembly.joints.joint[opens > _ALIKE * opens.max()])
-                return reason(Code.JOINT_OPENS, pairs=self.assembly.pairs_of(which))
+                rates, slips = problem.rates(missed[1], problem.friction), problem.slip_speed(missed[1])
+                opens = rates[problem.table.rocks]  # beside what slip opens
+                slides = slips.max() > opens.max()
+                most, code = (slips, Code.JOINTS_SLIDE) if slides else (opens, Code.JOINT_OPENS)
+                which = np.unique(self.assembly.joints.joint[most > _ALIKE * most.max()])
+                return reason(code, pairs=self.assembly.pairs_of(which))
             self.steps.append(replace(self.steps[0], poses=self._poses(angle), load_factor=load_factor))
+        if locks:
+            return reason(Code.LOCKS)
         self.steps[-1] = replace(self.steps[-1], event=reason(Code.REACHES_ZERO))
         return reason(Code.REACHES_ZERO)
 

@@ -186,3 +186,28 @@ def test_the_command_and_pictures(monkeypatch, capsys, tmp_path):
     curve = followed(mo.load(case), steps=4)
     curve.save(tmp_path / "row.png", row=3)
     assert "to scale" in curve.plot(row=3).axes[0].get_title()
+
+
+@pytest.mark.parametrize(
+    ("live", "up", "friction"), [((1, 0, 0), 0.22, 1.5), ((1, 0, 0), 0.22, 20.0), ((1, 0, -0.3), -0.1, 20.0)]
+)
+def test_a_load_that_comes_to_lead_through_the_edge(live, up, friction):
+    """λ grows without end up to there. The last bears on the edge; the others slide on it before."""
+    base, top = mo.box("base", (0, 1), (0, 1), (-1, 0), fixed=True), ("T", (0, 1.6), (0, 1), (0, 1))
+    joints, load = mo.JointDefaults(friction=friction), mo.Load(block="T", live=live, at=(1.6, 0.5, up))
+    curve = followed(mo.Scene(joints=joints, blocks=[base, mo.box(*top, weight=1.6)], loads=[load]), steps=40)
+    turn = curve.table["rotation"].to_numpy()
+    through = math.atan(up / 0.6) + math.atan(-live[2])
+    theta = np.append(turn, min(turn[-1] + turn[1], through - 1e-5))
+    c, s = np.cos(theta), np.sin(theta)
+    load_factor = 1.6 * (0.2 * c - 0.5 * s) / (up * c - 0.6 * s - live[2] * (0.6 * c + up * s))
+    np.testing.assert_allclose(curve.table["load_factor"], load_factor[:-1], rtol=1e-8)
+    onto = 1.6 - load_factor * live[2]
+    holds = load_factor * c + onto * s <= friction * (onto * c - load_factor * s)
+    assert holds[:-1].all()
+    if live[2]:
+        assert (curve.end.code, holds[-1]) == (Code.LOCKS, True)
+        assert turn[-1] == pytest.approx(through, rel=2e-3)
+    else:
+        assert (curve.end.code, holds[-1]) == (Code.JOINTS_SLIDE, False)
+        assert [{*pair} for pair in curve.end.values["pairs"]] == [{"T", "base"}]
