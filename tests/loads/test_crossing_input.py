@@ -11,7 +11,10 @@ from loads.overhang import OVERHANG, WEIGHT, axles, slab, support
 from scenes import run_command
 
 import masonry_opt as mo
+from masonry_opt.analysis import prepare
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.solution import Solution
 from masonry_opt.scene.road import SETS
 
 
@@ -107,6 +110,70 @@ def test_all_load_cases_at_once(tmp_path, method):
     falls = of.replace(load_cases={"alone": {"dead": {"crowd": 5.0}}})
     fallen = mo.crossing(falls, method=method).worst
     assert (fallen.status, fallen.load_case) == (mo.Status.UNSTABLE, "alone")
+
+
+def test_load_cases_that_were_not_crossed_are_named(tmp_path):
+    """After Ctrl-C in the first case, and beside one that falls, in the answer and in the report."""
+    told = []
+
+    def third(position, load_factor):
+        told.append(position)
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    of = in_cases(axles=[axles(3.0)])
+    stopped = mo.crossing(of, method="static", progress=third)
+    assert stopped.not_crossed == ["crowd too"]
+    by_case = json.loads(stopped.to_json())["by_case"]
+    assert by_case == {"alone": pytest.approx(stopped.load_factor, rel=1e-5), "crowd too": None}
+    assert "in load cases not reached: 'crowd too'" in str(stopped)
+    assert "'crowd too' none" not in str(stopped)
+    fallen = mo.crossing(of.replace(load_cases={"alone": {"dead": {"crowd": 5.0}}}), method="static")
+    assert (fallen.worst.status, fallen.left_out) == (mo.Status.UNSTABLE, ("crowd",))
+    assert fallen.by_case == {"alone": None, "crowd too": None}
+    assert "not crossed 'crowd too'" in " ".join(str(fallen).split())
+    for found in (stopped, fallen):
+        assert "governs" not in str(found)
+        mo.report(found, tmp_path / "report.html", force=True)
+        text = (tmp_path / "report.html").read_text("utf-8")
+        assert "every load case" not in text
+        unchecked = text.partition('id="unchecked"')[2].partition("</ul>")[0].replace("&#39;", "'")
+        assert "Load case 'crowd too': axles did not cross in it" in unchecked
+        assert "Load case 'crowd': it leaves axles out" in unchecked
+        assert "Load case 'alone'" not in unchecked
+
+
+def test_an_undecided_load_case_is_named_and_not_hidden():
+    """Where the other carries any load, and where neither has an answer: one position, whatever its cases."""
+    whole = mo.crossing(in_cases(), axles(3.0), method="static")
+    failed = Solution(mo.Status.SOLVER_FAILED, Kind.ASSOCIATIVE)
+    unlimited = Solution(mo.Status.UNLIMITED, Kind.ASSOCIATIVE)
+    first, second = whole.passages
+    for answer, rows in ((unlimited, 1), (failed, 2)):
+        changed = replace(first, answers={0.9: answer}), replace(second, answers={0.9: failed})
+        found = replace(whole, passages=changed)
+        assert (found.undecided, len(found.undecided_at)) == (1, rows)
+        assert "1 position, at which" in str(found)
+        assert "0.9 ('a', right, in 'crowd too')" in str(found)
+        (row,) = found.governing.to_dict("records")
+        assert row["status"] == str(failed.status)
+        assert row["load_case"] is None
+
+
+def test_a_first_look_that_ends_loses_no_crossing(monkeypatch):
+    for error, words in ((KeyboardInterrupt(), "interrupted"), (mo.OptionError("too large"), "too large")):
+
+        def ends(method, error=error, **options):
+            if method == "static":
+                return prepare(method, **options)
+            raise error
+
+        monkeypatch.setattr("masonry_opt.studies.crossing.crossing.prepare", ends)
+        found = mo.crossing(OVERHANG, axles(3.0), method="static")
+        assert found.load_factor == pytest.approx(WEIGHT / 3, rel=1e-6)
+        assert not found.interrupted
+        assert found.as_dict()["default"] is None
+        assert f"not compared with the default method: {words}" in str(found)
 
 
 def by_crowd(x):

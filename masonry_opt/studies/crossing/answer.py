@@ -55,16 +55,19 @@ class Crossing(StudyAnswer):
         there as loads of its blocks; of a scene that does not stand, that. It has the mechanism.
     passages: each group of axles in each direction in which it travelled.
     interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
-    left_out: names of load cases that leave axles out.
+    cases, left_out: names of load cases that name axles, and of those that leave them out.
     default: what the default method finds at the worst position, of a first look by one with associative
         flow; else None.
+    no_default: why that found nothing, where it was interrupted or raised an error.
     """
 
     worst: Result
     passages: tuple[PassageTrials, ...] = field(repr=False)
     interrupted: bool = False
+    cases: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     default: Result | None = field(default=None, repr=False)
+    no_default: str = field(default="", repr=False)
 
     @property
     def load_factor(self) -> float | None:
@@ -115,12 +118,12 @@ class Crossing(StudyAnswer):
     @property
     def undecided(self) -> int:
         """Number of positions at which the method found no load factor and proved none."""
-        return len(self.undecided_at)
+        return len({tuple(row[name] for name in _PLACE) for row in self.undecided_at})
 
     @property
     def undecided_at(self) -> list[dict[str, Any]]:
         """These: ``axles``, ``direction``, ``position`` and, if there are any, ``load_case`` of each, as in
-        the table."""
+        the table: a position once for each load case."""
         unknown = self.table["load_factor"].isna() & ~self.table["any_load"].astype(bool)
         return records(self.table.loc[unknown, [*self._case, *_PLACE]])
 
@@ -145,8 +148,8 @@ class Crossing(StudyAnswer):
     @cached_property
     def governing(self) -> pd.DataFrame:
         """Of each position the row of the table that has the least load factor over load cases; its
-        ``load_case`` is None where none has one."""
-        least = self.table.sort_values("load_factor", kind="stable").drop_duplicates(_PLACE)
+        ``load_case`` is None where none has one, and its status that of an undecided case, if any is."""
+        least = self.table.sort_values(["load_factor", "any_load"]).drop_duplicates(_PLACE)
         rows = self.table[_PLACE].drop_duplicates().merge(least, how="left")
         known = rows["load_factor"].notna()
         return rows.assign(**{name: rows[name].where(known, None) for name in self._case})
@@ -158,12 +161,18 @@ class Crossing(StudyAnswer):
 
     @property
     def by_case(self) -> dict[str, float | None]:
-        """The least load factor of each load case (None without one) by its name."""
-        least: dict[str, float] = {}
+        """The least load factor of each load case that names axles (None without one) by its name."""
+        least = dict.fromkeys(self.cases, math.inf)
         for one in self.passages:
             if name := one.passage.case:
                 least[name] = min(one.least, least.get(name, math.inf))
         return {name: value if math.isfinite(value) else None for name, value in least.items()}
+
+    @property
+    def not_crossed(self) -> list[str]:
+        """Load cases that name axles and have no answer."""
+        answered = {self.worst.load_case, *(one.passage.case for one in self.passages)}
+        return [name for name in self.cases if name not in answered]
 
     @cached_property
     def envelope(self) -> pd.DataFrame:
@@ -180,18 +189,20 @@ class Crossing(StudyAnswer):
         worst, least = self.worst, self.least
         told = {"case": worst.case, "method": worst.method}
         if worst.load_case is not None:
-            governs = ", governs" if len(self.by_case) > 1 else ""
+            governs = ", governs" if len(self.by_case) - len(self.not_crossed) > 1 else ""
             told["load case"] = f"'{worst.load_case}'{governs}: {worst.assembly.scene.load_case}"
         if others := [
             f"'{name}' {'none' if least_of is None else numeral(least_of, '.6f')}"
             for name, least_of in self.by_case.items()
-            if name != worst.load_case
+            if name not in (worst.load_case, *self.not_crossed)
         ]:
             told["other cases"] = f"least λ {', '.join(others)}"
         if self.left_out:
             told["left out"] = f"{some([*map(repr, self.left_out)])}, without axles: see 'solve'"
+        missed = some([*map(repr, self.not_crossed)])
         if least is None:
-            return told | {"status": f"{worst.status}: {worst.message}"}
+            told |= {"status": f"{worst.status}: {worst.message}"}
+            return told | ({"not crossed": missed} if missed else {})
         found = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
         if worst.load_factor is not None:
             found = numeral(worst.load_factor, ".6f")
@@ -207,22 +218,27 @@ class Crossing(StudyAnswer):
             else "",
             "solved": f"at {positions}; spacing at the worst position {away}",
         }
-        if self.default:
+        if self.default or self.no_default:
             told["first look"] = self._first_look(self.default)
         if least.passage.assembly.problem.live.any():
             told["beside them"] = "the scene's other live loads, which λ multiplies too"
         if self.bound is not None:
             told["bound"] = f"λ is nowhere on the road less than {numeral(self.bound, '.6f')}"
         if self.undecided:
-            at = "{position:.6g} ('{axles}', {direction})"
+            at = "{position:.6g} ('{axles}', {direction}"
+            at += ", in '{load_case}')" if len(self.by_case) > 1 else ")"
             named = some([at.format(**one) for one in self.undecided_at])
             told["undecided"] = f"{counted(self.undecided, 'position')}, at which λ may be less: {named}"
         if self.interrupted:
-            told["interrupted"] = "λ may be less at positions that were not solved"
+            told["interrupted"] = "λ may be less at positions that were not solved" + (
+                f", and in load cases not reached: {missed}" if missed else ""
+            )
         return {name: words for name, words in told.items() if words}
 
-    def _first_look(self, default: Result) -> str:
+    def _first_look(self, default: Result | None) -> str:
         """By how much the default method differs at the worst position."""
+        if default is None:
+            return f"not compared with the default method: {self.no_default}"
         found, most = default.load_factor, self.load_factor
         said = f"method '{default.method}', the default, finds"
         if found is None or most is None:

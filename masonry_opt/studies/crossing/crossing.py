@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 from masonry_opt.analysis import Session, prepare
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.effort import Effort
-from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble, on_matrices_of
 from masonry_opt.problem.road import Road
@@ -77,6 +76,7 @@ def crossing(
     scene = as_scene(scene, load_case)
     scene.in_plane()  # which refuses solids
     ways, left_out = _ways(scene, axles)
+    cases = tuple(one.case for one in ways[0] if one.case)
     effort, moving = Effort(), dict[str | None, search.MovingLoad]()
     for first in ways[0]:
         ends = np.array(first.pieces(_longest(first)))
@@ -84,7 +84,7 @@ def crossing(
         result = session.solve(first.scene(start))
         undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
         if undecided or result.status is Status.UNSTABLE:
-            return Crossing(worst=result, passages=())
+            return Crossing(worst=result, passages=(), cases=cases, left_out=left_out)
         loaded = replace(first.assembly.problem, live=first.live(start))
         moving[first.case] = search.MovingLoad(loaded, effort)
     crossed: list[search.PassageTrials] = []
@@ -113,16 +113,22 @@ def crossing(
         raise KeyboardInterrupt
     worst = min(crossed, key=lambda one: one.least)
     at_worst = worst.passage.scene(worst.position)
-    default = None
+    default, no_default = None, ""
     if proves and not interrupted:
-        with suppress(KeyboardInterrupt):
+        try:
             default = prepare(DEFAULT).without_expected().solve(at_worst)
+        except KeyboardInterrupt:
+            no_default = "interrupted"
+        except MasonryError as error:
+            no_default = str(error)
     return Crossing(
         worst=session.solve(at_worst),
         passages=tuple(crossed),
         interrupted=interrupted,
+        cases=cases,
         left_out=left_out,
         default=default,
+        no_default=no_default,
     )
 
 

@@ -184,15 +184,18 @@ def _(answer: Result) -> Part:
 @_part.register
 def _(answer: Crossing) -> Part:
     worst, least = answer.worst, answer.least
+    missed = [f"Load case '{name}': axles did not cross in it." for name in answer.not_crossed]
+    left_out = dict.fromkeys(answer.left_out, "it leaves axles out, and only solve answers it")
     if least is None:  # the axles are loads of its scene
-        return replace(_part(worst), varied=("axles", "loads", "load_cases"))
+        varied = ("axles", "loads", "load_cases")
+        return replace(_part(worst), varied=varied, left_open=missed, left_out=left_out)
     away = numeral(answer.resolution or 0.0, ".3g")
     open_ = f"Positions between those solved, at the worst {away} away: λ may be less there."
     first = f"travelling {answer.direction}, first axle at x = {numeral(least.position, '.6g')}"
     rows = shown(answer.told, position="first axle at", load_case="load case that governs")
     axles = {one.passage.axles.name: one.passage.axles for one in answer.passages}
     heading, governs = _of_case(f"Axles {', '.join(map(repr, axles))}", worst), ""
-    if len(answer.by_case) > 1:
+    if len(answer.by_case) > 1 and not missed:
         heading, governs = (
             f"Axles {', '.join(map(repr, axles))}, every load case",
             f", '{worst.load_case}' governs",
@@ -207,9 +210,9 @@ def _(answer: Crossing) -> Part:
         tables={f"Every position solved ({len(answer.told)})": rows},
         axles=list(axles.values()),
         varied=("axles",),
-        left_open=[open_] if answer.bound is None else [],
-        left_out=dict.fromkeys(answer.left_out, "it leaves axles out, and only solve answers it"),
-        crossed=answer.by_case,
+        left_open=[*([open_] if answer.bound is None else []), *missed],
+        left_out=left_out,
+        crossed=[one.passage.case for one in answer.passages if one.passage.case],
     )
 
 
