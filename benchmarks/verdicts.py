@@ -18,10 +18,11 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from atlas.made_scenes import best_known, made_scenes, write_atlas, write_large, write_random  # noqa: E402
+from atlas.made_scenes import made_scenes, write_atlas, write_large, write_random  # noqa: E402
 
 from masonry_opt.studies.compare.comparison import run_plan, write_report  # noqa: E402
 from masonry_opt.studies.compare.frames import Comparison, RunLimits  # noqa: E402
+from masonry_opt.studies.compare.judge import best_known  # noqa: E402
 from masonry_opt.studies.compare.runs import plan  # noqa: E402
 
 

@@ -4,8 +4,7 @@ They are written as case files, so that each run reads its scene in its own proc
 """
 
 import re
-import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from atlas.random_scenes import KINDS, random_scene
 from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, BestKnown, question_of
+from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, question_of
 from masonry_opt.studies.compare.runs import CaseScene, content_of, find_scenes
 from masonry_opt.studies.runner import REFUSED
 
@@ -28,18 +27,6 @@ def made_scenes(
     """Scenes of a comparison, with what is known of some by hand, by case file."""
     scenes = find_scenes([*expected, *others])
     return tuple(replace(scene, expected=expected.get(scene.path, {})) for scene in scenes)
-
-
-def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown]:
-    """The lowest exact states known of scenes, by name, from best_known.toml in a folder; none of a changed
-    scene."""
-    entries = tomllib.loads((folder / "best_known.toml").read_text("utf-8"))
-    found = {}
-    for scene in scenes:
-        entry = entries.get(f"{scene.name}.toml")
-        if entry is not None and entry["content"] == scene.content:
-            found[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
-    return found
 
 
 def write_atlas(folder: Path, cases: Path) -> dict[Path, dict[str, str]]:

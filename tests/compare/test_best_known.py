@@ -5,12 +5,12 @@ from __future__ import annotations
 import tomllib
 
 import pytest
-from atlas.made_scenes import best_known, made_scenes, write_atlas, write_random
+from atlas.made_scenes import made_scenes, write_atlas, write_random
 from lines import line
 from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.studies.compare.judge import BestKnown, lowest_exact
+from masonry_opt.studies.compare.judge import BestKnown, best_known, lowest_exact
 from masonry_opt.studies.compare.runs import content_of, find_scenes
 
 KNOWN = {"made/up": BestKnown(0.16, "by hand")}
@@ -103,3 +103,13 @@ def test_the_registry_of_made_scenes_knows_them(tmp_path):
     assert known["atlas/locking_by_dilatancy_confined_block"].load_factor == pytest.approx(0.5, rel=1e-8)
     assert known["atlas/μ_0_nothing_resists"].load_factor == 0
     assert known["atlas/cycling_on_wall_6"].load_factor < 0.2918
+
+
+@pytest.mark.parametrize("text", ["[wall", '["NAME"]\ncontent = "CONTENT"', '["NAME"]\nload_factor = 1'])
+def test_a_registry_that_is_not_as_written_is_named(text, tmp_path):
+    mo.save(block_on_floor(), tmp_path / "block.toml")
+    (scene,) = scenes = find_scenes([tmp_path / "block.toml"], tmp_path)
+    text = text.replace("NAME", f"{scene.name}.toml").replace("CONTENT", scene.content)
+    (tmp_path / "best_known.toml").write_text(text)
+    with pytest.raises(mo.CaseError, match=r"best_known\.toml"):
+        best_known(scenes, tmp_path)

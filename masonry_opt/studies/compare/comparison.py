@@ -83,7 +83,8 @@ def compare(
     folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
     if not named:
         raise OptionError("nothing to compare: name case files")
-    comparison = run_plan(find_scenes(named, folder), planned, limits, out, progress)
+    found = find_scenes(named, folder)
+    comparison = run_plan(found, planned, limits, out, progress, judge.best_known(found, folder))
     progress("report")
     write_report(comparison, out)
     ended = comparison.results["ended"]
@@ -161,8 +162,8 @@ def run_plan(
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
     if bare := sorted({*coulomb["scene"]} - {*best}):
         notes.append(
-            f"no gap is given for Coulomb load factors on {', '.join(bare)}: no run searches for a low exact "
-            "state; have 'refined' or 'mpec' among the methods"
+            f"no gap to a low exact state is given on {', '.join(bare)}: none is known, and no run "
+            "searches for one; have 'refined' or 'mpec' among the methods"
         )
     results = pd.DataFrame(rows, columns=runs.COLUMNS)
     return frames.Comparison(

@@ -3,16 +3,19 @@ lowest exact Coulomb state."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import SAME, is_lower
+from masonry_opt.errors import CaseError
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.runs import by_sides, residuals_over_limit
+from masonry_opt.studies.compare.runs import CaseScene, by_sides, residuals_over_limit
 from masonry_opt.studies.runner import FINISHED, REFUSED
 
 #: The kinds of answer that can be exact: in the loop's, sliding may contract.
@@ -43,6 +46,21 @@ class BestKnown(NamedTuple):
 
     load_factor: float
     method: str
+
+
+def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown]:
+    """The lowest exact states known of scenes, by name, from best_known.toml in a folder, if there; none of a
+    changed scene. Raises CaseError if the file is not as those of the package."""
+    registry, found = folder / "best_known.toml", dict[str, BestKnown]()
+    try:
+        entries = tomllib.loads(registry.read_text("utf-8")) if registry.exists() else {}
+        for scene in scenes:
+            entry = entries.get(f"{scene.name}.toml")
+            if entry is not None and entry["content"] == scene.content:
+                found[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise CaseError(f"{registry}: needs content, load_factor and method of each scene: {error}") from None
+    return found
 
 
 def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
