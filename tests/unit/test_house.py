@@ -13,16 +13,16 @@ ROOT = Path(__file__).parents[2]
 #: Lines of Python that a room may hold. Whoever raises one writes the reason beside it.
 BUDGETS = {
     "scene": 8490,  # what help and a prompt show of records; nets of joint lines
-    "problem": 2357,  # layouts of the plane and of space, and laws, as objects
+    "problem": 2357,  # layouts of the plane and of space, and laws, as objects; zones of a fill
     "solvers": 1080,  # what is kept of programs, which problem held
     "methods": 4718,  # keyframes of a push; states beside one that stops; rougher corners on large walls
     "standing": 704,
     "answer": 1843,
     "words": 1105,  # equal load factors said once; why none is lower
     "drawing": 2440,  # the way of a push on pages, and what notebooks show
-    "finite_motion": 1598,
+    "finite_motion": 1598,  # in space a body that turns about an edge
     "exports": 633,
-    "studies": 6525,  # the report for the file
+    "studies": 6525,  # the report for the file; crossings in all load cases, openings
     "cli": 1129,  # commands of functions' signatures; reports
     "rest": 1030,  # plain data of files, which answer held
     "models": 1222,  # the energy of chords, said whole
