@@ -159,8 +159,9 @@ def run_plan(
         )
     best = judge.lowest_exact(rows, known or {})
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
-    coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
-    if bare := sorted({*coulomb["scene"]} - {*best}):
+    told = (row for row in rows if row["load_factor"] is not None)
+    coulomb = {row["scene"] for row in told if judge.question_of(row["method"]) == judge.COULOMB}
+    if bare := sorted(coulomb - {*best}):
         notes.append(
             f"no gap to a low exact state is given on {', '.join(bare)}: none is known, and no run "
             "searches for one; have 'refined' or 'mpec' among the methods"
