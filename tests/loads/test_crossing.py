@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from loads.overhang import OVERHANG, WEIGHT, axles, slab, support
+from loads.overhang import OVERHANG, WEIGHT, axles, interrupts, slab, support
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
@@ -57,13 +57,7 @@ def test_one_axle_turns_a_slab_over_the_edge_of_its_support(method):
 @pytest.mark.parametrize("method", ["static", "mcp"])
 def test_interrupted_it_keeps_the_positions_solved_by_then(method):
     told = []
-
-    def third(position, load_factor):
-        told.append(position)
-        if len(told) == 3:
-            raise KeyboardInterrupt
-
-    found = mo.crossing(OVERHANG, axles(3.0), method=method, progress=third)
+    found = mo.crossing(OVERHANG, axles(3.0), method=method, progress=interrupts(told))
     assert found.interrupted
     assert sorted(found.table["position"]) == sorted(told)
     assert found.bound is None

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from loads.overhang import OVERHANG, WEIGHT, axles, slab, support
+from loads.overhang import OVERHANG, WEIGHT, axles, interrupts, slab, support
 from scenes import run_command
 
 import masonry_opt as mo
@@ -115,14 +115,8 @@ def test_all_load_cases_at_once(tmp_path, method):
 def test_load_cases_that_were_not_crossed_are_named(tmp_path):
     """After Ctrl-C in the first case, and beside one that falls, in the answer and in the report."""
     told = []
-
-    def third(position, load_factor):
-        told.append(position)
-        if len(told) == 3:
-            raise KeyboardInterrupt
-
     of = in_cases(axles=[axles(3.0)])
-    stopped = mo.crossing(of, method="static", progress=third)
+    stopped = mo.crossing(of, method="static", progress=interrupts(told))
     assert stopped.not_crossed == ["crowd too"]
     by_case = json.loads(stopped.to_json())["by_case"]
     assert by_case == {"alone": pytest.approx(stopped.load_factor, rel=1e-5), "crowd too": None}

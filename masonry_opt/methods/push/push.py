@@ -33,11 +33,10 @@ from masonry_opt.problem.problem import Problem
 #: a path thousands of times: on walls of 800 blocks, with openings or without, and on the façade of 2 × 6
 #: these come in 110 to 450 points to a plateau, others in 680 and more or not; on rubble it is others that
 #: come to an end, and in space λ is nearer to contact dynamics by these. ``_LARGE`` has both numbers
-#: of joints, in the plane and in space. And the roundings for settling: a hundredth
-#: settles 37 of 40 rubble walls of 60 and 200 stones, a tenth all; of 220 small scenes both the same.
+#: of joints, in the plane and in space.
 _ROUNDINGS, _ROUGHER, _ROUGHEST = (0.01, 0.1, 0.3), (0.1, 0.01), (1.0, 0.1)
 _LARGE = {2: (500, 1900), 3: (500, 3000)}
-_SETTLING = (0.01, 0.1)
+_SETTLING = (0.01, 0.1)  # settle 37 and 40 of 40 rubble walls of 60 and 200 stones, and the same small scenes
 
 #: Roundings under which hardly any path stops; to which one's state is sharpened, by which factor at least,
 #: points of a path from there, and how many times as far as ends are looked for it leads without.

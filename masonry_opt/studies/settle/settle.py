@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.elements import result_elements, title_of
@@ -32,95 +31,15 @@ from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
+from masonry_opt.studies.settle.bound import COLUMNS, Bound, moving
 from masonry_opt.studies.settle.freed import freed, refuse_idle, supports_of, unit_of
-from masonry_opt.studies.settle.openings import NOTE, opening_marks, openings
+from masonry_opt.studies.settle.openings import NOTE, opening_marks
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, study_page
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
-#: Columns of a table of reactions, beside the end.
-_COLUMNS = ("kind", "reaction", "status", "moves")
-
 #: What a legend says of the arrows on supports.
 _WAY = "way in which the support moves"
-
-
-@dataclass(frozen=True)
-class Bound:
-    """The least or the greatest reaction, in the case's unit of force; None where there is none.
-
-    Attributes
-    ----------
-    result: of the method asked, with its mechanism, tables and pictures. Its live load pushes the supports,
-        from the reaction ``start`` on: the reaction is ``start`` and its load factor times
-        ``per_load_factor``.
-    with_associative: the same with associative flow; ``result`` itself where that is what was asked.
-    """
-
-    result: Result
-    with_associative: Result = field(repr=False)
-    start: float = field(repr=False)
-    per_load_factor: float = field(repr=False)
-
-    @property
-    def reaction(self) -> float | None:
-        """That of the method asked."""
-        return self._reaction(self.result.load_factor)
-
-    @property
-    def expected(self) -> float | None:
-        """That to expect of a scene at rest whose supports then move; None of an associative answer, or where
-        the forces at rest were not found."""
-        return self._reaction(self.result.expected)
-
-    @property
-    def associative(self) -> float | None:
-        """That with associative flow, which no other lies beyond."""
-        return self._reaction(self.with_associative.load_factor)
-
-    @property
-    def across_rest(self) -> float | None:
-        """That of a state met on the other side of rest, of other forces there than those at rest, if any."""
-        return self._reaction(below if (below := self.result.solution.below_zero) < -ZERO else None)
-
-    @property
-    def unlimited(self) -> bool:
-        """Whether the scene is proven to stand with any reaction on this side."""
-        return self.result.solution.carries_any_load
-
-    @property
-    def results(self) -> dict[str, Result]:
-        """Results by kind: "coulomb" and "expected", where asked for, and "associative"."""
-        if self.result is self.with_associative:
-            return {"associative": self.result}
-        found = {"coulomb": self.result, "expected": self.result.at_expected}
-        return {kind: of for kind, of in found.items() if of} | {"associative": self.with_associative}
-
-    @property
-    def openings(self) -> pd.DataFrame:
-        """How wide joints open, and how far they slide, for each unit that the support moves, in the small
-        motion of the mechanism of the first of ``results`` that has one: see :attr:`Settlement.openings`."""
-        return openings(next((of for of in self.results.values() if of.solution.answer), self.result))
-
-    def rows(self) -> list[dict[str, Any]]:
-        """Reaction, status and moving blocks of each of the results."""
-        rows = (
-            (kind, self._reaction(of.load_factor), str(of.status), _moving(of))
-            for kind, of in self.results.items()
-        )
-        return [dict(zip(_COLUMNS, row, strict=True)) for row in rows]
-
-    def _reaction(self, load_factor: float | None) -> float | None:
-        if load_factor is None:
-            return None
-        reaction = self.start + self.per_load_factor * load_factor
-        return reaction if abs(reaction) > ZERO * abs(self.per_load_factor) else 0.0
-
-
-def _moving(result: Result) -> list[str]:
-    """Names of the blocks that move at a load factor, fastest first."""
-    found = result.solution.answer
-    return moving_names(result.assembly, found.d) if found else []
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,7 +93,7 @@ class Settlement(StudyAnswer):
         "expected", "associative"), ``reaction`` (NaN where there is none), ``status``, ``moves`` (names of
         blocks, fastest first)."""
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
-        return pd.DataFrame(rows, columns=["end", *_COLUMNS]).astype({"reaction": float})
+        return pd.DataFrame(rows, columns=["end", *COLUMNS]).astype({"reaction": float})
 
     @property
     def openings(self) -> pd.DataFrame:
@@ -294,7 +213,7 @@ def _words(end: Bound) -> str:
     if end.reaction is None:
         said = "unlimited" if end.unlimited else f"not found ({end.result.status})"
     else:
-        said = f"{numeral(end.reaction, '.6g')}; moves {some(_moving(end.result))}"
+        said = f"{numeral(end.reaction, '.6g')}; moves {some(moving(end.result))}"
     others = {"with other forces at rest": end.across_rest}
     if end.result is not end.with_associative:
         others |= {"to expect": end.expected, "associative": end.associative}

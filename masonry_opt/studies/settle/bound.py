@@ -1,0 +1,95 @@
+"""The least or the greatest reaction of ``settle``, and what moves there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import pandas as pd
+
+from masonry_opt.answer.motion import moving_names
+from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.result import Result
+from masonry_opt.studies.settle.openings import openings
+
+#: Columns of a table of reactions, beside the end.
+COLUMNS = ("kind", "reaction", "status", "moves")
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The least or the greatest reaction, in the case's unit of force; None where there is none.
+
+    Attributes
+    ----------
+    result: of the method asked, with its mechanism, tables and pictures. Its live load pushes the supports,
+        from the reaction ``start`` on: the reaction is ``start`` and its load factor times
+        ``per_load_factor``.
+    with_associative: the same with associative flow; ``result`` itself where that is what was asked.
+    """
+
+    result: Result
+    with_associative: Result = field(repr=False)
+    start: float = field(repr=False)
+    per_load_factor: float = field(repr=False)
+
+    @property
+    def reaction(self) -> float | None:
+        """That of the method asked."""
+        return self._reaction(self.result.load_factor)
+
+    @property
+    def expected(self) -> float | None:
+        """That to expect of a scene at rest whose supports then move; None of an associative answer, or where
+        the forces at rest were not found."""
+        return self._reaction(self.result.expected)
+
+    @property
+    def associative(self) -> float | None:
+        """That with associative flow, which no other lies beyond."""
+        return self._reaction(self.with_associative.load_factor)
+
+    @property
+    def across_rest(self) -> float | None:
+        """That of a state met on the other side of rest, of other forces there than those at rest, if any."""
+        return self._reaction(below if (below := self.result.solution.below_zero) < -ZERO else None)
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether the scene is proven to stand with any reaction on this side."""
+        return self.result.solution.carries_any_load
+
+    @property
+    def results(self) -> dict[str, Result]:
+        """Results by kind: "coulomb" and "expected", where asked for, and "associative"."""
+        if self.result is self.with_associative:
+            return {"associative": self.result}
+        found = {"coulomb": self.result, "expected": self.result.at_expected}
+        return {kind: of for kind, of in found.items() if of} | {"associative": self.with_associative}
+
+    @cached_property
+    def openings(self) -> pd.DataFrame:
+        """How wide joints open, and how far they slide, for each unit that the support moves, in the small
+        motion of the mechanism of the first of ``results`` that has one: see :attr:`Settlement.openings`."""
+        return openings(next((of for of in self.results.values() if of.solution.answer), self.result))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Reaction, status and moving blocks of each of the results."""
+        rows = (
+            (kind, self._reaction(of.load_factor), str(of.status), moving(of))
+            for kind, of in self.results.items()
+        )
+        return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
+
+    def _reaction(self, load_factor: float | None) -> float | None:
+        if load_factor is None:
+            return None
+        reaction = self.start + self.per_load_factor * load_factor
+        return reaction if abs(reaction) > ZERO * abs(self.per_load_factor) else 0.0
+
+
+def moving(result: Result) -> list[str]:
+    """Names of the blocks that move at a load factor, fastest first."""
+    found = result.solution.answer
+    return moving_names(result.assembly, found.d) if found else []
