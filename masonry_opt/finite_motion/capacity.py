@@ -20,9 +20,10 @@ from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_
 from masonry_opt.finite_motion.moved_blocks import moved, placed, point_forces
 from masonry_opt.finite_motion.path import HingingPath, Step
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.problem.loads import Forces, moments_in
+from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths, sums
+from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.words.names import labelled, some
 from masonry_opt.words.sentences import message, numeral
 
@@ -110,13 +111,9 @@ def _control(result: Result, live: Forces, block: str | None, point: tuple[float
         raise OptionError("the live load has no resultant to measure along: leave 'block' out")
     at = assembly.geometry.centroid[assembly.movable[row]]
     if point is not None:
-        try:
-            given = np.array(point, dtype=float)
-        except (TypeError, ValueError):
-            given = np.empty(0)
-        if given.shape != at.shape or not np.isfinite(given).all():
-            needed = "three numbers, x, y, z" if len(at) == 3 else "two numbers, x, y"
-            raise OptionError(f"the control point needs {needed} (found {point!r})")
+        given = coordinates(point, len(at))
+        if given is None:
+            raise OptionError(f"the control point needs {COORDINATES[len(at)]} (found {point!r})")
         at = given - assembly.geometry.origin
     return Forces(np.array([row]), along[None], at[None], np.zeros(0))
 
@@ -173,7 +170,7 @@ class Capacity:
     def _in_units(self, poses: np.ndarray) -> np.ndarray:
         """Poses, or their rates, in the case's units."""
         dimension, unit = self.result.assembly.scene.dimension, self.result.assembly.problem.length_unit
-        return poses * np.repeat([unit, 1.0], [dimension, moments_in(dimension)])
+        return poses * by_component(dimension, unit, 1.0)
 
     @cached_property
     def table(self) -> pd.DataFrame:

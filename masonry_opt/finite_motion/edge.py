@@ -20,7 +20,7 @@ from masonry_opt.finite_motion.path import BORNE, Step
 from masonry_opt.finite_motion.statics import least_missed
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role, columns
-from masonry_opt.problem.loads import Forces
+from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
 from masonry_opt.result import Result
@@ -163,7 +163,7 @@ class EdgePath:
     def _overlap(self, angle: float) -> list[str]:
         """Names of a block of the body and another that lie deepest in one another, if any do."""
         unit = self.assembly.problem.length_unit
-        shapes = displaced(self.assembly, self._poses(angle) * np.repeat([unit, 1.0], 3))
+        shapes = displaced(self.assembly, self._poses(angle) * by_component(3, unit, 1.0))
         (low, high), body = shapes.boxes, self.turns[:-1]
         meet = (low[:, None] < high).all(axis=2) & (low < high[:, None]).all(axis=2)
         pairs = np.argwhere(meet & body[:, None] & ~body)
@@ -183,7 +183,7 @@ class EdgePath:
         B = B @ sp.diags_array(np.tile(1.0 * self.steps[0].touch, 3))
         if struts := [strut for strut, _ in self._struts(angle)]:
             B = sp.hstack([B, columns(struts, centroid, assembly.movable, rest.length_unit)])
-        units = rest.force_unit * np.tile(np.repeat([1.0, rest.length_unit], 3), len(assembly.movable))
+        units = rest.force_unit * np.tile(by_component(3, 1.0, rest.length_unit), len(assembly.movable))
         dead, live = (of.about(centroid[assembly.movable]) / units for of in self._loads(angle))
         cohesion = np.where(self.on_edge[rest.law.sliding], 0.0, rest.law.cohesion)
         matrices = replace(rest.matrices, B=sp.csr_array(B))

@@ -11,7 +11,7 @@ from masonry_opt.answer.thresholds import LOWER
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.laws import Law
-from masonry_opt.problem.loads import Forces, LoadedPiece, loads, moments_in
+from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, loads, moments_in
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.joints import Joints
@@ -54,9 +54,7 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
     found = _joined(assembly, "dead", given.weight, given.dead), _joined(assembly, "live", given.live)
     problem, centroid = assembly.problem, assembly.geometry.centroid[assembly.movable]
-    dimension = centroid.shape[1]
-    of_kind = np.repeat([1.0, problem.length_unit], [dimension, moments_in(dimension)])
-    units = problem.force_unit * of_kind
+    units = problem.force_unit * by_component(centroid.shape[1], 1.0, problem.length_unit)
     for forces, known in zip(found, (problem.dead, problem.live), strict=True):
         left = problem.by_block(forces.about(centroid)) / units - problem.by_block(known)
         if np.abs(left).max(initial=0.0) > LOWER * max(1.0, np.abs(known).max()):

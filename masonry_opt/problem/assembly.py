@@ -13,7 +13,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
 from masonry_opt.problem.laws import Law
 from masonry_opt.problem.limited_forces import LimitedForce, Role, columns, struts
-from masonry_opt.problem.loads import LoadedPiece, edge_forces, loads
+from masonry_opt.problem.loads import LoadedPiece, by_component, edge_forces, loads
 from masonry_opt.problem.matrices import Matrices, shares
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.find import find_joints, shapes_of
@@ -176,7 +176,7 @@ def _loaded(
     sizes = (np.hypot.reduce(load.reshape(-1, rows)[:, :dimension], axis=1) for load in (dead, live))
     force_unit = next((float(np.median(size[size > 0])) for size in sizes if size.any()), 1.0)
     # Moments are forces times lengths.
-    of_block = np.repeat([force_unit, force_unit * length_unit], [dimension, rows - dimension])
+    of_block = by_component(dimension, force_unit, force_unit * length_unit)
     scale = np.tile(of_block, len(dead) // rows)
     with np.errstate(over="ignore", invalid="ignore"):
         dead, live = dead / scale, live / scale

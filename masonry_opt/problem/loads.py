@@ -74,6 +74,12 @@ def moments_in(dimension: int) -> int:
     return dimension * (dimension - 1) // 2
 
 
+def by_component(dimension: int, of_force: float, of_moment: float) -> np.ndarray:
+    """A number of forces and one of moments for each component of both on a block, shape (3,), in space (6,);
+    so too of shifts and rotations."""
+    return np.repeat([of_force, of_moment], [dimension, moments_in(dimension)])
+
+
 @dataclass(frozen=True)
 class Loads:
     """Forces on the movable blocks of a scene, without those of edge loads, as its load case says: weights,

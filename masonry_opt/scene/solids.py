@@ -29,6 +29,19 @@ PlaneOrSpaceVector = Annotated[
     Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
     Discriminator(lambda value: "<space>" if len(_entries(value)) > 2 else "<plane>"),
 ]
+#: What a point or direction in Python needs, by dimension.
+COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
+
+
+def coordinates(given: Any, dimension: int) -> np.ndarray | None:
+    """A point or direction, shape (dimension,); None if what is given is none."""
+    try:
+        vector = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        return None
+    return vector if vector.shape == (dimension,) and np.isfinite(vector).all() else None
+
+
 Interval = Annotated[tuple[Number, Number], _list_of(2, "two numbers, [from, to]")]
 Box = Annotated[
     tuple[Interval, Interval, Interval], _list_of(3, "three intervals, [[x0, x1], [y0, y1], [z0, z1]]")

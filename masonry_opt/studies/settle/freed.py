@@ -14,6 +14,7 @@ from masonry_opt.problem.assembly import Assembly, with_supports_freed
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import moments_in
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import COORDINATES, coordinates
 
 
 def supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
@@ -38,12 +39,8 @@ def supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
 
 def unit_of(scene: Scene, direction: Sequence[float]) -> np.ndarray:
     """Unit vector of a direction. Raises OptionError if it is none of the scene's."""
-    needed = "three numbers, x, y, z" if scene.dimension == 3 else "two numbers, x, y"
-    try:
-        vector = np.array(direction, dtype=float)
-    except (TypeError, ValueError):
-        vector = np.empty(0)
-    if vector.shape != (scene.dimension,) or not np.isfinite(vector).all() or not vector.any():
+    vector, needed = coordinates(direction, scene.dimension), COORDINATES[scene.dimension]
+    if vector is None or not vector.any():
         raise OptionError(
             f"{scene.origin}: direction: needs {needed}, not all of them zero (found {direction!r})"
         )
