@@ -15,8 +15,6 @@ gained), how often and by how much λ is higher or lower (by more than 1e-6 of i
 lower is better), and steps and processor time over those of the methods as they are.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

@@ -8,8 +8,6 @@ a scene: joints, λ at the ray, highest λ of the path, the deepest fall before 
 falls by a tenth, and λ at which the load brings the scene down; some 20 minutes.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Iterator

@@ -10,8 +10,6 @@ one; and processor time over the associative program's, scene by scene in one ru
 adds a line to a file; --draw makes build/sizes.png of the rubble walls in such files.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

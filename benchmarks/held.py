@@ -6,8 +6,6 @@ A line for each scene that is not exact, with its reasons, and the sums: how man
 named to have no load factor; how far static and kinematic programs of both languages are apart at most.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections import Counter

@@ -9,8 +9,6 @@ rows of the table in benchmarks/README.md, of walls 1 to 6, then of rubble walls
 (tests/atlas/large_scenes.py).
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

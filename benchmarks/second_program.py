@@ -5,8 +5,6 @@
 A line for each scene that is wrong or open, and the sums. Exit code 1: one is wrong.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections import Counter

@@ -9,8 +9,6 @@
 Prints tables in Markdown, a row as it is found. Processor time; set OMP_NUM_THREADS=1.
 """
 
-from __future__ import annotations
-
 import argparse
 import itertools
 import re

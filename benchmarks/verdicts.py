@@ -9,8 +9,6 @@ on random scenes; an interrupted run continues. Lowest exact states known: tests
 Exit code 1: a verdict is wrong.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Sphinx: how the guide is built (``make guide``). Nothing here needs the network."""
 
-from __future__ import annotations
-
 import logging
 import sys
 from importlib.metadata import version as installed_version

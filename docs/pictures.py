@@ -5,8 +5,6 @@
 Arch and façade are those of two examples of the gallery, which hold their numbers; the wall is a case file.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from runpy import run_path
 

@@ -4,8 +4,6 @@ scene stands, run the method, accept.
 Modules that declare or solve programs are imported where they are used: modelling languages take seconds.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -66,7 +64,7 @@ class Session:
         """The method."""
         return self.how.chosen
 
-    def without_expected(self) -> Session:
+    def without_expected(self) -> "Session":
         """The same, which does not look for the load to expect."""
         return replace(self, how=replace(self.how, expected=False))
 

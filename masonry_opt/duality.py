@@ -1,7 +1,5 @@
 """Duality: static against kinematic, CVXPY against Pyomo, and each model's duals as kinematics."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Effort of an analysis: seconds by part, programs and iterations, and which solver did what."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -41,7 +39,7 @@ class Effort:
             names.append(solver)
 
     @contextmanager
-    def beside(self) -> Iterator[Effort]:
+    def beside(self) -> "Iterator[Effort]":
         """Another account, of which this one records what its solvers did, but neither counts nor seconds."""
         other = Effort()
         try:

@@ -1,7 +1,5 @@
 """Files are written whole or not at all, and replace none without a mark of this package; plain data."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import os

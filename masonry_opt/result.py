@@ -1,7 +1,5 @@
 """The result of an analysis: its outcome, which asks words, pictures and files to show it."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict, replace
 from functools import cached_property, partial
@@ -81,7 +79,7 @@ class Result(Outcome):
 
     def plot(
         self, kind: str = "mechanism", names: bool = False, view: tuple[float, float] | None = None
-    ) -> Figure:
+    ) -> "Figure":
         """Draw the result, as a matplotlib figure without pyplot's state; a notebook shows it.
 
         Parameters

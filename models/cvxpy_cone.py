@@ -1,7 +1,5 @@
 """Statics and mechanisms of contact points in space by cones of friction, in CVXPY."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import NamedTuple
 

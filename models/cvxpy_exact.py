@@ -6,8 +6,6 @@ mechanism satisfy complementarity, eq. (8): they are a collapse state. Of states
 at yield another program finds the one of the nearest λ.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cvxpy as cp

@@ -1,7 +1,5 @@
 """Crushing as the parabola that it is, in CVXPY: eq. (9) and eq. (10) as conic programs."""
 
-from __future__ import annotations
-
 import cvxpy as cp
 import numpy as np
 

@@ -1,8 +1,6 @@
 """Whether a scene stands under given forces alone, in CVXPY, and what moves if it does not; in space by cones
 of friction."""
 
-from __future__ import annotations
-
 import cvxpy as cp
 import numpy as np
 

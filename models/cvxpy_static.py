@@ -1,7 +1,5 @@
 """Static formulation, eq. (9), in CVXPY."""
 
-from __future__ import annotations
-
 import cvxpy as cp
 
 from masonry_opt.models.cvxpy_cone import ConeStatics

@@ -1,7 +1,5 @@
 """Statics and mechanisms in CVXPY: eqs (1) to (6), from which every formulation is made."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 import cvxpy as cp

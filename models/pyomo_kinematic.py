@@ -1,7 +1,5 @@
 """Kinematic formulation, eq. (10), in Pyomo."""
 
-from __future__ import annotations
-
 import pyomo.environ as pyo
 
 from masonry_opt.models.pyomo_terms import Mechanism, ShearParameters, dot, duals, values

@@ -1,8 +1,6 @@
 """Coulomb collapse as a mixed complementarity problem in Pyomo, from which the MPEC and the global search
 are made."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pyomo.environ as pyo

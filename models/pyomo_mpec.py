@@ -1,8 +1,6 @@
 """The least Coulomb load factor in Pyomo: a mathematical program with equilibrium constraints; relaxed to
 products of slacks and rates, as IPOPT is given it; and with a binary for each face."""
 
-from __future__ import annotations
-
 import numpy as np
 import pyomo.environ as pyo
 

@@ -1,7 +1,5 @@
 """A linear relaxation of Coulomb collapse by products of statics and kinematics, in Pyomo."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from itertools import product as every
 from typing import Any

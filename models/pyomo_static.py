@@ -1,7 +1,5 @@
 """Static formulation, eq. (9), in Pyomo."""
 
-from __future__ import annotations
-
 import pyomo.environ as pyo
 
 from masonry_opt.models.pyomo_terms import ShearParameters, Statics, duals

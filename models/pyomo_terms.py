@@ -1,8 +1,6 @@
 """Statics and mechanisms in Pyomo: eqs (1) to (6), from which every formulation is made; and arrays into its
 expressions, parameters and variables, and out of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -2,8 +2,6 @@
 last expression of a block. (Sphinx-Gallery by itself collects those of pyplot alone, which this package does
 not use.)"""
 
-from __future__ import annotations
-
 import weakref
 from typing import Any
 

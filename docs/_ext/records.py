@@ -5,8 +5,6 @@ several names together. Napoleon knows none of these, so sections of fields are 
 pydantic's classes get the types and defaults that the class has.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

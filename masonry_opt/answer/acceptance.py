@@ -1,7 +1,5 @@
 """Limits of acceptance: the residuals that an answer may have, and the other gates of the core."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from enum import StrEnum

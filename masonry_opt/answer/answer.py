@@ -1,7 +1,5 @@
 """A state and its certificate, of matrices alone, made together: what methods hand on and results show."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from math import inf
 
@@ -180,7 +178,7 @@ class Answer(Found):
         """Whether it is an exact state."""
         return not self.failing(Kind.EXACT)
 
-    def certified_by(self, problem: Problem, slope: np.ndarray) -> Answer:
+    def certified_by(self, problem: Problem, slope: np.ndarray) -> "Answer":
         """The same state under a flow rule, shape (k,), and the contacts and laws of a problem: itself if all
         are its own."""
         same = self.compliance is problem.compliance and self.forms == problem.forms

@@ -1,7 +1,5 @@
 """Tables of a solution: a row a block, a row a joint, with names and in the case's units."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -21,25 +19,25 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def unsigned(frame: pd.DataFrame) -> pd.DataFrame:
+def unsigned(frame: "pd.DataFrame") -> "pd.DataFrame":
     """The same frame, without a minus before any zero of its real numbers."""
     numbers = frame.select_dtypes("float64").columns
     return frame.assign(**{str(name): frame[name] + 0.0 for name in numbers})
 
 
-def _frame(rows: Any) -> pd.DataFrame:
+def _frame(rows: Any) -> "pd.DataFrame":
     # Frames are made when they are asked for: pandas takes a quarter of a second to import.
     import pandas as pd
 
     return unsigned(pd.DataFrame(rows))
 
 
-def history_frame(solution: Solution) -> pd.DataFrame:
+def history_frame(solution: Solution) -> "pd.DataFrame":
     """A row a step of the method."""
     return _frame(list(solution.history)).drop(columns="solved", errors="ignore")
 
 
-def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
+def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
     """A row a movable block: its centroid, and its velocities (NaN without a mechanism)."""
     problem, shapes = assembly.problem, assembly.geometry
     centroid = shapes.centroid[assembly.movable] + shapes.origin
@@ -55,7 +53,7 @@ def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     return _frame({"block": assembly.names(assembly.movable), **dict(columns)})
 
 
-def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
+def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
     """A row a joint: its blocks, middle, length, forces and rates (NaN without forces, or mechanism); in
     space area, normal and resultants, by components, and where they act."""
     joints, (extent, forces) = assembly.joints, _OF_JOINTS[assembly.scene.dimension]
@@ -72,7 +70,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     return _frame(columns)
 
 
-def contact_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame | None:
+def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
     """A row a contact point of a scene in space: its joint and blocks, forces and rates (NaN without forces,
     or mechanism); None in the plane."""
     if assembly.scene.dimension == 2:
@@ -97,7 +95,7 @@ def contact_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame | None
     return _frame(columns)
 
 
-def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> pd.DataFrame:
+def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> "pd.DataFrame":
     """A row a state of contacts that give less and less; joints that start are those of no row before."""
     rows, started = [], np.zeros((2, len(assembly.joints.first)), dtype=bool)
     for state in states:
@@ -222,7 +220,7 @@ def _rates(
     return motion, turned, np.where(turns, on_axis, np.nan)
 
 
-def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> pd.DataFrame:
+def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":
     """A row a limited force of these roles (NaN without forces, or mechanism)."""
     problem, those = assembly.problem, [force.role in roles for force in assembly.limited]
     forces = [force for force in assembly.limited if force.role in roles]

@@ -1,7 +1,5 @@
 """Proofs that there is no load factor, computed from the matrices and never from a solver."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any

@@ -1,7 +1,5 @@
 """How blocks and joints move in a mechanism."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

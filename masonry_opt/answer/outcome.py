@@ -1,7 +1,5 @@
 """The outcome of an analysis: a solution with the names and units of its scene, as numbers and codes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -107,7 +105,7 @@ class Outcome:
         return f"{type(self).__name__}({told})"
 
     @cached_property
-    def joints(self) -> pd.DataFrame:
+    def joints(self) -> "pd.DataFrame":
         """A row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on the first block
         ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the second ``slip``,
         ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN where a joint is idle).
@@ -124,7 +122,7 @@ class Outcome:
         return frames.joint_frame(self.assembly, self.solution)
 
     @cached_property
-    def contacts(self) -> pd.DataFrame | None:
+    def contacts(self) -> "pd.DataFrame | None":
         """A row a contact point of a scene in space, by joint; None in the plane.
 
         ``joint`` (number of its row in ``joints``), ``first``, ``second``, ``x``, ``y``, ``z``, force on the
@@ -135,7 +133,7 @@ class Outcome:
         return frames.contact_frame(self.assembly, self.solution)
 
     @cached_property
-    def blocks(self) -> pd.DataFrame:
+    def blocks(self) -> "pd.DataFrame":
         """A row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``; velocities
         scaled so that the live load (with the code "no work" the dead load) does the work Σ|f_L|, in the
         plane the sum over its components, in space over the sizes of forces and of moments about centroids
@@ -144,7 +142,7 @@ class Outcome:
         return frames.block_frame(self.assembly, self.solution)
 
     @cached_property
-    def ties(self) -> pd.DataFrame:
+    def ties(self) -> "pd.DataFrame":
         """A row a tie or prop: ``name``, ``kind``, its blocks ``first`` and ``second`` ("ground" is what does
         not move), ``force`` (of a tie tension, of a prop compression), ``lowest`` and ``highest`` (what it
         lies between), the rate at which it ``lengthens``, and whether it ``yields``: at its highest force,
@@ -152,21 +150,21 @@ class Outcome:
         return frames.tie_frame(self.assembly, self.solution, Role.TIE, Role.PROP)
 
     @cached_property
-    def pressures(self) -> pd.DataFrame:
+    def pressures(self) -> "pd.DataFrame":
         """A row a face that a fill presses on, as in ``ties``: ``first`` is its block; ``force``, horizontal
         and into the face, lies between ``lowest``, the active pressure, and ``highest``, the mobilised share
         of the passive one, which is reached where it ``yields``."""
         return frames.tie_frame(self.assembly, self.solution, Role.EARTH)
 
     @cached_property
-    def history(self) -> pd.DataFrame:
+    def history(self) -> "pd.DataFrame":
         """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
         (:class:`~.push.push.PushStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
         a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
         return frames.history_frame(self.solution)
 
     @cached_property
-    def curve(self) -> pd.DataFrame | None:
+    def curve(self) -> "pd.DataFrame | None":
         """λ over displacement, where method "compliant" was asked for it (``curve=True``); else None.
 
         A row a state with λ ≥ 0 of contacts that give less and less: ``displacement`` of the live load (its

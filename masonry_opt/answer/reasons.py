@@ -1,7 +1,5 @@
 """Why an analysis ended as it did: codes with their values. Sentences are made of them in ``words``."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any

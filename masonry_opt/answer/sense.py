@@ -1,7 +1,5 @@
 """Warnings: what is allowed in a scene and looks unintended. They refuse nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np

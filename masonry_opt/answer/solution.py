@@ -1,7 +1,5 @@
 """What a method returns, before names and units are put to it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import inf
@@ -92,7 +90,7 @@ class Solution:
     stationary: bool | None = None
     associative: float | None = None
     associative_ended: Status | None = None
-    expected: Solution | None = None
+    expected: "Solution | None" = None
     bound: float | None = None
     bound_derived: bool = False
     infeasibility: InfeasibilityCertificate | None = None
@@ -128,7 +126,7 @@ class Solution:
         return self.load_factor if self.kind is Kind.ASSOCIATIVE else self.associative
 
     @property
-    def at_expected(self) -> Solution | None:
+    def at_expected(self) -> "Solution | None":
         """The state that leads to the load to expect: itself if it is that; None if it was not computed."""
         return self if self.kind is Kind.COMPLIANT else self.expected
 

@@ -3,8 +3,6 @@
 None decides whether an answer is accepted: those limits stand in ``acceptance``.
 """
 
-from __future__ import annotations
-
 from masonry_opt.answer.acceptance import SMALLEST
 
 #: Speed of a block's fastest corner, over that of the scene's fastest, below which the block is at rest.

@@ -1,7 +1,5 @@
 """The command `masonry-opt`: what can be interrupted from its first moment on."""
 
-from __future__ import annotations
-
 import sys
 
 

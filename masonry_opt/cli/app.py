@@ -1,7 +1,5 @@
 """The command line: results on standard output, everything else on standard error."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

@@ -1,8 +1,6 @@
 """Commands from functions: their parameters, with types, defaults and help, as options; what commands share
 beside these, what is shown meanwhile, and how a command ends."""
 
-from __future__ import annotations
-
 import contextlib
 import inspect
 import re
@@ -151,7 +149,7 @@ def _parameters(function: Function) -> Iterator[Parameter]:
 
 def _option(one: Parameter, info: OptionInfo, read: bool, required: bool) -> Parameter:
     """A parameter as typer has it. What takes several is repeated, in the singular, or read of one text."""
-    said, default = str(one.annotation), one.default
+    said, default = inspect.formatannotation(one.annotation).strip("'"), one.default
     mapping = one.kind is one.VAR_KEYWORD or "Mapping" in said
     repeated = mapping or (not read and bool(re.search("Sequence|Iterable", said)))
     kind: Any = Path if "Path" in said else _TYPES.get(said.removesuffix(" | None"), str)

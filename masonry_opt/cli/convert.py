@@ -1,7 +1,5 @@
 """The command `masonry-opt convert`: drawings and meshes to case files, case files to drawings."""
 
-from __future__ import annotations
-
 import inspect
 import os
 from collections.abc import Callable, Iterable

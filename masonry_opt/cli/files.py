@@ -1,7 +1,5 @@
 """The commands `masonry-opt draw` and `export`: what a case file holds, in files of others."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

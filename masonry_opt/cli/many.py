@@ -1,7 +1,5 @@
 """The commands `masonry-opt sweep`, `compare` and `reproduce`."""
 
-from __future__ import annotations
-
 from inspect import signature
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The commands `masonry-opt solve` and `check`."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """The commands `masonry-opt capacity`, `crossing`, `directions`, `least`, `report` and `settle`."""
 
-from __future__ import annotations
-
 import csv
 import json as json_module
 import math

@@ -1,7 +1,5 @@
 """What joints carry: resultants where they act, lines of thrust, and utilisation."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

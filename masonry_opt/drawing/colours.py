@@ -3,8 +3,6 @@
 Those of marks are Okabe & Ito's (2008), which colour-blind readers can tell apart.
 """
 
-from __future__ import annotations
-
 #: Okabe & Ito's, by the names they gave them. (Their yellow is too pale for lines on white.)
 BLUE, VERMILION, BLUISH_GREEN = "#0072B2", "#D55E00", "#009E73"
 REDDISH_PURPLE, ORANGE, SKY_BLUE, BLACK = "#CC79A7", "#E69F00", "#56B4E9", "#000000"

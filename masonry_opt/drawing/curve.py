@@ -1,7 +1,5 @@
 """A picture of λ over displacement: the plateau, and where joints start to slide and to open."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from matplotlib.axes import Axes

@@ -1,7 +1,5 @@
 """Scenes and results as elements: made once, and shown by pictures and pages alike."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A figure fitted to its scene, marks and what its legend says of them, and the files it is written to."""
 
-from __future__ import annotations
-
 import io
 import textwrap
 from collections.abc import Callable

@@ -1,8 +1,6 @@
 """Loads as arrows: each force, or one arrow for the direction of many. Fill as lines: its road, its columns,
 and the edges that it touches. Ties and props as lines between their ends."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Marks: elements of one kind as plain arrays, with how they look and what a legend says of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal

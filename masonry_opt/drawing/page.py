@@ -1,7 +1,5 @@
 """A result as HTML: a page in one file that needs no network, and what a notebook shows, without a script."""
 
-from __future__ import annotations
-
 import json
 import re
 from base64 import b64encode

@@ -1,7 +1,5 @@
 """Pictures by matplotlib of scenes and results."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path as FilePath
 

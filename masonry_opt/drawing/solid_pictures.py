@@ -1,7 +1,5 @@
 """Solids by matplotlib, seen from one side: faces as an image, lines and marks as vectors."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,8 +1,6 @@
 """Surfaces of the blocks of a scene in space: triangles, edges, and the hatching of supports; the figure of a
 page that shows them: its data, and three.js, which draws it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product

@@ -1,7 +1,5 @@
 """Scenes and results as SVG, moved by a script or drawn moved."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from html import escape
 from itertools import groupby

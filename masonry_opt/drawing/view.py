@@ -1,7 +1,5 @@
 """What is seen of solids from one side: a raster of depths, and the pieces of lines that it does not hide."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

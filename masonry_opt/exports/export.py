@@ -1,7 +1,5 @@
 """``export``: the program that a method declares, as a file for other solvers; solids as files for others."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

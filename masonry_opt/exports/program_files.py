@@ -1,8 +1,6 @@
 """Declared programs as files that other solvers read, through Pyomo's writers: names of rows and columns, by
 kind and by the joint or block they are of, and the text."""
 
-from __future__ import annotations
-
 import io
 import re
 import tempfile

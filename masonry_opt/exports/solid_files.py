@@ -1,7 +1,5 @@
 """Solids, their mechanism and forces as files for other programs: OBJ, glTF, COMPAS JSON."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import math

@@ -1,7 +1,5 @@
 """``capacity``: λ over displacement after the onset of collapse, and what codes check with it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -43,7 +41,7 @@ def capacity(
     block: str | None = None,
     point: tuple[float, ...] | None = None,
     steps: int = 40,
-) -> Capacity:
+) -> "Capacity":
     """Follow the mechanism of a result by finite rotations, down to λ = 0.
 
     Joints stay closed, hinge in a corner, open wholly or close again; λ is that of equilibrium of the
@@ -303,7 +301,7 @@ class Capacity:
         level = np.abs(live @ down).max() <= _LEVEL * size.max()
         return None if level and abs(share - 1) <= _WHOLE else share
 
-    def plot(self, row: int | None = None) -> Picture:
+    def plot(self, row: int | None = None) -> "Picture":
         """Draw the curve, or the blocks as they are in a row of the table, as a matplotlib figure. Raises
         OptionError if there is no such row."""
         from masonry_opt.finite_motion.pictures import capacity_picture, displaced_picture

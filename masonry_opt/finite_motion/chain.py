@@ -7,8 +7,6 @@ degree of freedom λ is that of virtual work; with more the solutions are still 
 is in equilibrium.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A mechanism in space that turns about an edge: one body, of blocks that stay together, down to λ = 0."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Kinematic checks of local mechanisms after Circolare 617/2009, C8A.4.2.2, C8A.4.2.3 (NTC 2008)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """The blocks of a scene after they have moved: how their joints touch, and the problem that they are then."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -120,7 +118,7 @@ class MovedBlocks:
     faces: np.ndarray
 
     @classmethod
-    def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> MovedBlocks:
+    def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
         """The blocks of an assembly, with dead and live forces in such a unit, of the problem's, and λ in
         units of ``live``."""
         problem, at_rest, geometry = assembly.problem, assembly.joints, assembly.geometry

@@ -1,7 +1,5 @@
 """The path of a hinging mechanism: steps of finite rotations, from event to event, down to λ = 0."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

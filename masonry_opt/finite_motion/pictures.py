@@ -1,7 +1,5 @@
 """Pictures of a capacity curve, and of the blocks displaced."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -50,7 +48,7 @@ def capacity_picture(scene: Scene, table: pd.DataFrame, of: str, note: str) -> P
 
 
 def displaced_picture(
-    assembly: Assembly, state: pd.Series[Any], poses: np.ndarray, joints: pd.DataFrame
+    assembly: Assembly, state: "pd.Series[Any]", poses: np.ndarray, joints: pd.DataFrame
 ) -> Picture:
     """Draw the blocks where they are in a row of a capacity curve, to scale, with the hinges: poses of all
     blocks, shape (blocks, 3) or (blocks, 6), and the table of joints there."""

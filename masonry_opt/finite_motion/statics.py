@@ -1,7 +1,5 @@
 """Forces of blocks that have moved: the greatest load factor, and whether any forces bear a given one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Associative limit analysis: one program, eq. (9) or eq. (10), linear unless joints can crush."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from masonry_opt.answer.acceptance import Kind

@@ -4,8 +4,6 @@ Scholtes' scheme: solve with z p ≤ ε for a falling ε, each time from the las
 optimum of a non-convex problem, which depends on the start.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import dataclass, replace
@@ -49,7 +47,7 @@ class MpecOptions(Options):
     epsilon_min: Annotated[float, Strict(), Field(gt=0, le=10)] = 3e-9
 
     @model_validator(mode="after")
-    def _falling(self) -> MpecOptions:
+    def _falling(self) -> "MpecOptions":
         if self.epsilon < self.epsilon_min:
             raise ValueError("'epsilon' must not be below 'epsilon_min'")
         return self

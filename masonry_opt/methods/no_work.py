@@ -11,8 +11,6 @@ the scene as it is. At another λ the loads are s = 1 + σ (λ / λ₀ - 1) time
 alone limits forces, so is the state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Method "refined": exact states of Coulomb friction, from a push down, and searched for if asked."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 from math import inf
@@ -39,7 +37,7 @@ class RefinedOptions(Options):
     seed: Annotated[int, Strict(), Field(ge=0)] = 0
 
     @model_validator(mode="after")
-    def _ends_a_search(self) -> RefinedOptions:
+    def _ends_a_search(self) -> "RefinedOptions":
         if self.until is not None and self.search is None:
             raise ValueError("'until' ends a search: give 'search', its seconds at most, too")
         return self

@@ -1,7 +1,5 @@
 """Every method by name (adding one is one entry), and the record of how to solve that names one."""
 
-from __future__ import annotations
-
 import difflib
 import reprlib
 from collections.abc import Callable, Iterable, Mapping

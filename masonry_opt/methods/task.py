@@ -1,7 +1,5 @@
 """The interface of every method: a task in, a solution out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
@@ -48,7 +46,7 @@ class Task:
     kept: Kept = field(default_factory=Kept)
     expected: Solution | None = None
 
-    def with_options(self, options: Any, solver: Solver | None = None) -> Task:
+    def with_options(self, options: Any, solver: Solver | None = None) -> "Task":
         """The same task for another method, its effort counted with this one's."""
         return replace(self, options=options, solver=solver or self.solver)
 

@@ -1,7 +1,5 @@
 """Scene to matrices, without a loop over joints."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Statics and kinematics as linear forms in edge forces and edge openings."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import product as every

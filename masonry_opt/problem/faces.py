@@ -1,7 +1,5 @@
 """The table of faces, the chords of crushing, and the numbers in which the plane and space differ."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, NamedTuple

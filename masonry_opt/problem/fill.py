@@ -1,7 +1,5 @@
 """Fill as forces on blocks: its weight on the edges below it, and the faces that it presses on."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any

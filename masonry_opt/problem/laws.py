@@ -4,8 +4,6 @@ Each has rows of its own among the faces (see :class:`~.faces.Faces`): of the co
 their sides and chords, while slacks and energy of a state are by the curve.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -24,7 +22,7 @@ class _Limited:
 
     conic = False
 
-    def __init__(self, layout: Layout, law: Law) -> None:
+    def __init__(self, layout: Layout, law: "Law") -> None:
         self.layout, self.law = layout, law
 
 

@@ -4,8 +4,6 @@ They have no friction, so they add nothing that is hard: two faces, ``T − lowe
 ``highest − T ≥ 0``, with rates of their own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """A problem in units of its load."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The forces on the movable blocks of a scene, and the points where they act."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

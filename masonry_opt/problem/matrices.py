@@ -1,7 +1,5 @@
 """The geometry of a scene as matrices."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -57,7 +55,7 @@ class Matrices:
     _tables: dict[tuple[bytes, ...], Faces] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
-    def of(cls, joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: float) -> Matrices:
+    def of(cls, joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: float) -> "Matrices":
         """B with lengths in ``length_unit``: rows forces, then moments about each movable block's centroid.
         Columns are wrenches of unit forces: n₁ at the start of all joints, n₂ at their end, then s along
         their tangent; in space n at all contact points, then s along the joint's tangent, then t along

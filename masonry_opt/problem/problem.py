@@ -1,7 +1,5 @@
 """The limit analysis problem of a scene: eqs (1) to (6), in dimensionless units."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -124,7 +122,7 @@ class Problem:
         bounded = np.isfinite(self.lowest), np.isfinite(self.highest)
         return self.matrices.faces(self.sliding, self.crushing, bounded)
 
-    def same_program(self, other: Problem) -> bool:
+    def same_program(self, other: "Problem") -> bool:
         """Whether another problem differs in friction, cohesion and dilatancy alone, which compiled programs
         take as parameters."""
         same_loads = self.dead is other.dead and self.live is other.live
@@ -135,7 +133,7 @@ class Problem:
         return same_forms and same_loads and same_strength and same_contacts
 
     @property
-    def recession_cone(self) -> Problem:
+    def recession_cone(self) -> "Problem":
         """The same joints without cohesion and strength, and forces with limits of zero: its yield conditions
         are those of forces that can be added without end."""
         finite = ("cohesion", "crushing_force", "lowest", "highest")
@@ -189,17 +187,17 @@ class Problem:
         """The law of strength."""
         return self.forms.strength(self.layout, self.law)
 
-    def by(self, forms: Forms) -> Problem:
+    def by(self, forms: Forms) -> "Problem":
         """The same problem by these laws; itself if they are its own."""
         return self if forms == self.forms else replace(self, law=replace(self.law, forms=forms))
 
     @cached_property
-    def by_cone(self) -> Problem:
+    def by_cone(self) -> "Problem":
         """The same with friction by the cone; itself in the plane."""
         return self.by(self.forms._replace(friction=Cone)) if self.layout.round else self
 
     @cached_property
-    def by_parabola(self) -> Problem:
+    def by_parabola(self) -> "Problem":
         """The same with strength by the parabola; itself where none is limited."""
         return self.by(self.forms._replace(strength=Parabola)) if len(self.crushing) else self
 
@@ -364,7 +362,7 @@ class ShearLimits:
     cohesion: np.ndarray
 
     @classmethod
-    def true(cls, problem: Problem) -> ShearLimits:
+    def true(cls, problem: Problem) -> "ShearLimits":
         """The joints' own friction and cohesion; flow normal to them is associative (C = D)."""
         return cls(problem.friction, problem.cohesion)
 

@@ -1,7 +1,5 @@
 """Vertical loads on a road as forces on the blocks under it, spread through fill to the edges below it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

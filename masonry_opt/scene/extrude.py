@@ -1,7 +1,5 @@
 """Scenes in the plane as scenes in space."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """Where the blocks of a scene are: sizes, centroids, corners and boxes; and the polygons of the plane."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What is wrong in a case file, or with the values a record is called with: one line a mistake."""
 
-from __future__ import annotations
-
 import difflib
 import reprlib
 from collections import Counter

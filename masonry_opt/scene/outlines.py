@@ -1,8 +1,6 @@
 """Polygons in a plane: sides, corners that make no difference, slivers, what they have in common, and their
 convex pieces."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The uppermost edges below a line, such as a road's."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

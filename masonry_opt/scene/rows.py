@@ -1,7 +1,5 @@
 """Tables of arrays with as many rows each, what is found row by row, and combinations of rows."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Self

@@ -1,7 +1,5 @@
 """Case files as plain tables, read in bounded time and memory whatever the file holds."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Solves programs declared in CVXPY, those with very large entries (friction of 1e6) scaled."""
 
-from __future__ import annotations
-
 import time
 import warnings
 from collections.abc import Callable

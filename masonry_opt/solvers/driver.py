@@ -1,7 +1,5 @@
 """Eq. (9) or eq. (10), declared in either language, with the solver that answers it; what is kept of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any, Protocol, Self, TypeVar, cast
@@ -73,7 +71,7 @@ class Driver:
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
         self._resizes = problem.by_strength.conic
 
-    def again_for(self, problem: Problem, effort: Effort) -> Driver:
+    def again_for(self, problem: Problem, effort: Effort) -> "Driver":
         """The same program with the shear limits of another problem (see :class:`Kept`)."""
         self.effort = effort
         self._engine.restart(effort)

@@ -1,8 +1,6 @@
 """Linear programs as arrays, the bounds that multipliers prove of them, and HiGHS, in which they stay loaded
 while their costs and bounds change."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
 from math import inf
@@ -42,14 +40,14 @@ class LinearProgram:
     rows: dict[int, np.ndarray]
 
     @classmethod
-    def of(cls, program: Any) -> LinearProgram:
+    def of(cls, program: Any) -> "LinearProgram":
         """The program as its modelling language compiles it, CVXPY or Pyomo."""
         if type(program).__module__.startswith("cvxpy"):
             return cls._of_cvxpy(program)
         return cls._of_pyomo(program)
 
     @classmethod
-    def _of_cvxpy(cls, program: Any) -> LinearProgram:
+    def _of_cvxpy(cls, program: Any) -> "LinearProgram":
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
         rhs, equations = np.asarray(data["b"], dtype=float), data["dims"].zero
         width, offset = len(data["c"]), data["param_prob"].var_id_to_col
@@ -79,7 +77,7 @@ class LinearProgram:
         )
 
     @classmethod
-    def _of_pyomo(cls, program: Any) -> LinearProgram:
+    def _of_pyomo(cls, program: Any) -> "LinearProgram":
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
@@ -106,7 +104,7 @@ class LinearProgram:
 
     def changed(
         self, row: np.ndarray, column: np.ndarray, entries: np.ndarray, upper: np.ndarray
-    ) -> LinearProgram:
+    ) -> "LinearProgram":
         """The same program with new ``entries`` at these rows and columns, and new upper bounds of the rows.
         An entry that is zero now cannot change."""
         height, width = self.matrix.shape

@@ -1,7 +1,5 @@
 """IPOPT for models declared in Pyomo: the library in CasADi's wheel, or an executable."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import tempfile

@@ -1,7 +1,5 @@
 """Solves programs declared in Pyomo, through its persistent interface to HiGHS."""
 
-from __future__ import annotations
-
 import time
 
 import pyomo.environ as pyo

@@ -1,8 +1,6 @@
 """Every solver a user can name, its options and what it can solve (adding one is one entry), and how a solve
 ends."""
 
-from __future__ import annotations
-
 import importlib.util
 import shutil
 from collections.abc import Callable

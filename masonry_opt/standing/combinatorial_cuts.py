@@ -6,8 +6,6 @@ Fischetti 2006): faces that cannot come to yield together, and faces of which on
 leave no choice there is no such state. Each cut is certified from the matrices.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -3,8 +3,6 @@
 No solver's verdict counts: forces and mechanisms are borne out by what they leave of their conditions.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -57,7 +55,7 @@ class _Standing:
     engine: CvxpyEngine
     forces: np.ndarray | None = None
 
-    def again_for(self, problem: Problem, effort: Effort) -> _Standing:
+    def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
         """The same in another scene (see :class:`~masonry_opt.solvers.driver.Kept`)."""
         self.parameters.set(ShearLimits.true(problem))
         self.engine.restart(effort)

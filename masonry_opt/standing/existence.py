@@ -1,8 +1,6 @@
 """Why an analysis ended without a load factor: proof that there is none, certified from the matrices, and
 reasons with the names of blocks and joints."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

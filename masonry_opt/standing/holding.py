@@ -1,7 +1,5 @@
 """Remedies for a scene that falls under its dead load: friction, and how much of it, strength, or support."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import sqrt
 

@@ -1,7 +1,5 @@
 """Charts of studies, in Altair: as PNG and SVG for paper, as a script for pages."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,8 +1,6 @@
 """What a study keeps: journal.jsonl, its finished runs, one line each, from which it continues; and the
 machine, the versions and the command that made them."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

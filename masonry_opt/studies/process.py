@@ -2,8 +2,6 @@
 "forkserver"), which takes milliseconds; a new interpreter takes seconds.
 """
 
-from __future__ import annotations
-
 import contextlib
 import multiprocessing
 import os

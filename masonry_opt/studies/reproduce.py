@@ -1,7 +1,5 @@
 """``reproduce``: runs the paper's examples, the scripts of the guide's gallery."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import sys

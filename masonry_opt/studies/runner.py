@@ -2,8 +2,6 @@
 memory, ends alone.
 """
 
-from __future__ import annotations
-
 import contextlib
 import pickle
 import threading

@@ -1,8 +1,6 @@
 """What answers of studies have in common: they are printed as facts, and written as JSON, as tables, and as
 HTML pages from the templates of this folder."""
 
-from __future__ import annotations
-
 import json
 import math
 from abc import ABC, abstractmethod

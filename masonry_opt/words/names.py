@@ -1,7 +1,5 @@
 """Names of blocks and joints in sentences, and the verbs that go with them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a page and a notebook say of a result, as HTML."""
 
-from __future__ import annotations
-
 from html import escape
 
 from masonry_opt.answer.acceptance import LIMITS

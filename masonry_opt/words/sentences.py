@@ -1,7 +1,5 @@
 """Sentences from reason codes: the one place that writes how an analysis ended; with those of warnings."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from math import inf
 from typing import Any

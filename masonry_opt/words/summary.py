@@ -1,7 +1,5 @@
 """A result in plain words, and its technical lines: what ``print`` and the command show."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from itertools import groupby

@@ -1,7 +1,5 @@
 """Results as text for a terminal."""
 
-from __future__ import annotations
-
 import io
 import math
 import sys
@@ -99,7 +97,7 @@ def _printing() -> Iterator[None]:
         raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 
 
-def frame_text(frame: pd.DataFrame, title: str) -> str:
+def frame_text(frame: "pd.DataFrame", title: str) -> str:
     """A frame as a table with a title."""
     from pandas.api.types import is_numeric_dtype
 

@@ -1,7 +1,5 @@
 """Sentences of warnings: what looks unintended in a scene, from reason codes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import radians, tan
 from typing import Any

@@ -1,7 +1,5 @@
 """A browser without a window, where there is one."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
@@ -26,7 +24,7 @@ _SWITCHES = (
 
 
 @pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[webdriver.Chrome]":
     """Chromium, with a new and empty profile, that logs what a page says and asks for."""
     driven = pytest.importorskip("selenium.webdriver", reason="needs selenium")
     service = pytest.importorskip("selenium.webdriver.chrome.service", reason="needs selenium")
@@ -44,10 +42,10 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chr
 
 
 @pytest.fixture
-def browser(chromium: webdriver.Chrome) -> Callable[[int], webdriver.Chrome]:
+def browser(chromium: "webdriver.Chrome") -> "Callable[[int], webdriver.Chrome]":
     """The browser, called with the width of its page in pixels."""
 
-    def of_width(width: int) -> webdriver.Chrome:
+    def of_width(width: int) -> "webdriver.Chrome":
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         return chromium

@@ -1,7 +1,5 @@
 """Certified bounds hold closed forms between them, closely."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

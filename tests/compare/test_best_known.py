@@ -1,7 +1,5 @@
 """The best known Coulomb state changes for exact lower states alone; registries of such states."""
 
-from __future__ import annotations
-
 import tomllib
 
 import pytest

@@ -1,7 +1,5 @@
 """What the charts of a comparison hold, on made-up runs, and that pictures show every point of it."""
 
-from __future__ import annotations
-
 import pytest
 from lines import line
 

@@ -1,7 +1,5 @@
 """A comparison from the command line to its report: resumed, interrupted, escaped, offline."""
 
-from __future__ import annotations
-
 import re
 import sys
 

@@ -1,7 +1,5 @@
 """Medians, Pareto front and success on made-up runs whose answers are seen."""
 
-from __future__ import annotations
-
 import math
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """Verdicts and errors: a wrong answer is never a good one, and every end has its name."""
 
-from __future__ import annotations
-
 import pytest
 from lines import line
 

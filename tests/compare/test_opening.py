@@ -1,7 +1,5 @@
 """What the comparison's page opens with: the frames' numbers and reasons; the order of its parts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

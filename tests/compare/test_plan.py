@@ -1,7 +1,5 @@
 """What a plan holds, and that what it leaves out is said with its reason."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest

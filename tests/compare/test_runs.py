@@ -1,7 +1,5 @@
 """Runs of a comparison in processes of their own: what one returns, and that none is left behind."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Axles over a road: closed forms by virtual work, sweeps by hand, and what is proven."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Groups of axles and roads: load cases beside them, what is refused, the command and the page."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Load cases: what acts as dead and as live, what is kept between them, and what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scenes import block_on_floor

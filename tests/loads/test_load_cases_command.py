@@ -1,7 +1,5 @@
 """Load cases and directions of earthquakes on the command line: what is printed, JSON, exit codes."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

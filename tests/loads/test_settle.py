@@ -1,7 +1,5 @@
 """Supports that settle: reactions by hand, in the plane and in space."""
 
-from __future__ import annotations
-
 import json
 import math
 

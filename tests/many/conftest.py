@@ -1,7 +1,5 @@
 """What tests of many scenes share."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest

@@ -1,7 +1,5 @@
 """What the charts of a sweep show."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs on a Dask cluster: the same table, also where a worker is lost in mid-run."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

@@ -1,7 +1,5 @@
 """What a user writes as a distribution, and points drawn from several."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,7 +1,5 @@
 """Rows of a study: the same from one process and from several, whatever becomes of the workers."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import hogs

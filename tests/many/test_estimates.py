@@ -1,7 +1,5 @@
 """Intervals of quantiles, probabilities and correlations against their definitions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

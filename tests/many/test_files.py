@@ -1,7 +1,5 @@
 """Files of a sweep: whole or not at all where the disk is full, and the same numbers in each."""
 
-from __future__ import annotations
-
 import contextlib
 import shutil
 import signal

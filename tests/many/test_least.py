@@ -1,7 +1,5 @@
 """Least and greatest values against closed forms; thresholds that are none, or more than one."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """The command `least`, as a user runs it."""
 
-from __future__ import annotations
-
 import json
 import re
 

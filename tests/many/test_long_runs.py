@@ -1,7 +1,5 @@
 """Sweeps that go on for long: stopped by Ctrl-C in the middle, and in no more memory at the end."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Numbers of a scene by name, against case files and scenes written with other numbers."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

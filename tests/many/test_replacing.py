@@ -1,7 +1,5 @@
 """Tables in a folder: replaced by those that have all of their runs, others by force alone."""
 
-from __future__ import annotations
-
 import csv
 
 import pytest

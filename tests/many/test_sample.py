@@ -1,7 +1,5 @@
 """Samples of a block's load factor, min(μ, b/h), against its distribution; what is drawn for which joint."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """`sweep --sample`, as a user runs it."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 from scenes import run_command

@@ -1,7 +1,5 @@
 """Many scenes by one session: as if each were solved alone, of one compile while joints alone change."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

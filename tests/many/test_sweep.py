@@ -1,7 +1,5 @@
 """A sweep's table: closed forms, order, failing runs, interruptions, what its folder holds."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 from pydantic import BaseModel

@@ -1,8 +1,6 @@
 """Write the table of best known values in ``benchmarks/README.md`` anew
 (``python tests/report/refresh_solver_people.py`` in the clone)."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

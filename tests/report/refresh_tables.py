@@ -1,8 +1,6 @@
 """Write Table 1 in ``docs/paper.md`` and its residuals in ``benchmarks/README.md`` anew
 (``python tests/report/refresh_tables.py``) from what ``make table1`` has written to results/."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The command line on a case in space."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

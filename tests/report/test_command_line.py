@@ -1,7 +1,5 @@
 """The command line: what is printed where, exit codes, pictures and tables."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """The README: its example does what it says, its links lead somewhere, and it stays short."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re

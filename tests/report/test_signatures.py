@@ -1,7 +1,5 @@
 """Commands ask for what functions take, as signatures and docstrings say it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

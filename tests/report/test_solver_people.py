@@ -1,7 +1,5 @@
 """The page for solver people: its example runs, its numbers are those of the registry and of the scenes."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re

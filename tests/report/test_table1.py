@@ -1,7 +1,5 @@
 """Table 1 by its command, and what the guide shows of it."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 from pathlib import Path

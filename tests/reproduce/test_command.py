@@ -1,7 +1,5 @@
 """The paper's examples by their command: each holds its published values, anywhere, and keeps its tables."""
 
-from __future__ import annotations
-
 import ast
 import shutil
 

@@ -1,7 +1,5 @@
 """Largest forces and rates of all states with λ in an interval, proven from multipliers and dual rays."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

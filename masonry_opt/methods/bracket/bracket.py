@@ -1,7 +1,5 @@
 """Method "global": a bracket of the least Coulomb load factor, its lower end certified from the matrices."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """Lower bounds of λ from products of statics and kinematics, near ones first."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The lower end of a bracket, raised by programs of more and more products."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from math import inf

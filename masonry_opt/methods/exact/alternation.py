@@ -5,8 +5,6 @@ low λ that leave little energy; and again. Interior points bring what is left t
 where simplex would take minutes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TypeVar

@@ -9,8 +9,6 @@ which faces hold λ up, and how strongly; another mechanism among the faces now 
 least, may lower it.
 """
 
-from __future__ import annotations
-
 import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
@@ -170,7 +168,7 @@ class Refiner(StateFinder):
         self._random_of_forces = problem.true_yield.T @ (self._random / problem.steep)
         self.undecided = 0
 
-    def again_for(self, problem: Problem, effort: Effort) -> Refiner:
+    def again_for(self, problem: Problem, effort: Effort) -> "Refiner":
         """A refiner of a problem that differs in friction, cohesion and dilatancy alone. It shares the
         declared programs, unless dilatancy or steepness differs, or a friction is zero, which has no entry in
         the matrix."""

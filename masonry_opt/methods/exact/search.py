@@ -1,7 +1,5 @@
 """The search for lower exact states: other starts, and the neighbourhood of the lowest found, in turn."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count

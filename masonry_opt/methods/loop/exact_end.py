@@ -1,7 +1,5 @@
 """The end of the loop: an exact state of statics on the mechanism it found."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

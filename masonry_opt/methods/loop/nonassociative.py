@@ -1,7 +1,5 @@
 """Method "nonassociative": runs of the loop, and what is tried where one fails."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Options of the loop, and the parameters that a run works with."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal

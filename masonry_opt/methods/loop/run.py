@@ -1,7 +1,5 @@
 """One run of the loop, from its first sub-problem to its end: the record of each, and when it stops."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """The loop of Gilbert, Casapulla & Ahmed (2006), section 4.2: its six steps and nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import count

@@ -1,7 +1,5 @@
 """Method "mcp": an exact state of Coulomb friction next to the load to expect, the lowest of a few."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Annotated, TypeVar
 

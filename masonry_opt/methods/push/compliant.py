@@ -6,8 +6,6 @@ forces under the dead load alone, whose slip is past when the live load comes. F
 where blocks move on for ever: on that ray contacts give no more, and the state is exact.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from math import inf
@@ -59,7 +57,7 @@ class CompliantOptions(Options):
     spread: Annotated[int, Strict(), Field(ge=1, le=1000)] | None = None
 
     @model_validator(mode="after")
-    def _has_an_end(self) -> CompliantOptions:
+    def _has_an_end(self) -> "CompliantOptions":
         if self.curve and self.give is not None:
             raise ValueError("'curve' goes through all compliances: leave 'give' out")
         if self.spread and self.give is not None:

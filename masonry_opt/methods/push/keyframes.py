@@ -1,7 +1,5 @@
 """The way of a push: keyframes along its path."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -6,8 +6,6 @@ points by ψ P: k P = r - r L/M, with the limit L = c + μ Σ n and M = (L + r +
 is the larger of both but near the corner. Forces keep within limits; n·opening and (L - |s|)·P are some τ².
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,7 +73,7 @@ class Rounded:
     rounding: float
 
     @classmethod
-    def of(cls, problem: Problem, compliance: np.ndarray, rounding: float) -> Rounded:
+    def of(cls, problem: Problem, compliance: np.ndarray, rounding: float) -> "Rounded":
         """The law of a problem, its contacts giving by the compliance, shape (3c + t,)."""
         c = problem.joints
         friction, dilatancy, cohesion = np.zeros((3, c))

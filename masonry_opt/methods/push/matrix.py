@@ -1,7 +1,5 @@
 """The matrix of the blocks under stiffnesses of contacts, bordered by a load, and its factors."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Protocol
 
@@ -68,7 +66,7 @@ class BlockMatrix:
 
     def factors(
         self, stiffness: np.ndarray, load: np.ndarray | None = None, row: np.ndarray | None = None
-    ) -> BlockFactors:
+    ) -> "BlockFactors":
         """Factors of the matrix under sliders' stiffnesses, shape (3, 3, m)."""
         values = self._of_stiffness @ stiffness.ravel()
         values += _REGULARISATION * np.abs(stiffness).max() * self._of_springs

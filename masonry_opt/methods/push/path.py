@@ -7,8 +7,6 @@ c measures trial forces q~ = q0 - k Bᵀd along the tangent before, so that a st
 u = f·d. Along a path the determinant keeps its sign, which tells which way it goes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf, sqrt
@@ -86,7 +84,7 @@ class Curve:
     live: np.ndarray
     unit: float
 
-    def rounded_by(self, rounding: float) -> Curve:
+    def rounded_by(self, rounding: float) -> "Curve":
         """The same, its law rounded by so many mean forces."""
         return replace(self, law=replace(self.law, rounding=rounding * self.unit))
 
@@ -121,7 +119,7 @@ class Curve:
         """Whether a path goes on from a point without a motion of contacts."""
         return self._size(self._moves(point.along[:-1])) <= _RIGID
 
-    def moved(self, d: np.ndarray) -> Curve:
+    def moved(self, d: np.ndarray) -> "Curve":
         """The same, its displacements counted from there: trial forces keep their digits far from rest."""
         return replace(self, rest=self.rest + self._moves(d))
 
@@ -166,7 +164,7 @@ class Curve:
 
     def states(
         self, d: np.ndarray, load_factor: float, u: float | None, *ends: float
-    ) -> Iterator[tuple[Curve, np.ndarray, float]]:
+    ) -> "Iterator[tuple[Curve, np.ndarray, float]]":
         """States at the same u, or under the same load, under laws that are less and less rounded."""
         for sharper, found in self.sharper(
             (d, load_factor), lambda sharp, near: sharp.state(*near, u), *ends
@@ -176,10 +174,10 @@ class Curve:
     def sharper(
         self,
         found: _Found,
-        find: Callable[[Curve, _Found], _Found | None],
+        find: "Callable[[Curve, _Found], _Found | None]",
         last: float = _LAST,
         gentlest: float = _GENTLE,
-    ) -> Iterator[tuple[Curve, _Found]]:
+    ) -> "Iterator[tuple[Curve, _Found]]":
         """What is found, each near the one before, from the law's own rounding on to the last."""
         before, falls = self.rounding / _FALLS, _FALLS
         while falls <= gentlest:

@@ -5,8 +5,6 @@ Both are paths of contacts that give: the dead load grows from nothing, then the
 changes along the path, on a ray, its direction is a collapse mechanism, and the state is exact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -153,11 +151,11 @@ class Elastic:
         extent = problem.matrices.extent
         self._unit = float(extent.mean() / (extent * self._compliance[: problem.joints]).mean())
 
-    def again_for(self, problem: Problem, effort: Effort | None = None) -> Elastic:
+    def again_for(self, problem: Problem, effort: Effort | None = None) -> "Elastic":
         """The same of a problem of other loads, law or forces at rest."""
         return Elastic(problem, self._matrix)
 
-    def drawn(self, deviation: float, rng: np.random.Generator) -> Elastic:
+    def drawn(self, deviation: float, rng: np.random.Generator) -> "Elastic":
         """The same, the stiffness of each contact changed by a random factor, its logarithm's standard
         deviation given."""
         c = self.problem.joints

@@ -1,7 +1,5 @@
 """What the load to expect owes to what nobody knows: how stiff contacts are, and the self-stress at rest."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Where the outlines of blocks in the plane touch: lengths of edge that two share, and corners on edges."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Self
@@ -31,7 +29,7 @@ class FacingEdges(sides.Facing):
     end: np.ndarray
 
     @classmethod
-    def of(cls, corners: PlaneCorners, pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> FacingEdges:
+    def of(cls, corners: "PlaneCorners", pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> "FacingEdges":
         """Those of edges i of the pairs' first and j of their second blocks, longer than the tolerance."""
         tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
         one, other = tip[i] - tail[i], tail[j] - tip[j]

@@ -1,7 +1,5 @@
 """Where solids touch: polygons that faces of two share, edges and corners on faces, and crossing edges."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Joints from geometry: what sides of two blocks share, and where corners and edges touch beside that."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The joints of a scene in one table, and the properties that it gives them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self

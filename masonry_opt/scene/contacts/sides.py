@@ -1,7 +1,5 @@
 """Sides of blocks that come near each other: what they share, and where blocks touch or meet beside that."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Blocks in COMPAS data: assemblies, block models, and lists of meshes or polygons."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

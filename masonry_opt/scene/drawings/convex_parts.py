@@ -1,7 +1,5 @@
 """Polyhedra with notches and holes, cut into convex parts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

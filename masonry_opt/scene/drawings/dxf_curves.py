@@ -1,7 +1,5 @@
 """Curves of a DXF file, and its texts with their places."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Blocks as meshes: corners joined, faces turned one way, faces of one plane merged."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass

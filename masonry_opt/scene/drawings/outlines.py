@@ -1,7 +1,5 @@
 """Outlines of blocks from the curves of a drawing: closed ones with their holes, and the cells of a net."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Sequence

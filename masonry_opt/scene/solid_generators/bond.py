@@ -1,7 +1,5 @@
 """Where the stones of a course end: joints of a bond, and what is done with pieces too short or too long."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise

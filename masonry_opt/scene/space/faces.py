@@ -1,7 +1,5 @@
 """Planes with axes, and outer faces of blocks: coplanar pieces made one, without what lies inside."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self

@@ -1,7 +1,5 @@
 """Shapes of the blocks of a scene in space, their convex parts, and the checks that a solid must pass."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
@@ -39,7 +37,7 @@ class ConvexParts:
     high: np.ndarray
 
     @classmethod
-    def of(cls, surfaces: Surfaces, planes: Planes) -> ConvexParts:
+    def of(cls, surfaces: Surfaces, planes: Planes) -> "ConvexParts":
         """The parts that the surfaces bound, if they are convex."""
         at, corner = np.unique(surfaces.vertex, return_index=True)
         points, of_point = surfaces.points[at], surfaces.part[surfaces.face[corner]]

@@ -1,7 +1,5 @@
 """Surfaces of the blocks' convex parts as flat arrays, closed, and turned so that normals point outwards."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import NoReturn

@@ -6,8 +6,6 @@ exactly it is projected on the equations, then mixed with a point well inside th
 are cones of friction, and of speeds of slip.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -99,7 +97,7 @@ class _Convex:
         limit, constant, two = self.cones
         return np.concatenate([flat, limit @ x + constant - np.hypot(*(each @ x for each in two))])
 
-    def dual(self, norm: float) -> _Convex:
+    def dual(self, norm: float) -> "_Convex":
         """Of eq. (9) eq. (10), over (d, p): Aᵀd = Gᵀp + (0, norm), p ≥ 0, whose points bound λ from above; of
         cones with p = (…, γ, w): γ ≥ |w|."""
         equations, k = len(self.b), 0

@@ -1,7 +1,5 @@
 """The charts of a comparison, from its frames alone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import cycle

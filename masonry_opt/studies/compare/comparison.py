@@ -1,8 +1,6 @@
 """``compare``: makes the runs that are missing, keeps each, judges all, and writes its files: results.csv,
 summary.csv, pictures, report.html."""
 
-from __future__ import annotations
-
 import contextlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence

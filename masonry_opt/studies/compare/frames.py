@@ -1,7 +1,5 @@
 """What a comparison found, and the tables behind its charts and reports: medians, Pareto fronts, success."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any

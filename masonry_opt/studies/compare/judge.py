@@ -1,8 +1,6 @@
 """The verdict on a run, by its certificate and by what is known of its scene: bounds, claims by hand, and the
 lowest exact Coulomb state."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The report as one HTML file that needs no network: load factors by scene and method, charts, tables."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,8 +1,6 @@
 """What a comparison runs: its scenes, which are case files, its pairs of a method and a solver; one run, and
 its row of results."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import time

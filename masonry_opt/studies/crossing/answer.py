@@ -1,7 +1,5 @@
 """The answer of ``crossing``: the worst position, and the load factor by position."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """``crossing``: the load factor of a scene as axles move over it, and their worst position."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,8 +1,6 @@
 """A group of axles on its way over a road, as live loads by position, and where the load factor is least:
 proven where it can be, else sought where it may be."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -191,7 +189,7 @@ class PassageTrials:
     passage: Passage
     solve: SolveLive | None = field(repr=False)
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)
-    beside: PassageTrials | None = field(default=None, repr=False)
+    beside: "PassageTrials | None" = field(default=None, repr=False)
     bound: float | None = None
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)
 
@@ -209,7 +207,7 @@ class PassageTrials:
         assert self.solve is not None
         return self.solve(live)
 
-    def ended(self) -> PassageTrials:
+    def ended(self) -> "PassageTrials":
         """The same without what solves, which holds programs that cannot be sent between processes."""
         return replace(self, solve=None, progress=None, beside=self.beside and self.beside.ended())
 
@@ -224,7 +222,7 @@ class PassageTrials:
         return np.array([self.at(position) for position in sorted(self.answers)])
 
     @property
-    def associative(self) -> PassageTrials:
+    def associative(self) -> "PassageTrials":
         return self.beside or self
 
     def resolution(self, position: float) -> float:

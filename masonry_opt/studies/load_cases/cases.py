@@ -1,7 +1,5 @@
 """All load cases of a scene, and which of them governs; earthquakes from all sides in place of them."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

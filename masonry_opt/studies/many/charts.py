@@ -6,8 +6,6 @@ Charts of a sample: the fragility curve, and what matters, of the lowest found a
 ``sure`` says with what confidence.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,8 +1,6 @@
 """Distributions of the numbers of a scene, as a user writes them, and values drawn from them: one for all
 joints, or one for each course or joint."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """``least`` and ``most``: the least or greatest number with which a scene stands or carries a load."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

@@ -7,8 +7,6 @@ A name is the path to a number through the tables of a case file, with dots: ``j
 Blocks of a generator are varied by the numbers of the generator.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args

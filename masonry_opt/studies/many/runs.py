@@ -1,7 +1,5 @@
 """Many certified runs of a scene with other values, each a row of a table of plain numbers and words."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

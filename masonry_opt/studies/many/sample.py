@@ -1,7 +1,5 @@
 """``sample``: a scene whose numbers are uncertain, solved for values drawn from their distributions."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -213,7 +211,7 @@ class Sample(StudyAnswer):
         """Quantiles, fragility and sensitivity, by these names."""
         return {name: getattr(self, name)() for name in ("quantiles", "fragility", "sensitivity")}
 
-    def plot(self, kind: str = "fragility") -> altair.TopLevelMixin:
+    def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
         """Draw the "fragility" curve or the "sensitivity" to what was drawn, as a chart of Altair.
 
         Raises OptionError if there is no such kind, or Altair, of the extra "studies", is not installed.
@@ -222,7 +220,7 @@ class Sample(StudyAnswer):
             raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
         return self.drawing(kind).on_paper()
 
-    def drawing(self, kind: str) -> NamedChart:
+    def drawing(self, kind: str) -> "NamedChart":
         """The chart of a kind. Raises OptionError if Altair is not installed."""
         # Charts are slow to import: only when they are needed.
         from masonry_opt.studies.many import charts

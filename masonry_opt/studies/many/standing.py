@@ -1,7 +1,5 @@
 """Whether a scene stands under its dead load, and its margin of either sign."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import inf
 from typing import NamedTuple

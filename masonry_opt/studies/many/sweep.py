@@ -1,7 +1,5 @@
 """A sweep: a scene's load factor over a grid of its numbers."""
 
-from __future__ import annotations
-
 import contextlib
 import inspect
 import itertools

@@ -1,7 +1,5 @@
 """``report``: answers with their inputs, what was checked and what was not, as one page that prints whole."""
 
-from __future__ import annotations
-
 import math
 from base64 import b64encode
 from collections.abc import Collection, Mapping, Sequence

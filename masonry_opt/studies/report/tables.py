@@ -1,7 +1,5 @@
 """Tables of a report: a scene's records key by key, and forces and motion of its joints."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from itertools import compress

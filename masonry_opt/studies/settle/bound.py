@@ -1,7 +1,5 @@
 """The least or the greatest reaction of ``settle``, and what moves there."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any

@@ -1,7 +1,5 @@
 """A scene whose supports can move in one direction, pushed there by a live load on them alone."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Sequence
 from typing import Any

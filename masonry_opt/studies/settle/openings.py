@@ -1,7 +1,5 @@
 """How joints open and slide while a support moves: the small motion of a mechanism."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 

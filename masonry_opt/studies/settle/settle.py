@@ -1,7 +1,5 @@
 """``settle``: the least and the greatest reaction of supports with which a scene stands."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Tasks in processes: what they return, and how they end; one task ends alone."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import time
