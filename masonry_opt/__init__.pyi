@@ -1,4 +1,4 @@
-"""The names of the package, for type checkers: ``__init__.py`` imports each when it is first wanted."""
+"""The names of the package: ``__init__.py`` reads them here, and imports each when it is first wanted."""
 
 from masonry_opt.analysis import solve as solve
 from masonry_opt.answer.answer import Certificate as Certificate

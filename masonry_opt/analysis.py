@@ -153,7 +153,7 @@ class Session:
             return None
         method, problem = METHODS[_EXPECTED], assembly.problem
         none = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
-        if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
+        if "dilatancy" in method.refuses and problem.dilatancy_depends_on_stress:
             return none.telling(reason(Code.DILATANCY_FALLS))
         if problem.joints > PUSHED_UP_TO:
             return none.telling(reason(Code.NOT_EXPECTED, **size_of(problem)))
@@ -185,21 +185,18 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
             )
         raise CaseError(f"{scene.origin}: no block carries a live load: give one {_WAYS[scene.dimension]}")
     named = f"method '{method.name}'"
-    if scene.dimension == 3 and not method.space:
+    if scene.dimension == 3 and "space" in method.refuses:
         raise OptionError(f"{scene.origin}: its blocks are solids, which {named} does not know: use another")
     roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
     dilatancy = "dilatancy that falls with stress: use 'nonassociative', or leave 'dilatancy_stress' out"
-    for there, known, what in (
-        (problem.dilatancy_depends_on_stress, not method.constant_dilatancy, dilatancy),
-        (problem.matrices.limited, method.limited, f"forces of {roles}: use another, or leave these out"),
-        (
-            len(problem.crushing),
-            method.crushing,
-            "joints of limited strength: use another, or leave 'strength' out",
-        ),
+    strength = "joints of limited strength: use another, or leave 'strength' out"
+    for what, there, said in (
+        ("dilatancy", problem.dilatancy_depends_on_stress, dilatancy),
+        ("forces", problem.matrices.limited, f"forces of {roles}: use another, or leave these out"),
+        ("strength", len(problem.crushing), strength),
     ):
-        if there and not known:
-            raise OptionError(f"{named} does not know {what}")
+        if there and what in method.refuses:
+            raise OptionError(f"{named} does not know {said}")
 
 
 def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.models.cvxpy_terms import Statics
+from masonry_opt.models.cvxpy_terms import Mechanism, Statics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
@@ -42,21 +42,18 @@ class ConeStatics(Statics):
     @cached_property
     def within_yield(self) -> list[cp.Constraint]:
         """These conditions."""
-        normal, *shears = (self.q[of_kind] for of_kind in self._problem.columns_of_sliding)
+        problem, table = self._problem, self._problem.table
+        normal, *shears = (self.q[of_kind] for of_kind in problem.columns_of_sliding)
         limit = self._limits.cohesion + cp.multiply(self._limits.slope, normal)
-        pressed = self.q[: self._problem.joints] >= 0
-        within = [pressed, cp.SOC(limit, cp.vstack(shears), axis=0)]
-        limits = self._problem.table.limits
-        if self._problem.matrices.limited:
-            within.append(self._problem.table.L @ self.q + self._problem.face_constant[limits] >= 0)
-        return within
+        others = table.R @ self.q + problem.face_constant[table.rest] >= 0
+        return [others, cp.SOC(limit, cp.vstack(shears), axis=0)]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Rates of the faces, which go with block velocities."""
         return self._problem.rates(d, slope)
 
 
-class ConeMechanism:
+class ConeMechanism(Mechanism):
     """Block velocities d, openings u ≥ 0, slips w and their speeds γ, and rates v ≥ 0 of limited forces:
 
         Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    f_L·d = Σ|f_L|
@@ -69,29 +66,24 @@ class ConeMechanism:
     Attributes
     ----------
     slip, sliding: γ of each point that can slide, and w, shape (2, k).
-    yielding: v of each limit of a force, None where there are none.
-    resisted: energy l·v that these limits dissipate.
-    rows: these conditions, but that the live load does work.
+    opening, yielding: u of each point, and v of each limit of a force.
     """
 
     def __init__(
         self, problem: Problem, slope: cp.Parameter | np.ndarray, senses: Senses | None = None
     ) -> None:
+        self._problem = problem
+        table, limits = problem.table, problem.face_constant[problem.table.limits]
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.opening = cp.Variable(problem.joints, nonneg=True, name="u")
+        self.yielding = cp.Variable(limits.size, nonneg=True, name="v")
         self.sliding = cp.Variable((2, slope.size), name="w")
         self.slip = cp.Variable(slope.size, name="gamma")
-        width = problem.B.shape[1]
-        normal, *shears = (selection(of_kind, width).T for of_kind in problem.columns_of_sliding)
-        flow = selection(np.arange(problem.joints), width).T @ self.opening
-        flow += normal @ cp.multiply(slope, self.slip)
+        normal, *shears = (selection(of_kind, table.width).T for of_kind in problem.columns_of_sliding)
+        flow = selection(np.arange(problem.joints), table.width).T @ self.opening
+        flow += normal @ cp.multiply(slope, self.slip) + table.L.T @ self.yielding
         flow += sum(shear @ self.sliding[axis] for axis, shear in enumerate(shears))
-        self.yielding, self.resisted = None, cp.Constant(0.0)
-        if problem.matrices.limited:
-            limits = problem.face_constant[problem.table.limits]
-            self.yielding = cp.Variable(limits.size, nonneg=True, name="v")
-            flow += problem.table.L.T @ self.yielding
-            self.resisted = limits @ self.yielding
+        self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
         if senses is None:
@@ -104,7 +96,6 @@ class ConeMechanism:
             made = [of_point @ p, *(of_point @ cp.multiply(along, p) for along in senses.along)]
             at_speed = cp.vstack([self.slip, self.sliding]) - cp.vstack(made) == 0
         self.rows = [self.compatibility, at_speed]
-        self._problem = problem
 
     def rates(self, slope: np.ndarray) -> np.ndarray:
         """Rates of the faces, which go with the velocities at the optimum."""
@@ -120,8 +111,7 @@ def cone_forces(problem: Problem, p: np.ndarray, weight: float) -> tuple[ConeSta
     """
     statics = ConeStatics(problem, ShearLimits.true(problem))
     slips = -problem.layout.senses.T @ p[problem.table.slides].reshape(len(problem.layout.senses), -1)
-    cost = problem.table.L.T @ p[problem.table.limits]
-    cost[: problem.joints] += p[problem.table.rocks]
+    cost = problem.table.R.T @ p[problem.table.rest]
     normal, *shears = problem.columns_of_sliding
     cost[normal] += problem.friction * np.hypot(*slips)
     for of_kind, slip in zip(shears, slips, strict=True):
@@ -141,8 +131,7 @@ def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[cp.
     limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))
     energy = limit @ mechanism.slip + cp.sum(cp.multiply(np.stack(shears), mechanism.sliding))
     energy += np.maximum(q[: problem.joints], 0.0) @ mechanism.opening
-    if mechanism.yielding is not None:
-        energy += np.maximum(problem.slacks(q)[problem.table.limits], 0.0) @ mechanism.yielding
+    energy += np.maximum(problem.slacks(q)[problem.table.limits], 0.0) @ mechanism.yielding
     return mechanism.d, cp.Problem(
         cp.Minimize(_ENERGY_SCALE * energy), [*mechanism.rows, mechanism.live_work]
     )

@@ -20,11 +20,10 @@ class CvxpyKinematic:
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         self.limits = ShearParameters(limits)
-        self.mechanism: Mechanism | ConeMechanism
         terms = ConeMechanism if problem.by_friction.conic else Mechanism
         mechanism = self.mechanism = terms(problem, self.limits.slope)
         self.compatibility = mechanism.compatibility
-        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + mechanism.resisted
+        work = -mechanism.power(self.limits.cohesion)
         self.program = cp.Problem(cp.Minimize(work), [*mechanism.rows, mechanism.live_work])
 
     def read(self) -> State:

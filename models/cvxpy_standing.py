@@ -20,19 +20,17 @@ class CvxpyStanding:
     B q + f_D = 0,    z = C(slope) q + c ≥ 0;    in space n ≥ 0,    |(s, t)| ≤ c + slope · n
     """
 
-    def __init__(self, problem: Problem, limits: ShearParameters | ShearLimits) -> None:
+    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+        self.limits = ShearParameters(limits)
         terms = ConeStatics if by_cones(problem) else Statics
-        statics = self.statics = terms(problem, limits, load_factor=cp.Constant(0.0))
+        statics = self.statics = terms(problem, self.limits, load_factor=cp.Constant(0.0))
         self.program = cp.Problem(cp.Minimize(0), [statics.equilibrium, *statics.within_yield])
 
 
-def _moving(
-    problem: Problem, limits: ShearLimits, senses: Senses | None = None
-) -> tuple[Mechanism | ConeMechanism, cp.Expression]:
-    """A mechanism, and the power of the dead load in it less what it dissipates."""
-    cones = by_cones(problem)
-    moving = ConeMechanism(problem, limits.slope, senses) if cones else Mechanism(problem, limits.slope)
-    return moving, problem.dead @ moving.d - limits.cohesion @ moving.slip - moving.resisted
+def _mechanism(problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> Mechanism:
+    if by_cones(problem):
+        return ConeMechanism(problem, limits.slope, senses)
+    return Mechanism(problem, limits.slope)
 
 
 class CvxpyFalling:
@@ -46,13 +44,14 @@ class CvxpyFalling:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, gyration: np.ndarray, scale: float) -> None:
-        self.mechanism, power = _moving(problem, limits)
+        mechanism = self.mechanism = _mechanism(problem, limits)
         # In the unit of force the median block's is one. Without weight there is no inertia: a little.
         size = np.maximum(problem.force_sizes(problem.dead), 1e-2)
         of_velocity = np.ones((len(size), problem.layout.dimension))
         root = np.sqrt(size)[:, None] * np.column_stack([of_velocity, gyration])
-        inertia = cp.sum_squares(cp.multiply(root.ravel(), self.mechanism.d))
-        self.program = cp.Problem(cp.Maximize(scale * power - inertia / 2), self.mechanism.rows)
+        inertia = cp.sum_squares(cp.multiply(root.ravel(), mechanism.d))
+        driven = scale * mechanism.power(limits.cohesion) - inertia / 2
+        self.program = cp.Problem(cp.Maximize(driven), mechanism.rows)
 
 
 class CvxpyDriven:
@@ -68,8 +67,8 @@ class CvxpyDriven:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:
-        mechanism, power = _moving(problem, limits, senses)
-        self.mechanism = mechanism
+        mechanism = self.mechanism = _mechanism(problem, limits, senses)
+        power = mechanism.power(limits.cohesion)
         self.program = cp.Problem(cp.Maximize(power), [*mechanism.rows, mechanism.d <= 1, mechanism.d >= -1])
 
     def read(self) -> tuple[np.ndarray, np.ndarray] | None:

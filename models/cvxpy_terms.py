@@ -86,6 +86,7 @@ class Mechanism:
     """
 
     def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
+        self._problem = problem
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
         self.slip = problem.limit_factors.T @ self.p
@@ -95,8 +96,13 @@ class Mechanism:
         # With 0 to the right: Python may swap the sides of == between expressions (when the right
         # one's class is derived from the left one's), and with them the sign of the dual.
         self.compatibility = problem.B.T @ self.d - flow == 0
-        self.rows = [self.compatibility]
+        self.rows: list[cp.Constraint] = [self.compatibility]
         self.live_work = problem.live @ self.d == problem.live_norm
+
+    def power(self, cohesion: cp.Parameter | np.ndarray) -> cp.Expression:
+        """Power of the dead load less what the mechanism dissipates, f_D·d − c·p, c of the joints that can
+        slide, shape (k,), being ``cohesion``."""
+        return self._problem.dead @ self.d - cohesion @ self.slip - self.resisted
 
     def rates(self, slope: np.ndarray) -> np.ndarray:
         """Rates of the faces at the optimum."""

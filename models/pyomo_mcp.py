@@ -17,14 +17,14 @@ class PyomoMcp:
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face
 
     There are as many equations and complementary pairs as unknowns λ, q, d, p, and no objective: several λ
-    may meet them. Where contacts give, Bᵀ d + E (q - q₀) takes the place of Bᵀ d: forces are then unique.
+    may meet them.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         model = self.program = pyo.ConcreteModel()
         statics = self.statics = Statics(model, problem, ShearLimits.true(problem))
-        self.mechanism = Mechanism(model, problem, problem.dilatancy.tolist(), statics.q)
+        self.mechanism = Mechanism(model, problem, problem.dilatancy.tolist())
         model.complementarity = Complementarity(
             range(problem.faces), rule=lambda m, face: complements(statics.slacks[face] >= 0, m.p[face] >= 0)
         )

@@ -8,9 +8,8 @@ import numpy as np
 import pyomo.environ as pyo
 from pyomo.core.expr import LinearExpression
 
-from masonry_opt.models.pyomo_terms import put
 from masonry_opt.problem.edges import EdgeFactors, Form
-from masonry_opt.problem.problem import Problem, State
+from masonry_opt.problem.problem import Problem
 
 
 class PyomoProducts:
@@ -167,11 +166,3 @@ class PyomoProducts:
             else:
                 if variables:
                     yield LinearExpression(linear_coefs=coefficients, linear_vars=variables), constant
-
-    def put(self, state: State) -> None:
-        """Give every variable its product in a state."""
-        statics = np.append(self.factors.of_forces(state.q), [state.load_factor, 1.0])
-        motion = np.append(self.factors.of_motion(state.d, state.p), 1.0)
-        for variable in self.program.component_objects(pyo.Var):
-            i, k = np.array(list(variable), dtype=int).reshape(-1, 2).T
-            put(variable, statics[i] * motion[k])

@@ -134,8 +134,6 @@ class Mechanism:
     Parameters
     ----------
     slope: opening per unit slip, as parameters or numbers.
-    forces: joint forces q, where contacts give elastically: Bᵀ d + E (q - q₀) takes the place of Bᵀ d, q₀ the
-        forces of the settled problem.
 
     Attributes
     ----------
@@ -143,15 +141,11 @@ class Mechanism:
     resisted: energy that the chords of crushing and limits of forces dissipate.
     """
 
-    def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any, forces: Any = None) -> None:
+    def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any) -> None:
         self.d = model.d = pyo.Var(range(problem.B.shape[0]))
         self.p = model.p = pyo.Var(range(problem.faces), domain=pyo.NonNegativeReals)
         d, p = list(self.d.values()), list(self.p.values())
         motion = list(rows(problem.B.T.tocsr(), d))
-        if problem.compliance is not None:
-            settled = np.zeros(len(motion)) if problem.settled is None else problem.settled
-            gives = zip(motion, problem.compliance.tolist(), forces.values(), settled.tolist(), strict=True)
-            motion = [moved + give * (force - before) for moved, give, force, before in gives]
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0

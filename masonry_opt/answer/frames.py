@@ -25,16 +25,12 @@ def unsigned(frame: "pd.DataFrame") -> "pd.DataFrame":
     return frame.assign(**{str(name): frame[name] + 0.0 for name in numbers})
 
 
-def _frame(rows: Any) -> "pd.DataFrame":
+def framed(rows: Any) -> "pd.DataFrame":
+    """A table of rows, or of columns by name, without a minus before any zero."""
     # Frames are made when they are asked for: pandas takes a quarter of a second to import.
     import pandas as pd
 
     return unsigned(pd.DataFrame(rows))
-
-
-def history_frame(solution: Solution) -> "pd.DataFrame":
-    """A row a step of the method."""
-    return _frame(list(solution.history)).drop(columns="solved", errors="ignore")
 
 
 def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
@@ -50,7 +46,7 @@ def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
         *zip(moves, problem.forces(d).T, strict=True),
         *zip(turns, problem.moments(d).T / problem.length_unit, strict=True),
     )
-    return _frame({"block": assembly.names(assembly.movable), **dict(columns)})
+    return framed({"block": assembly.names(assembly.movable), **dict(columns)})
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
@@ -67,7 +63,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
         **forces(assembly, q, u, solution.d),
         "utilisation": np.where(used < 0, np.nan, used),
     }
-    return _frame(columns)
+    return framed(columns)
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
@@ -92,7 +88,7 @@ def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | Non
         **_columns("v", motion),
         "utilisation": _utilisation(assembly, q),
     }
-    return _frame(columns)
+    return framed(columns)
 
 
 def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> "pd.DataFrame":
@@ -113,7 +109,7 @@ def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> "pd.DataFr
                 "starts_opening": part,
             }
         )
-    return _frame(rows)
+    return framed(rows)
 
 
 def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
@@ -242,4 +238,4 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
         # Of a scene that falls no forces are known.
         "yields": (highest > 0) & (-closing > speed) & ~(AT_HIGHEST * highest > T),
     }
-    return _frame(columns)
+    return framed(columns)

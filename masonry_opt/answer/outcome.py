@@ -1,7 +1,7 @@
 """The outcome of an analysis: a solution with the names and units of its scene, as numbers and codes."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Self
 
@@ -16,7 +16,7 @@ from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
@@ -100,6 +100,15 @@ class Outcome:
     assembly: Assembly
     solution: Solution
 
+    status = Of[Status]("solution")
+    reasons = Of[tuple[Reason, ...]]("solution")
+    usable = Of[bool]("solution.status")
+    kind = Of[Kind]("solution")
+    load_factor = Of[float | None]("solution")
+    flow_rule_matters = Of[bool]("solution")
+    stationary = Of[bool | None]("solution")
+    bound = Of[float | None]("solution")
+
     def __repr__(self) -> str:
         told = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"
         return f"{type(self).__name__}({told})"
@@ -161,7 +170,7 @@ class Outcome:
         """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
         (:class:`~.push.push.PushStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
         a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
-        return frames.history_frame(self.solution)
+        return frames.framed(list(self.solution.history)).drop(columns="solved", errors="ignore")
 
     @cached_property
     def curve(self) -> "pd.DataFrame | None":
@@ -187,26 +196,6 @@ class Outcome:
         return None if case is None else case.name
 
     @property
-    def status(self) -> Status:
-        return self.solution.status
-
-    @property
-    def reasons(self) -> tuple[Reason, ...]:
-        return tuple(self.solution.reasons)
-
-    @property
-    def usable(self) -> bool:
-        return self.status.usable
-
-    @property
-    def kind(self) -> Kind:
-        return self.solution.kind
-
-    @property
-    def load_factor(self) -> float | None:
-        return _unsigned(self.solution.load_factor)
-
-    @property
     def certificate(self) -> Certificate | None:
         return self.solution.answer.certificate if self.solution.answer else None
 
@@ -218,20 +207,12 @@ class Outcome:
         return replace(found, clamped=tuple(clamped.tolist()))
 
     @property
-    def flow_rule_matters(self) -> bool:
-        return self.solution.flow_rule_matters
-
-    @property
-    def stationary(self) -> bool | None:
-        return self.solution.stationary
-
-    @property
     def expected(self) -> float | None:
-        return _unsigned(self.solution.expected_value)
+        return self.solution.expected_value
 
     @property
     def end(self) -> float | None:
-        return _unsigned(self.solution.end_value)
+        return self.solution.end_value
 
     @property
     def expected_reasons(self) -> tuple[Reason, ...]:
@@ -248,20 +229,16 @@ class Outcome:
 
     @property
     def associative(self) -> float | None:
-        return _unsigned(self.solution.associative_value)
+        return self.solution.associative_value
 
     @cached_property
     def exact(self) -> bool:
         return self.solution.is_exact(self.assembly.problem)
 
     @property
-    def bound(self) -> float | None:
-        return _unsigned(self.solution.bound)
-
-    @property
     def size(self) -> Size:
         problem, lp = self.assembly.problem, self.solution.size
-        rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
+        rows, columns, nonzeros = (None, None, None) if lp is None else astuple(lp)
         points, joints = size_of(problem).get("contacts"), len(self.assembly.joints.first)
         return Size(problem.blocks, joints, rows, columns, nonzeros, contacts=points)
 
@@ -301,7 +278,3 @@ class Outcome:
         if self.assembly.scene.tilt is None or self.load_factor is None:
             return None
         return math.degrees(math.atan(self.load_factor))
-
-
-def _unsigned(number: float | None) -> float | None:
-    return None if number is None else number + 0.0

@@ -11,7 +11,7 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.registry import LpSize, Solver
 
 
@@ -61,7 +61,8 @@ class Solution:
     status: how.
     kind: of answer, which decides what its certificate must show.
     reasons: why, in codes.
-    found: the answer, if the status is usable; else the forces and velocities there are.
+    found: the answer, if the status is usable; else the forces and velocities there are, which are ``q``,
+        joint forces (3c,), and ``d``, block velocities (3b,).
     flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
     exact_end: whether the loop ended with forces that obey the true law exactly.
     history: one record a step of the method.
@@ -100,6 +101,9 @@ class Solution:
     softer: GivingState | None = None
     solver: Solver | None = None
 
+    q = Of[np.ndarray | None]("found")
+    d = Of[np.ndarray | None]("found")
+
     @property
     def answer(self) -> Answer | None:
         """The state with a load factor, and its certificate."""
@@ -109,16 +113,6 @@ class Solution:
     def load_factor(self) -> float | None:
         """λ of the answer."""
         return self.answer.load_factor if self.answer else None
-
-    @property
-    def q(self) -> np.ndarray | None:
-        """Joint forces, shape (3c,)."""
-        return self.found.q
-
-    @property
-    def d(self) -> np.ndarray | None:
-        """Block velocities, shape (3b,)."""
-        return self.found.d
 
     @property
     def associative_value(self) -> float | None:
@@ -140,13 +134,16 @@ class Solution:
     def end_value(self) -> float | None:
         """Load factor at the ray of the path; None if it ends in none, or was not followed."""
         state = self.at_expected
-        return state.load_factor if state and any(said.code is Code.RAY for said in state.reasons) else None
+        return state.load_factor if state and state.values_of(Code.RAY) else None
 
     @property
     def peak(self) -> float | None:
         """Highest load factor on the way to its own, on a ray, where that is lower."""
-        peaks = (said.values["peak"] for said in self.reasons if said.code is Code.RAY)
-        return next(peaks, None)
+        return self.values_of(Code.RAY).get("peak")
+
+    def values_of(self, code: Code) -> dict[str, Any]:
+        """The values of the reason with a code; empty without that reason."""
+        return next((said.values for said in self.reasons if said.code is code), {})
 
     @property
     def proven_none(self) -> bool:
@@ -161,19 +158,17 @@ class Solution:
     @property
     def no_work(self) -> bool:
         """Whether it is an answer in whose mechanism the live load does no work."""
-        return any(said.code is Code.NO_WORK for said in self.reasons)
+        return bool(self.values_of(Code.NO_WORK))
 
     @property
     def states_met(self) -> int | None:
         """Number of different exact states met; None if the method looks for none."""
-        met = (said.values["count"] for said in self.reasons if said.code is Code.STATES_MET)
-        return next(met, None)
+        return self.values_of(Code.STATES_MET).get("count")
 
     @property
     def below_zero(self) -> float:
         """Load factor, zero or below, of a state that was met beside the answer; infinite without one."""
-        met = (said.values["load_factor"] for said in self.reasons if said.code is Code.BELOW_ZERO)
-        return next(met, inf)
+        return float(self.values_of(Code.BELOW_ZERO).get("load_factor", inf))
 
     @property
     def carries_any_load(self) -> bool:

@@ -176,7 +176,8 @@ def export(
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
     # Where dilatancy falls with stress a method may ask the loop: programs of flow have a constant one.
     known = METHODS[method]
-    refuse_unsuited(replace(known, constant_dilatancy=not known.associative), assembly)
+    refuses = known.refuses if known.associative else known.refuses | {"dilatancy"}
+    refuse_unsuited(replace(known, refuses=refuses), assembly)
     program, said = _EXPORTS[method](assembly)
     program.name = method
     names = names_in(program, assembly.problem, labels_of(assembly, legal=end != ".nl"))

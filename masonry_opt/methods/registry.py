@@ -11,16 +11,10 @@ from pydantic import ValidationError
 
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
-from masonry_opt.solvers.registry import (
-    MATRICES,
-    MODELS,
-    SOLVERS,
-    TOLERANCE,
-    Solver,
-    capable,
-    find_entry,
-    find_solver,
-)
+from masonry_opt.solvers.registry import MATRICES, MODELS, SOLVERS, TOLERANCE, Solver, capable, find_solver
+
+#: What methods of a constant dilatancy refuse.
+_VARYING = frozenset({"dilatancy"})
 
 _ALL = (
     Method("static", "associative:associative", associative=True),
@@ -32,20 +26,14 @@ _ALL = (
         # A vertex has joints without normal force, which the loop then locks: prefer interior points.
         {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")},
     ),
-    Method(
-        "mcp",
-        "mcp.method:mcp",
-        "mcp.method:McpOptions",
-        {MATRICES: ("newton",)},
-        own_tolerances=True,
-    ),
+    Method("mcp", "mcp.method:mcp", "mcp.method:McpOptions", {MATRICES: ("newton",)}, own_tolerances=True),
     Method(
         "compliant",
         "push.compliant:compliant",
         "push.compliant:CompliantOptions",
         {MATRICES: ("newton",)},
         own_tolerances=True,
-        constant_dilatancy=True,
+        refuses=_VARYING,
     ),
     Method(
         "mpec",
@@ -53,7 +41,7 @@ _ALL = (
         "mpec:MpecOptions",
         {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)},
         own_tolerances=True,
-        constant_dilatancy=True,
+        refuses=_VARYING,
     ),
     Method(
         "refined",
@@ -61,7 +49,7 @@ _ALL = (
         "refined:RefinedOptions",
         {"cvxpy": ("highs",)},
         own_tolerances=True,
-        constant_dilatancy=True,
+        refuses=_VARYING,
     ),
     Method(
         "global",
@@ -69,10 +57,7 @@ _ALL = (
         "bracket.bracket:GlobalOptions",
         {"pyomo": ("highs",)},
         own_tolerances=True,
-        constant_dilatancy=True,
-        crushing=False,
-        limited=False,
-        space=False,
+        refuses=_VARYING | {"strength", "forces", "space"},
     ),
 )
 
@@ -160,20 +145,17 @@ class HowToSolve:
             )
         allowed = method.solvers.get(model, ())
         name = self.solver.lower() if self.solver else (allowed[0] if allowed else None)
-        if allowed and name not in allowed:
+        linear = all(entry.linear for entry in SOLVERS.values() if entry.name == name)
+        if name not in allowed if allowed else not linear:
             raise OptionError(
-                f"method '{method.name}' with model '{model}' takes solver: {', '.join(allowed)} (found "
-                f"'{name}'){_takers(name)}"
+                f"method '{method.name}' with model '{model}' takes solver: "
+                f"{', '.join(allowed) or 'any of linear programs'} (found '{name}'){_takers(name)}"
             )
         if self.tolerance is not None and method.own_tolerances:
             raise OptionError(
                 f"method '{method.name}' has tolerances of its own: leave 'tolerance' out, or name a method "
                 f"that takes one: {_names(lambda other: not other.own_tolerances)}"
             )
-        others = [entry for entry in SOLVERS.values() if entry.name == name and not entry.linear]
-        if others and not allowed:
-            takers = _names(lambda other: other.solved_by(others[0]))
-            raise OptionError(f"solver '{name}' solves no linear programs, and is for methods: {takers}")
         return find_solver(model, name, TOLERANCE if self.tolerance is None else self.tolerance)
 
     @cached_property
@@ -202,16 +184,12 @@ def _homes(option: str) -> list[str]:
 
 def _takers(name: str | None) -> str:
     """Which methods take a solver, in the first language that has it; which take solvers that CVXPY finds."""
-    for language in MODELS:
-        try:
-            entry = find_entry(language, name)
-        except OptionError:
-            continue
-        takers = [name for name, method in METHODS.items() if method.solved_by(entry)]
-        return f"; methods that take it, with model '{language}': {', '.join(takers)}"
-    return (
-        f"; methods of linear programs, which take others: {_names(lambda method: not method.own_tolerances)}"
-    )
+    known = [entry for (_, called), entry in SOLVERS.items() if called == name]
+    if known:
+        takers = _names(lambda method: method.solved_by(known[0]))
+        return f"; methods that take it, with model '{known[0].language}': {takers}"
+    others = _names(lambda method: not method.own_tolerances)
+    return f"; methods of linear programs, which take others: {others}"
 
 
 def _names(of: Callable[[Method], bool]) -> str:

@@ -72,10 +72,8 @@ class Method:
         linear programs. The first model is the method's default.
     associative: whether its answer is that of associative flow.
     own_tolerances: whether it sets the tolerances of its solvers itself.
-    constant_dilatancy: whether it takes the joints' dilatancy for a constant, whatever their stress.
-    crushing: whether it knows joints of limited strength.
-    limited: whether it knows limited forces, such as ties.
-    space: whether it knows scenes in space.
+    refuses: what it does not know: "dilatancy" that falls with stress, joints of limited "strength", limited
+        "forces", such as ties, scenes in "space".
     """
 
     name: str
@@ -84,10 +82,7 @@ class Method:
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     associative: bool = False
     own_tolerances: bool = False
-    constant_dilatancy: bool = False
-    crushing: bool = True
-    limited: bool = True
-    space: bool = True
+    refuses: frozenset[str] = frozenset()
 
     @property
     def run(self) -> Callable[[Task], Solution]:

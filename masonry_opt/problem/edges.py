@@ -129,26 +129,16 @@ class EdgeFactors:
         rows = np.flatnonzero(np.abs(column) > _NOTHING)
         return {self.velocities.start + int(row): float(column[row]) for row in rows}
 
-    def of_forces(self, q: np.ndarray) -> np.ndarray:
-        """The forces x₂, x₃, z₀ (or s) of joint forces q, shape (3c,)."""
-        problem, forces = self.problem, self.problem.by_kind(q).copy()
-        forces[2, problem.sliding] = problem.slacks(q)[: len(problem.sliding)]
-        return forces.T.ravel()
-
     def joint_forces(self, y: np.ndarray) -> np.ndarray:
-        """The joint forces q (3c,) of such x₂, x₃, z₀ (or s)."""
+        """The joint forces q (3c,) of forces x₂, x₃, z₀ (or s)."""
         problem = self.problem
         x2, x3, last = y.reshape(-1, 3).T.copy()
         at, n = problem.sliding, x2 + x3
         last[at] = problem.cohesion + problem.friction * n[at] - last[at]
         return np.concatenate([x2, x3, last])
 
-    def of_motion(self, d: np.ndarray, p: np.ndarray) -> np.ndarray:
-        """Rates u₂, u₃, p₀, p₁ (0 where a joint cannot slide) of face rates p, then velocities d."""
-        return np.append(self.in_edges(p), d)
-
     def in_edges(self, of_faces: np.ndarray) -> np.ndarray:
-        """Face rates, shape (faces,), as u₂, u₃, p₀, p₁ of each joint, flat."""
+        """Face rates, shape (faces,), as u₂, u₃, p₀, p₁ of each joint (0 where one cannot slide), flat."""
         problem, table = self.problem, self.problem.table
         v = np.zeros((problem.joints, 4))
         v[:, :2] = 2 * of_faces[table.rocks].reshape(2, -1).T

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -37,17 +37,18 @@ _T = TypeVar("_T")
 _ToArray = Callable[[np.ndarray], np.ndarray]
 
 
-class _Of(Generic[_T]):
-    """An attribute of a part of the problem, under the same name."""
+class Of(property, Generic[_T]):
+    """An attribute of a part, such as of a problem's law, under the same name."""
 
     def __init__(self, part: str) -> None:
+        super().__init__()
         self._part = part
 
     def __set_name__(self, _: type, name: str) -> None:
         self._get = attrgetter(f"{self._part}.{name}")
 
-    def __get__(self, problem: Any, _: type) -> _T:
-        value: _T = self._get(problem)
+    def __get__(self, whole: Any, _: type | None = None) -> _T:  # type: ignore[override]
+        value: _T = cast(Any, self) if whole is None else self._get(whole)
         return value
 
 
@@ -84,36 +85,36 @@ class Problem:
     compliance: np.ndarray | None = None
     settled: np.ndarray | None = None
 
-    B = _Of[sp.csr_array]("matrices")
-    length_unit = _Of[float]("matrices")
-    layout = _Of[Layout]("matrices")
-    blocks = _Of[int]("matrices")
-    joints = _Of[int]("matrices")
-    touching = _Of[tuple[np.ndarray, np.ndarray]]("matrices")
-    part = _Of[np.ndarray]("matrices")
-    of_forces = _Of[_ToArray]("matrices")
-    by_block = _Of[_ToArray]("matrices")
-    by_kind = _Of[_ToArray]("matrices")
+    B = Of[sp.csr_array]("matrices")
+    length_unit = Of[float]("matrices")
+    layout = Of[Layout]("matrices")
+    blocks = Of[int]("matrices")
+    joints = Of[int]("matrices")
+    touching = Of[tuple[np.ndarray, np.ndarray]]("matrices")
+    part = Of[np.ndarray]("matrices")
+    of_forces = Of[_ToArray]("matrices")
+    by_block = Of[_ToArray]("matrices")
+    by_kind = Of[_ToArray]("matrices")
 
-    sliding = _Of[np.ndarray]("law")
-    friction = _Of[np.ndarray]("law")
-    cohesion = _Of[np.ndarray]("law")
-    dilatancy = _Of[np.ndarray]("law")
-    dilatancy_force = _Of[np.ndarray]("law")
-    crushing = _Of[np.ndarray]("law")
-    crushing_force = _Of[np.ndarray]("law")
-    lowest = _Of[np.ndarray]("law")
-    highest = _Of[np.ndarray]("law")
-    forms = _Of[Forms]("law")
-    dilatancy_depends_on_stress = _Of[bool]("law")
-    dilatancy_at = _Of[_ToArray]("law")
+    sliding = Of[np.ndarray]("law")
+    friction = Of[np.ndarray]("law")
+    cohesion = Of[np.ndarray]("law")
+    dilatancy = Of[np.ndarray]("law")
+    dilatancy_force = Of[np.ndarray]("law")
+    crushing = Of[np.ndarray]("law")
+    crushing_force = Of[np.ndarray]("law")
+    lowest = Of[np.ndarray]("law")
+    highest = Of[np.ndarray]("law")
+    forms = Of[Forms]("law")
+    dilatancy_depends_on_stress = Of[bool]("law")
+    dilatancy_at = Of[_ToArray]("law")
 
-    C = _Of[Callable[[np.ndarray], sp.csr_array]]("table")
-    N = _Of[sp.csr_array]("table")
-    R = _Of[sp.csr_array]("table")
-    limit_factors = _Of[sp.csr_array]("table")
-    bent = _Of[np.ndarray]("table")
-    face_joint = _Of[np.ndarray]("table")
+    C = Of[Callable[[np.ndarray], sp.csr_array]]("table")
+    N = Of[sp.csr_array]("table")
+    R = Of[sp.csr_array]("table")
+    limit_factors = Of[sp.csr_array]("table")
+    bent = Of[np.ndarray]("table")
+    face_joint = Of[np.ndarray]("table")
 
     @cached_property
     def table(self) -> Faces:

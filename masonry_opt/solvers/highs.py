@@ -81,16 +81,14 @@ class LinearProgram:
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
-        # A row without a finite bound is left out.
         form: Any = LinearStandardFormCompiler().write(program, mixed_form=True, set_sense=None)
-        bounded = np.flatnonzero(np.isfinite(form.rhs))
-        kind = np.array([form.rows[old].bound_type for old in bounded])
-        rhs = np.asarray(form.rhs, dtype=float)[bounded]
+        kind = np.array([row.bound_type for row in form.rows])
+        rhs = np.asarray(form.rhs, dtype=float)
         bounds = [variable.bounds for variable in form.columns]
         column = {id(variable): index for index, variable in enumerate(form.columns)}
         return cls(
             cost=np.asarray(form.c.toarray(), dtype=float)[0],
-            matrix=sp.csc_array(sp.csr_array(form.A)[bounded]),
+            matrix=sp.csc_array(form.A),
             row_lower=np.where(kind == 1, -np.inf, rhs),
             row_upper=np.where(kind == -1, np.inf, rhs),
             low=np.array([-np.inf if low is None else low for low, _ in bounds], dtype=float),

@@ -125,6 +125,3 @@ class ExecutableIpopt:
         """Begin the next solve without multipliers."""
         for suffix in ("ipopt_zL_out", "ipopt_zU_out", "ipopt_zL_in", "ipopt_zU_in", "dual"):
             getattr(self._program, suffix).clear()
-
-
-Ipopt = CasadiIpopt | ExecutableIpopt

@@ -217,17 +217,13 @@ def rougher(solver: Solver, tolerance: float) -> Solver:
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
 
 
-def in_cvxpy(solver: Solver) -> Solver:
+def in_cvxpy(solver: Solver, cones: bool = False) -> Solver:
     """The same solver at its default tolerance, for programs that are declared in CVXPY alone; CVXPY's
-    default solver where CVXPY does not drive it, or its verdicts cannot be trusted."""
+    default solver where CVXPY does not drive it, its verdicts cannot be trusted, or it takes no cones and
+    there are any."""
     entry = SOLVERS.get(("cvxpy", solver.name))
-    return find_solver("cvxpy", solver.name if entry and entry.decides else None)
-
-
-def taking_cones(solver: Solver, cones: bool) -> Solver:
-    """The same, and CVXPY's default where there are cones and that takes none."""
-    chosen = in_cvxpy(solver)
-    return chosen if chosen.entry.conic or not cones else find_solver("cvxpy", None)
+    fit = entry is not None and entry.decides and (entry.conic or not cones)
+    return find_solver("cvxpy", solver.name if fit else None)
 
 
 class Verdict(Enum):

@@ -14,12 +14,11 @@ from masonry_opt.answer.thresholds import DRIVES, NAMED, SLIDES
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_cone import Senses
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding, by_cones
-from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.driver import Kept
-from masonry_opt.solvers.registry import Solver, find_solver, taking_cones
+from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 
 #: What a solver does here, as a result tells it.
 DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"
@@ -51,13 +50,12 @@ class _Standing:
     """Eq. (9) without live load, compiled, with the last forces (3c,) that carried the dead load."""
 
     model: CvxpyStanding
-    parameters: ShearParameters
     engine: CvxpyEngine
     forces: np.ndarray | None = None
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
         """The same in another scene (see :class:`~masonry_opt.solvers.driver.Kept`)."""
-        self.parameters.set(ShearLimits.true(problem))
+        self.model.limits.set(ShearLimits.true(problem))
         self.engine.restart(effort)
         return self
 
@@ -78,14 +76,13 @@ def falling_mechanism(
     solver: what the analysis was asked to use; see :func:`~masonry_opt.solvers.registry.in_cvxpy`.
     kept: programs of the analyses before this one.
     """
-    by_cone, limits, kept = problem.by_cone, ShearLimits.true(problem), kept or Kept()
-    chosen = taking_cones(solver, by_cone.by_friction.conic)
+    by_cone, kept = problem.by_cone, kept or Kept()
+    chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
-        parameters = ShearParameters(limits)
-        model = CvxpyStanding(by_cone, parameters)
+        model = CvxpyStanding(by_cone, ShearLimits.true(problem))
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
-        return _Standing(model, parameters, engine)
+        return _Standing(model, engine)
 
     # Live loads do not matter here: programs of those that share the dead load are one.
     unloaded = replace(problem, live=problem.dead)
@@ -180,7 +177,7 @@ def locking_joints(
         slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
         loaded = _of_live_load(problem.by_cone, slope)
         carrying = CvxpyStanding(loaded, ShearLimits.true(loaded))
-        if has_optimum(carrying.program, taking_cones(solver, loaded.by_friction.conic), effort, DIAGNOSIS):
+        if has_optimum(carrying.program, in_cvxpy(solver, loaded.by_friction.conic), effort, DIAGNOSIS):
             q = carrying.statics.forces()[1]
         elif status is Status.UNLIMITED or q is None:
             return none
@@ -207,7 +204,7 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
     Raises DeadLoadUndecided if neither is borne out.
     """
     problem, senses = problem.by_cone, None
-    solver = taking_cones(solver, problem.by_friction.conic)
+    solver = in_cvxpy(solver, problem.by_friction.conic)
     for program in range(_MOST_PROGRAMS if problem.joints <= _SIMPLEX_UP_TO else 1):
         model = CvxpyDriven(problem, ShearLimits.true(problem), senses)
         solved = CvxpyEngine(model.program, solver, effort, purpose).solve()

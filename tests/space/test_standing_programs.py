@@ -74,7 +74,7 @@ def test_polygons_decide_alone(seed, monkeypatch):
     """Where programs of cones end after one iteration; 22, 24 and 27 are next to their limit."""
     clarabel, effort = find_solver("cvxpy", None), Effort()
     cut_short = replace(clarabel, options=clarabel.options | {"max_iter": 1})
-    monkeypatch.setattr(diagnosis, "taking_cones", lambda *_: cut_short)
+    monkeypatch.setattr(diagnosis, "in_cvxpy", lambda *_: cut_short)
     scene = small_scene_in_space(seed)
     assert is_right(stands(scene, effort), *bounds(scene))
     assert effort.solvers == {"dead load": ["clarabel", "highs"]}

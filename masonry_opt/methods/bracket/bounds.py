@@ -147,7 +147,7 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
         if face < slides:
             most[(face + slides // 2) % slides] = 0.0
         session.set_most(mechanism.p, most)
-        session.set_costs(mechanism.p, -_unit(faces, face))
+        session.set_costs(mechanism.p, -np.eye(1, faces, face)[0])
         verdict = session.solve()
         if verdict is Verdict.INFEASIBLE:
             value, lacks = session.contradiction()
@@ -165,7 +165,3 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
 def velocities_by_rates(problem: Problem) -> np.ndarray:
     """d = M p for all velocities d and face rates p that kinematics allow, shape (3b, faces)."""
     return np.asarray(np.linalg.pinv(problem.B.T.toarray()) @ problem.D(problem.dilatancy).toarray())
-
-
-def _unit(size: int, index: int) -> np.ndarray:
-    return np.eye(1, size, index).ravel()

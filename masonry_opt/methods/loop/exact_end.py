@@ -13,7 +13,7 @@ from masonry_opt.models.cvxpy_exact import CvxpyAtYield
 from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
 from masonry_opt.problem.problem import Problem, State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
-from masonry_opt.solvers.registry import Solver, in_cvxpy, taking_cones
+from masonry_opt.solvers.registry import Solver, in_cvxpy
 
 #: Share of the largest rate above which a face belongs to the mechanism, well above what the solver's
 #: tolerance leaves of a zero: first for the larger mechanism, then for the surer one.
@@ -46,7 +46,7 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     rule that leaves least for those forces (the sub-problem's own if the solver finds none).
     """
     scaled = in_units_of_load(problem.by_cone)
-    solver = taking_cones(solver, scaled.problem.by_friction.conic)
+    solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
     solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE)
     forces = forces_for(scaled, state.p, solves)
     if forces is None:

@@ -108,7 +108,7 @@ def nonassociative(task: Task) -> Solution:
         state = step.solved.state if step.solved else None
         if state and (least is None or state.load_factor < least) and _borne_out(problem, state):
             least = state.load_factor
-        task.progress(replace(step, attempt=len(runs) + 1, remedy=attempt.remedy))
+        task.progress(step)
 
     while True:
         before = runs[-1].attempt if runs else None
@@ -178,7 +178,7 @@ def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOpti
         wanted = {"all": True, "slope": remedy is less_slope, "none": False}[options.remedies]
         following = remedy(last.attempt) if wanted or last.failure is Shortfall.ROUGH else None
         if following is not None:
-            return following
+            return replace(following, number=len(runs) + 1)
     return None
 
 
@@ -198,9 +198,5 @@ def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution
             solution = replace(solution, reasons=(reason(Code.LOCKED_ALL_THE_SAME),))
         again = reason(Code.BEGAN_AGAIN, first=str(runs[0].failure), remedies=remedies, in_vain=not decided)
         solution = solution.telling_first(again) if decided else solution.telling(again)
-    history = tuple(
-        replace(entry, attempt=number, remedy=ran.attempt.remedy)
-        for number, ran in enumerate(runs, start=1)
-        for entry in ran.solution.history
-    )
+    history = tuple(entry for ran in runs for entry in ran.solution.history)
     return replace(solution, solver=kept.attempt.solver, history=history)

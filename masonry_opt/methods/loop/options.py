@@ -59,11 +59,13 @@ class LoopParameters:
 
 @dataclass(frozen=True)
 class Attempt:
-    """What a run of the loop works with, and the option that was changed for it, such as "beta=0.3"."""
+    """What a run of the loop works with, the option that was changed for it, such as "beta=0.3", and its
+    number."""
 
     parameters: LoopParameters
     solver: Solver
     remedy: str = ""
+    number: int = 1
 
 
 class LoopOptions(Options):

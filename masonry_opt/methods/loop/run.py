@@ -65,12 +65,12 @@ class Iteration:
     coulomb_sliding: float
     mismatch: float
     seconds: float
-    attempt: int = 1
-    remedy: str = ""
+    attempt: int
+    remedy: str
     solved: SubProblem | None = field(default=None, repr=False)
 
 
-def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iteration:
+def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt: Attempt) -> Iteration:
     """The record of a sub-problem, given the state before it."""
     state, limits = last.optimum, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
@@ -89,6 +89,8 @@ def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iterat
         coulomb_sliding=float(coulomb @ slip) / unit,
         mismatch=float(np.abs(limit - coulomb) @ slip) / unit,
         seconds=last.solved.seconds,
+        attempt=attempt.number,
+        remedy=attempt.remedy,
         solved=last,
     )
 
@@ -112,34 +114,29 @@ def run(
 
 class _Run:
     def __init__(self, problem: Problem, driver: Driver, attempt: Attempt) -> None:
-        self.problem, self.driver = problem, driver
-        self.parameters, self.solver = attempt.parameters, attempt.solver
+        self.problem, self.driver, self.attempt = problem, driver, attempt
+        self.parameters = attempt.parameters
         kind = Kind.LOOP if self.parameters.finish else Kind.BARE_LOOP
         self.ending = Solution(Status.ITERATION_LIMIT, kind)
-        self.history: list[Iteration] = []
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
         self.next_try = 0
 
     def follow(self, progress: Callable[[Iteration], None], revise: Revise) -> Solution:
-        ended = self._followed(progress, revise)
-        known = self.load_factors and self.parameters.start == "associative"
-        associative = self.load_factors[0] if known else None
-        return replace(ended, history=tuple(self.history), associative=associative)
-
-    def _followed(self, progress: Callable[[Iteration], None], revise: Revise) -> Solution:
-        parameters = self.parameters
-        loop = sub_problems(self.problem, self.driver, parameters, revise)
+        problem, parameters = self.problem, self.parameters
+        loop = sub_problems(problem, self.driver, parameters, revise)
         for last in islice(loop, parameters.max_iterations):
-            if last.state is None:
+            if (state := last.state) is None:
                 return self._without_optimum(last)
-            entry = recorded(self.problem, last, self.states[-1] if self.states else None)
-            self.states.append(last.state)
-            self.load_factors.append(last.state.load_factor)
-            q, d, forms = last.state.q, last.state.d, self.problem.forms
-            found = Found(q=q, d=d, slope=self.problem.dilatancy, forms=forms)
-            self.ending = replace(self.ending, found=found)
-            self.history.append(replace(entry, solved=None))
+            entry = _recorded(problem, last, self.states[-1] if self.states else None, self.attempt)
+            self.states.append(state)
+            self.load_factors.append(state.load_factor)
+            self.ending = replace(
+                self.ending,
+                found=Found(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms),
+                history=(*self.ending.history, replace(entry, solved=None)),
+                associative=self.load_factors[0] + 0.0 if parameters.start == "associative" else None,
+            )
             progress(entry)
             if ended := self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
                 return ended
@@ -189,24 +186,25 @@ class _Run:
         """The end with exact forces on the mechanism, or on one near it."""
         if not self.parameters.finish:
             return None
-        problem, state, effort = self.problem, last.optimum, self.driver.effort
+        problem, state = self.problem, last.optimum
+        solver, effort = self.attempt.solver, self.driver.effort
         effort.begins("exact forces")
         if self.parameters.tolerance is not None or problem.layout.round:
-            end = rough_end(problem, state, self.solver, effort)
+            end = rough_end(problem, state, solver, effort)
         else:
-            end = accurate_end(problem, state, corrected(problem, last), self.solver, effort)
+            end = accurate_end(problem, state, corrected(problem, last), solver, effort)
             if end is None and len(problem.crushing):
                 # Its sliding contracts, which joints that crush explain by crushing.
-                end = rough_end(problem, state, self.solver, effort)
+                end = rough_end(problem, state, solver, effort)
         if end is None:
             return None
-        ended = self.ending.ended(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(self.history))
+        ended = self.ending.ended(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(self.load_factors))
         return replace(ended, found=end, exact_end=True).telling(reason(Code.EXACT_END))
 
     def _converged(self, last: SubProblem) -> Solution:
         """The end where λ stood still, with step 6's correction."""
         state = last.optimum
-        ended = self.ending.ended(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(self.history))
+        ended = self.ending.ended(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(self.load_factors))
         load_factor = corrected(self.problem, last)
         if self.parameters.finish:
             ended = ended.telling(reason(Code.NO_EXACT_END))

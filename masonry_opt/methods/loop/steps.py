@@ -86,9 +86,11 @@ def sub_problems(
 ) -> Iterator[SubProblem]:
     """Steps 1 to 5, until a sub-problem has no optimum or the caller stops (step 3). Of the driver's model
     the shear limits alone are changed. Step 6 is :func:`corrected`."""
-    limits = first_limits(problem, parameters)  # step 1
     alpha, next_alpha = float("nan"), parameters.alpha
     small_cohesion = np.zeros(len(problem.sliding))
+    limits = ShearLimits.true(problem)  # step 1: Coulomb's limits, or a trial cohesion
+    if parameters.start == "cohesive":
+        limits = ShearLimits(small_cohesion, small_cohesion + parameters.trial_cohesion)
     before: State | None = None
     for number in count(1):
         driver.effort.begins(f"sub-problem {number}")
@@ -118,14 +120,6 @@ def sub_problems(
         if not isinstance(limits, ShearLimits):
             raise OptionError(f"option 'revise' must return ShearLimits (found {limits!r})")
         before = state
-
-
-def first_limits(problem: Problem, parameters: LoopParameters) -> ShearLimits:
-    """Step 1: Coulomb's limits, or a trial cohesion."""
-    if parameters.start == "cohesive":
-        nothing = np.zeros(len(problem.sliding))
-        return ShearLimits(nothing, nothing + parameters.trial_cohesion)
-    return ShearLimits.true(problem)
 
 
 def _raised_trial_cohesion(

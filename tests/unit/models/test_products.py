@@ -41,10 +41,20 @@ def declared(problem, highest, largest, radii, lowest=0.0):
     return model, LinearProgram.of(model.program)
 
 
-def point(model, lp):
-    """The values that the variables hold, by column."""
+def factors_at(factors, state):
+    """The factors of statics and of kinematics in a state."""
+    problem, forces = factors.problem, factors.problem.by_kind(state.q).copy()
+    forces[2, problem.sliding] = problem.slacks(state.q)[: len(problem.sliding)]
+    statics = np.append(forces.T, [state.load_factor, 1.0])
+    return statics, np.concatenate([factors.in_edges(state.p), state.d, [1.0]])
+
+
+def point(model, lp, state):
+    """The products of a state, by column."""
+    statics, motion = factors_at(model.factors, state)
+    i, k = np.array(list(model.product)).T
     x = np.full(len(lp.cost), np.nan)
-    x[np.concatenate(list(lp.columns.values()))] = [variable.value for variable in model.product.values()]
+    x[np.concatenate(list(lp.columns.values()))] = statics[i] * motion[k]
     return x
 
 
@@ -62,8 +72,7 @@ def test_a_coulomb_state_meets_every_row(name):
     above = tightened(of, problem, lowest, highest, Effort())
     for radii, within in (((0, 1), of), ((1, 2), of), ((0, 1), above)):
         model, lp = declared(problem, highest, within.normal, radii, within.lowest)
-        model.put(state)
-        x = point(model, lp)
+        x = point(model, lp, state)
         scale = max(1.0, np.abs(x).max())
         body = lp.matrix @ x
         assert (body >= lp.row_lower - 1e-7 * scale).all()
@@ -78,8 +87,7 @@ def test_rows_cut_off_a_state_that_is_not_complementary():
     problem, found = result.assembly.problem, result.solution
     p = problem.rates(found.d, problem.friction)
     model, lp = declared(problem, 2 * found.load_factor, np.full(problem.joints, np.inf), (0, 1))
-    model.put(State(found.load_factor, found.q, found.d, p))
-    body = lp.matrix @ point(model, lp)
+    body = lp.matrix @ point(model, lp, State(found.load_factor, found.q, found.d, p))
     assert max((lp.row_lower - body).max(), (body - lp.row_upper).max()) > 1e-3
 
 
@@ -89,8 +97,7 @@ def test_any_multipliers_prove_no_more_than_a_state_allows(name):
     problem, state = exact_state(SCENES[name])
     largest = bounds_of(problem, state.load_factor * 1.001, 100.0, Effort()).normal
     model, lp = declared(problem, state.load_factor * 1.001, largest, (0, 1))
-    model.put(state)
-    x = point(model, lp)
+    x = point(model, lp, state)
     rng = np.random.default_rng(1)
     for _ in range(20):
         value, short = lp.least(rng.normal(size=len(lp.row_lower)))
@@ -104,8 +111,7 @@ def test_edge_factors_are_the_problem_s(name):
     factors = EdgeFactors(problem)
     q, d = rng.normal(size=3 * problem.joints), rng.normal(size=3 * problem.blocks)
     p = rng.uniform(size=problem.faces)
-    statics = np.append(factors.of_forces(q), [0.7, 1.0])
-    motion = np.append(factors.of_motion(d, p), 1.0)
+    statics, motion = factors_at(factors, State(0.7, q, d, p))
     balance = [sum(a * statics[i] for i, a in form.items()) for form in factors.equilibrium()]
     np.testing.assert_allclose(balance, problem.unbalanced(0.7, q), atol=1e-12)
     z = problem.slacks(q)

@@ -114,7 +114,7 @@ def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
     ("option", "words"),
     [
         (["--solver", "mosek"], "takes solver: newton (found 'mosek')"),
-        (["--solver", "newton", "--model", "pyomo", "--method", "static"], "methods: mcp"),
+        (["--solver", "newton", "--model", "pyomo", "--method", "static"], "with model 'matrices': mcp"),
         (["--tolerance", "1e-6"], "leave 'tolerance' out"),
         (["-o", "beta=0.5"], "no option 'beta'"),
         (["--model", "ampl"], "choose from: cvxpy, pyomo"),
