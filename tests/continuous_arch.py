@@ -1,4 +1,4 @@
-"""Closed forms of the semicircular arch of infinitely many voussoirs, under its own weight."""
+"""Closed forms of the semicircular arch under its own weight, of infinitely many voussoirs or so many."""
 
 import math
 from collections.abc import Callable
@@ -10,23 +10,28 @@ from scipy.optimize import brentq
 _JOINTS = np.linspace(0.05, 1.5, 200_001)
 
 
-def least_thickness_ratio(weights: str) -> float:
+def least_thickness_ratio(weights: str, joints: np.ndarray = _JOINTS) -> float:
     """Least thickness over radius of the arch that hinges.
 
-    The thrust passes the back at crown and springings and touches the intrados once between.
+    The thrust passes the back at crown and springings, at R + t/2, and touches the intrados, r = R − t/2, at
+    one of the joints between. With R = 1, η = t/R and a weight of 1 per angle, what is between the crown and
+    a joint at the angle β weighs β, and its moment about the joint's intrados is β r sin β − ℓ (1 − cos β),
+    ℓ the distance of the weights from the centre (of sectors 1 + η²/12). The crown's thrust has the lever
+    1 + η/2 − r cos β there, and by balance about the springing's extrados it is π/2 − ℓ / (1 + η/2).
 
     Parameters
     ----------
     weights: "centreline": spread along the centreline, as Cocchetti & Rizzi (2020) do (0.107426);
         "sector": at the true centroids, as Milankovitch did (0.107478).
+    joints: their angles from the crown (radians).
     """
 
     def surplus(eta: float) -> float:
         inner, outer, lever = 1 - eta / 2, 1 + eta / 2, _lever(weights, eta)
-        moment = _JOINTS * inner * np.sin(_JOINTS) - lever * (1 - np.cos(_JOINTS))
-        return _springing_thrust(weights, eta) - float((moment / (outer - inner * np.cos(_JOINTS))).max())
+        moment = joints * inner * np.sin(joints) - lever * (1 - np.cos(joints))
+        return _springing_thrust(weights, eta) - float((moment / (outer - inner * np.cos(joints))).max())
 
-    return _root(surplus, 0.05, 0.2)
+    return _root(surplus, 0.02, 0.3)
 
 
 def least_friction_to_hinge(weights: str) -> float:

@@ -36,6 +36,8 @@ def mapped(
             live=tuple(live * f for f in force(block.live)),
             live_at=None if block.live_at is None else point(block.live_at),
             live_per_weight=tuple(live / dead * f for f in force(block.live_per_weight)),
+            dead=tuple(dead * f for f in force(block.dead)),
+            dead_at=None if block.dead_at is None else point(block.dead_at),
             fixed=block.fixed,
         )
 

@@ -174,6 +174,22 @@ KINDS_OF_JOINTS = {
 UNCRUSHED = {name: scene for name, scene in KINDS_OF_JOINTS.items() if scene.joints.strength is None}
 
 
+#: A case file of a block that slides or hinges on its base.
+GOOD = """
+[joints]
+friction = 0.6
+[[block]]
+name = "A"
+vertices = [[0, 0], [1, 0], [1, 1], [0, 1]]
+weight = 1.0
+live = [1.0, 0.0]
+[[block]]
+name = "base"
+vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
+fixed = true
+"""
+
+
 def run_command(monkeypatch: Any, capsys: Any, *arguments: object) -> tuple[int, str, str]:
     """Exit code, standard output and standard error of the command line."""
     monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])

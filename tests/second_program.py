@@ -100,7 +100,7 @@ def bounds(assembly: Assembly) -> Bounds:
 
 
 def _largest(assembly: Assembly, inside: bool) -> float | None:
-    statics, rows, limits = _program(assembly, inside)
+    statics, rows, limits = program(assembly, inside)
     problem = assembly.problem
     unknowns = statics.shape[1]
     free = [(None, None)] * unknowns
@@ -126,7 +126,7 @@ def _largest(assembly: Assembly, inside: bool) -> float | None:
     return float(-found.fun) / problem.live_norm
 
 
-def _program(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
+def program(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
     """Equilibrium of all forces, shape (rows, forces); and yield, rows @ forces + limits ≥ 0."""
     return _in_space(assembly, inside) if assembly.scene.dimension == 3 else _in_the_plane(assembly, inside)
 
@@ -189,18 +189,50 @@ def _parabola(inside: bool) -> list[tuple[float, float]]:
     return [(1 - low - high, low * high) for low, high in zip(at[:-1].tolist(), at[1:].tolist(), strict=True)]
 
 
+@dataclass(frozen=True)
+class Points:
+    """What acts at the contact points of a scene in space that is pushed, in units of its own.
+
+    Attributes
+    ----------
+    B: forces and moments on the movable blocks of n (pressing > 0), s and t of each point in turn.
+    dead, live: loads, so that B q + λ live + dead = 0.
+    share: what each point has of the area of its joint, over the unit of force.
+    """
+
+    B: sp.csc_array
+    dead: np.ndarray
+    live: np.ndarray
+    share: np.ndarray
+
+
+def points_of(scene: mo.Scene) -> Points:
+    assembly = assemble(scene)
+    forces, share = _at_points(assembly)
+    in_turn = np.arange(3 * len(share)).reshape(3, -1).T.ravel()
+    B = sp.csc_array(sp.hstack(forces, format="csc")[:, in_turn])
+    return Points(B, assembly.problem.dead, assembly.problem.live, share)
+
+
+def _at_points(assembly: Assembly) -> tuple[list[sp.csc_array], np.ndarray]:
+    """What n, s and t of the contact points do to the movable blocks, and each point's share of the area."""
+    joints = assembly.joints
+    joint = joints.joint
+    normal, tangent = joints.normal[joint], joints.tangent[joint]
+    kinds = (normal, tangent, np.cross(normal, tangent))
+    count = np.bincount(joint, minlength=len(joints.extent))
+    share = (joints.extent / count)[joint] / assembly.problem.force_unit
+    return [_acting(assembly, joint, joints.point, of) for of in kinds], share
+
+
 def _in_space(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
     joints, problem = assembly.joints, assembly.problem
     joint, count = joints.joint, len(joints.joint)
-    normal, tangent = joints.normal[joint], joints.tangent[joint]
-    forces = [
-        _acting(assembly, joint, joints.point, of) for of in (normal, tangent, np.cross(normal, tangent))
-    ]
+    forces, share = _at_points(assembly)
     statics = sp.hstack([*forces, problem.matrices.of_limited], format="csr")
     one, nothing = sp.eye_array(count, format="csr"), sp.csr_array((count, count))
     rows, limits = [sp.hstack([one, nothing, nothing])], [np.zeros(count)]
     slides = np.flatnonzero(np.isfinite(joints.friction[joint]))
-    share = (joints.extent / np.bincount(joint, minlength=len(joints.extent)))[joint] / problem.force_unit
     held, cohesion = joints.friction[joint][slides], (joints.cohesion[joint] * share)[slides]
     factor = np.cos(np.pi / SIDES) if inside else 1.0
     for angle in 2 * np.pi / SIDES * (np.arange(SIDES) + 0.5):

@@ -29,16 +29,6 @@ def code(result):
     return result.reasons[0].code
 
 
-def test_a_wall_ends_in_a_ray():
-    """Of all six: Table 1, and the tests of the push."""
-    result = solved(WALLS[0], "compliant")
-    assert code(result) is Code.RAY
-    assert result.certificate.worst < 1e-9
-    assert result.exact
-    assert result.load_factor < result.associative
-    assert len(result.history) == values_of(result, Code.RAY)["steps"] < 400
-
-
 @pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=pytest.mark.slow if name == "strength" else ()) for name in KINDS_OF_JOINTS],

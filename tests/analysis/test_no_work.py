@@ -7,25 +7,24 @@ the live load takes λ off n.
 import warnings
 from math import cos, sin, sqrt
 
-import numpy as np
 import pytest
+from mappings import mapped, turned
 from scenes import WALLS, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
+from masonry_opt.scene.blocks import rectangle
 
 FRICTION = 0.5
 COULOMB = ("mcp", "compliant", "refined", "nonassociative", "mpec", "global")
 
 
-def scene(*blocks: mo.Block | mo.Solid, turned: float = 0.0, **joints: float) -> mo.Scene:
-    """Blocks on the ground; those of the plane turned with it, and with their forces, by an angle."""
-    turn = np.array([[cos(turned), -sin(turned)], [sin(turned), cos(turned)]])
+def scene(*blocks: mo.Block | mo.Solid, **joints: float) -> mo.Scene:
+    """Blocks on the ground."""
     if any(isinstance(block, mo.Solid) for block in blocks):
         ground = mo.Solid(name="ground", box=[[-5, 9], [-5, 9], [-1, 0]], fixed=True)
     else:
-        corners = [(-5, -1), (9, -1), (9, 0), (-5, 0)]
-        ground = mo.Block(name="ground", vertices=[tuple(turn @ corner) for corner in corners], fixed=True)
+        ground = mo.Block(name="ground", vertices=rectangle(-5, 9, -1, 0), fixed=True)
     return mo.Scene(joints=mo.JointDefaults(friction=FRICTION, **joints), blocks=[ground, *blocks])
 
 
@@ -36,18 +35,15 @@ def stone(
     weight: float = 10.0,
     push: float = 0.0,
     live: tuple[float, float] = (0, 0),
-    turned: float = 0.0,
 ) -> mo.Block:
-    """A rectangle, pushed along the ground; all but its weight turned by an angle."""
-    turn = np.array([[cos(turned), -sin(turned)], [sin(turned), cos(turned)]])
-    corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])]
-    return mo.Block(
-        name=name,
-        vertices=[tuple(turn @ corner) for corner in corners],
-        weight=weight,
-        dead=tuple(turn @ (push, 0)),
-        live=tuple(turn @ live),
-    )
+    """A rectangle, pushed along the ground."""
+    return mo.Block(name=name, vertices=rectangle(*x, *y), weight=weight, dead=(push, 0), live=live)
+
+
+def sloping(flat: mo.Scene) -> mo.Scene:
+    """All but its weights turned by an angle."""
+    turn = turned(SLOPE)
+    return mapped(flat, turn, turn).replace(gravity=flat.gravity)
 
 
 def solid(
@@ -72,7 +68,7 @@ BY_HAND = {
     # 2 - λ / 10 pushes.
     "against the live load": (scene(stone(push=2, live=(-0.1, 1))), (0.5 * 10 - 2) / (0.5 - 0.1)),
     # The sum of weight and friction along the slope, its part across it less λ.
-    "slope": (scene(stone(live=UP, turned=SLOPE), turned=SLOPE), 10 * cos(SLOPE) - 10 * sin(SLOPE) / 0.5),
+    "slope": (sloping(scene(stone(live=UP))), 10 * cos(SLOPE) - 10 * sin(SLOPE) / 0.5),
     "upper of two": (scene(stone("A"), stone("B", y=(1, 1.5), weight=5, push=1, live=UP)), 5 - 1 / 0.5),
     "lower of two": (
         scene(stone("A", (0, 3), live=UP), stone("B", (0, 3), (1, 1.5), weight=5, push=2)),

@@ -1,7 +1,6 @@
 """Scenes on which the loop fails at first: which remedy helps, and what is said of it."""
 
 import pytest
-from atlas.small_scenes import confined
 from atlas.solver_failures import STEPPED, TWO_PATHS
 from scenes import CASES, WALLS, solved, values_of
 
@@ -14,45 +13,6 @@ WALL_2, WALL_3, WALL_6 = WALLS[1], WALLS[2], WALLS[5]
 
 #: The shear limits follow the last normal forces alone.
 SWINGING = {"alpha": 0.0, "alpha_min": 0.0, "beta": 1.0}
-
-#: A scene that each remedy rescues: the way the first run fails, the options, and the last remedy.
-RESCUED = {
-    "less slope": (STEPPED, {"solver": "clarabel"}, Status.NO_STATE, "alpha=0.0012"),
-    "less damping": (
-        TWO_PATHS,
-        {"beta": 1.0, "finish": False, "alpha_min": 1e-4},
-        Status.CYCLING,
-        "beta=0.5",
-    ),
-    "cohesive start": (confined(0.5), {}, Status.LOCKED, "start=cohesive"),
-}
-
-
-@pytest.mark.parametrize("name", RESCUED)
-def test_each_remedy_rescues_a_scene(name):
-    build, options, failure, remedy = RESCUED[name]
-    scene = build(CASES)
-    raw = mo.solve(scene, "nonassociative", **(options | {"remedies": "none"}))
-    assert raw.status is failure
-    assert raw.load_factor is None
-    assert values_of(raw, Code.BEGAN_AGAIN) is None
-    result = mo.solve(scene, "nonassociative", **options)
-    assert result.status is Status.CONVERGED
-    again = result.reasons[0]
-    assert again.code is Code.BEGAN_AGAIN
-    assert (again.values["first"], again.values["in_vain"]) == (str(failure), False)
-    assert again.values["remedies"][-1] == remedy
-    history = result.history
-    last = history["attempt"].max()
-    assert last == 1 + len(again.values["remedies"])
-    assert (history.query("attempt == @last")["remedy"] == remedy).all()
-    assert (history.query("attempt == 1")["remedy"] == "").all()
-    assert result.load_factor <= associative(scene) * (1 + 1e-5)
-    assert max(result.certificate.complementarity, result.certificate.flow) < 1e-3
-
-
-def associative(scene):
-    return solved(scene, "static", solver="highs").load_factor or float("inf")
 
 
 def test_slope_alone_is_tried_if_asked_for():

@@ -59,19 +59,6 @@ def test_words_do_not_change_a_scene_but_numbers_do(tmp_path):
     assert find_scenes([case.path])[0].content != case.content
 
 
-def test_the_lower_of_known_and_found_counts():
-    known = {"a": BestKnown(0.2, "x"), "b": BestKnown(0.2, "x")}
-    rows = [
-        line(scene=name, method="refined", load_factor=found)
-        for name, found in zip("abc", (0.1, 0.3, 1.0), strict=True)
-    ]
-    assert lowest_exact(rows, known) == {
-        "a": BestKnown(0.1, "refined"),
-        "b": BestKnown(0.2, "x"),
-        "c": BestKnown(1.0, "refined"),
-    }
-
-
 def test_a_scene_is_the_same_by_either_name_of_its_live_load():
     """A multiple of the weight, and the force that it is; not where a load says another weight."""
     force = block_on_floor(weight=4.0, live=(2, 0))

@@ -1,81 +1,37 @@
-"""Second formulations of supports that settle, from geometry alone. Nothing of the package is used here.
+"""Second formulations of supports that settle under associative flow: forces of joints as `second_program`
+has them, and lines of thrust in arches, from geometry alone."""
 
-Blocks are upright rectangles (left, right, bottom, top), or voussoirs of an arch; the weight of a rectangle
-is its area. Forces of a joint are a normal force at either end and a shear; flow is associative.
-"""
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import linprog
+from second_program import program
 
-Rectangle = tuple[float, float, float, float]
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
 
 
 def reactions(
-    blocks: Mapping[str, Rectangle],
-    fixed: Sequence[str],
-    settling: Sequence[str],
-    friction: float,
-    direction: tuple[float, float] = (0.0, -1.0),
+    scene: mo.Scene, settling: Sequence[str], direction: tuple[float, float] = (0.0, -1.0)
 ) -> tuple[float, float]:
     """Least and greatest sum of the reactions of some fixed blocks against a direction."""
-    names = [name for name in blocks if name not in fixed]
-    row = {name: 3 * number for number, name in enumerate(names)}
-    columns, reaction = [], []
-    everyone = list(blocks)
-    for number, below in enumerate(everyone):
-        for above in everyone[number + 1 :]:
-            if below in fixed and above in fixed:
-                continue
-            for ends, normal in _shared(blocks[below], blocks[above]):
-                along = np.array([-normal[1], normal[0]])
-                for point, unit in ((ends[0], normal), (ends[1], normal), (ends[0], along)):
-                    column, pressed = np.zeros(3 * len(names)), 0.0
-                    for name, force in ((above, unit), (below, -unit)):
-                        if name in row:
-                            arm = point - _centre(blocks[name])
-                            moment = arm[0] * force[1] - arm[1] * force[0]
-                            column[row[name] : row[name] + 3] += [*force, moment]
-                        elif name in settling:
-                            pressed += float(force @ direction)
-                    columns.append(column)
-                    reaction.append(pressed)
-    equilibrium = np.array(columns).T
-    load = np.zeros(3 * len(names))
-    for name in names:
-        left, right, bottom, top = blocks[name]
-        load[row[name] + 1] = (right - left) * (top - bottom)
-    joints = len(columns) // 3
-    limits = np.zeros((2 * joints, len(columns)))
-    for joint in range(joints):
-        for sign in (0, 1):
-            limits[2 * joint + sign, 3 * joint : 3 * joint + 3] = [-friction, -friction, 1 - 2 * sign]
-    bounds = [(0, None), (0, None), (None, None)] * joints
-    yields = {"A_ub": limits, "b_ub": np.zeros(len(limits))}
-    return _least_and_greatest(np.array(reaction), **yields, A_eq=equilibrium, b_eq=load, bounds=bounds)
-
-
-def _shared(one: Rectangle, other: Rectangle) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Ends of the length that two rectangles share, and the unit normal from the first into the second."""
-    found = []
-    for axis, (a, b) in enumerate(((one, other), (one, other))):
-        near, far = a[2 * axis : 2 * axis + 2], b[2 * axis : 2 * axis + 2]
-        across_a, across_b = a[2 - 2 * axis : 4 - 2 * axis], b[2 - 2 * axis : 4 - 2 * axis]
-        low, high = max(across_a[0], across_b[0]), min(across_a[1], across_b[1])
-        if high - low < 1e-9:
-            continue
-        for at, sign in ((near[1], 1.0), (near[0], -1.0)):
-            if abs(at - far[0 if sign > 0 else 1]) < 1e-9:
-                ends, normal = np.zeros((2, 2)), np.zeros(2)
-                ends[:, axis], ends[:, 1 - axis], normal[axis] = at, (low, high), sign
-                found.append((ends, normal))
-    return found
-
-
-def _centre(block: Rectangle) -> np.ndarray:
-    left, right, bottom, top = block
-    return np.array([(left + right) / 2, (bottom + top) / 2])
+    assembly = assemble(scene)
+    problem, joints = assembly.problem, assembly.joints
+    statics, rows, limits = program(assembly, inside=True)
+    along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
+    settles = np.array([block.name in settling for block in scene.blocks], dtype=float)
+    # Joint forces act on the first block as normal and direction say, on the second against them.
+    sign = settles[joints.first] - settles[joints.second]
+    normal, shear = (sign * (of @ direction) for of in (joints.normal, along))
+    found = _least_and_greatest(
+        np.concatenate([normal, normal, shear]),
+        A_ub=-rows,
+        b_ub=limits,
+        A_eq=statics,
+        b_eq=-problem.dead,
+        bounds=[(None, None)] * statics.shape[1],
+    )
+    return found[0] * problem.force_unit, found[1] * problem.force_unit
 
 
 def thrusts(

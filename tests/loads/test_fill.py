@@ -70,30 +70,6 @@ def arch_under(road, **keys):
     return mo.Scene(joints={"friction": 0.6}, blocks=ring, fills=[fill(road, **keys)])
 
 
-def test_weight_over_an_arch_is_the_area_between_road_and_extrados():
-    """Of the polygon between them, by its corners (the shoelace formula): the extrados is 40 chords."""
-    radius = (1.5**2 + 1) / 2 + 0.25
-    half = math.asin(1.5 / (radius - 0.25))
-    turns = np.linspace(-half, half, 41)
-    extrados = np.column_stack([radius * np.sin(turns), radius * np.cos(turns) + 1 - radius + 0.25])
-    road = [(extrados[0, 0], 1.5), (0.2, 1.8), (extrados[-1, 0], 1.6)]
-    x, y = np.array([*extrados, *road[::-1]]).T
-    area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
-    acting = of_fill(arch_under(road))
-    assert -acting[:, 1].sum() == pytest.approx(GAMMA * area, rel=1e-12)
-    assert not acting[:, 0].any()
-    # Its moment about the origin too: that of the polygon's centroid.
-    cross = x * np.roll(y, -1) - y * np.roll(x, -1)
-    about = (
-        GAMMA
-        * abs(((x + np.roll(x, -1)) * cross).sum() / 6)
-        * -np.sign(((x + np.roll(x, -1)) * cross).sum() * cross.sum())
-    )
-    assembly = assemble(arch_under(road))
-    at = assembly.geometry.centroid[assembly.movable, 0] + assembly.geometry.origin[0]
-    assert (acting[:, 2] + at * acting[:, 1]).sum() == pytest.approx(about, rel=1e-10)
-
-
 def test_the_edges_that_fill_touches():
     """Tops, the step between the blocks, the free side of the last and the ground beside; not the other."""
     made = scene([LOW, SLOPED], [fill([(0, 3), (5, 3)])])
@@ -400,26 +376,3 @@ def test_pictures_have_the_fill_and_what_it_presses():
 
 def changed_fill(made, **keys):
     return made.replace(fills=[made.fills[0].replace(**keys)])
-
-
-def test_many_loads_along_edges_come_to_the_same():
-    """A second formulation: the depth at both ends of each of n parts of every edge by hand, as uniform
-    `EdgeLoad`s of the mean. Depth is linear, so forces are the same at any n, and moments within 1 / n²."""
-    made = scene([LOW, SLOPED], [fill([(0, 2.5), (4, 4)])])
-    expected, off = of_fill(made), []
-    for n in (5, 20, 80):
-        loads = []
-        for start, end in (((0, 1), (2, 1)), ((2, 2), (4, 1))):
-            at = np.linspace(start, end, n + 1)
-            depth = 2.5 + 1.5 / 4 * at[:, 0] - at[:, 1]
-            mean = (depth[1:] + depth[:-1]) / 2 * 2 / math.dist(start, end)
-            loads += [
-                mo.EdgeLoad(start=tuple(a), end=tuple(b), force=(0, -GAMMA * each))
-                for a, b, each in zip(at[:-1].tolist(), at[1:].tolist(), mean.tolist(), strict=True)
-            ]
-        bare = made.model_copy(update={"fills": [], "edge_loads": loads})
-        acting = forces_of(assemble(bare)) - forces_of(assemble(bare.model_copy(update={"edge_loads": []})))
-        np.testing.assert_allclose(acting[:, :2], expected[:, :2], atol=1e-10)
-        off.append(np.abs(acting[:, 2] - expected[:, 2]).max())
-    assert off[0] / off[1] == pytest.approx(16, rel=1e-3)
-    assert off[1] / off[2] == pytest.approx(16, rel=1e-3)

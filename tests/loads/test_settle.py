@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from mappings import turned
+from mappings import mapped, turned
 from scenes import run_command
 
 import masonry_opt as mo
@@ -275,19 +275,10 @@ def test_a_load_on_a_support_is_left_to_the_ground():
 
 def test_turned_and_in_other_units():
     """By .7 radians, in lengths a thousand times as large and forces a million times."""
-    point, direction, factor, length = turned(0.7), (1.0, -1.0), 1e6, 1e3
+    turn, direction, factor = turned(0.7), (1.0, -1.0), 1e6
     given = beam()
-    blocks = [
-        one.model_copy(
-            update={
-                "vertices": [tuple(length * x for x in point(corner)) for corner in one.vertices],
-                "weight": None if one.weight is None else factor * one.weight,
-            }
-        )
-        for one in given.blocks
-    ]
-    other = given.model_copy(update={"blocks": blocks, "gravity": point((0.0, -1.0))})
-    of = np.array(reactions(mo.settle(other, "R", point(direction)))) / factor
+    other = mapped(given, lambda v: turn((1e3 * v[0], 1e3 * v[1])), turn, dead=factor, length=1e3)
+    of = np.array(reactions(mo.settle(other, "R", turn(direction)))) / factor
     # The plateau of contacts that give is met within .3 %.
     same = reactions(mo.settle(given, "R", direction))
     assert of[[0, 2, 3, 5]] == pytest.approx([same[k] for k in (0, 2, 3, 5)], abs=1e-6)

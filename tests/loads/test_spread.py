@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scenes import forces_of
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -86,17 +85,10 @@ def test_an_upright_face_sends_rays_straight_down_beside_it():
     assert at[1] == pytest.approx(2.25, rel=1e-12)
 
 
-def arch_and_road(road, **keys):
-    ring = mo.Arch(span=3, rise=1, thickness=0.25, voussoirs=40, unit_weight=22).blocks()
-    fill = mo.Fill(road=road, unit_weight=20, pressure=False, **keys)
-    scene = mo.Scene(joints={"friction": 0.6}, blocks=ring, fills=[fill])
-    assembly = assemble(scene)
-    return assembly, Road(scene, assembly.geometry, road)
-
-
 @pytest.mark.parametrize("road", [[(-1.7, 1.5), (1.7, 1.5)], [(-1.7, 1.3), (0.1, 1.25), (1.7, 2.0)]])
 def test_over_an_arch_loads_are_conserved_wherever_they_stand(road):
-    assembly, above = arch_and_road(road)
+    ring = mo.Arch(span=3, rise=1, thickness=0.25, voussoirs=40, unit_weight=22).blocks()
+    assembly, above = over(ring, road)
     for x in np.linspace(-1.7, 1.7, 69):
         down, at = on_blocks(assembly, above, [x], [5.0])
         assert down.sum() == pytest.approx(5.0, rel=1e-12)
@@ -159,15 +151,3 @@ def rays(profile, x, tangent, height, count=200_001):
         share[last] += len(t) / count
         moment[last] += len(t) / count * profile.x[last][::sense][1]
     return share, moment
-
-
-def test_the_same_as_a_load_along_the_edge():
-    """By `EdgeLoad`: P over the width of the fan, for two loads whose fans overlap."""
-    assembly, road = over([LEFT, RIGHT], [(0, 3), (6, 3)], spread=HALF)
-    expected = road.on_blocks(np.array([1.5, 2.7]), np.array([6.0, 4.0]))
-    loads = [
-        mo.EdgeLoad(start=(x - 1, 1), end=(x + 1, 1), force=(0, -load / 2), kind="live")
-        for x, load in ((1.5, 6.0), (2.7, 4.0))
-    ]
-    by_edges = assemble(assembly.scene.model_copy(update={"edge_loads": loads}))
-    np.testing.assert_allclose(expected[:2], forces_of(by_edges, "live"), atol=1e-12)

@@ -126,9 +126,10 @@ def answer_beside_duality(scene):
     [
         ("wall", 0),
         ("stack", 0),
+        ("filled", 0),
         *(
             pytest.param(kind, 1, marks=pytest.mark.slow)
-            for kind in ("wall", "stack", "arch", "tessellation")
+            for kind in ("wall", "stack", "arch", "tessellation", "filled")
         ),
     ],
 )
@@ -219,7 +220,7 @@ def test_ties_of_one_name_are_swept_one_by_one():
     scene = tied(0.9, strength=0.1)
     two = scene.model_copy(update={"ties": 2 * scene.ties})
     for number in (1, 2):
-        table = mo.sweep(two, {f"tie.{number}.strength": [0.05, 0.1]}, method="static")
+        table = mo.sweep(two, {f"tie.{number}.strength": [0.05, 0.1]}, method="static", workers=1)
         assert table["load_factor"].tolist() == pytest.approx([0.725, 0.8], abs=CLOSE)
 
 

@@ -6,10 +6,9 @@ import hogs
 import pytest
 from scenes import block_on_floor
 
-import masonry_opt as mo
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies.many.runs import COLUMNS, row, run_solver
-from masonry_opt.studies.runner import REFUSED, Workers
+from masonry_opt.studies.runner import Workers
 
 STUDY = HowToSolve("static")
 VALUES = [{"joints.friction": 0.1 + 0.05 * number} for number in range(12)]
@@ -36,28 +35,7 @@ def test_a_row_says_what_was_found(alone):
     assert max(row[name] for name in ("equilibrium", "yield", "flow", "complementarity")) < 1e-6
 
 
-@pytest.mark.parametrize("count", [1, 2])
-def test_rows_are_those_of_one_process(alone, count):
-    with Workers(partial(run_solver, STUDY), count) as workers:
-        assert rows(workers.map(iter(RUNS))) == alone
-
-
 def test_a_lost_worker_costs_nothing_but_time(alone, tmp_path):
     with Workers(partial(hogs.Mortal, partial(run_solver, STUDY), tmp_path), 2) as workers:
         assert rows(workers.map(RUNS)) == alone
     assert len(list(tmp_path.iterdir())) >= 3  # two may die at once
-
-
-def test_what_cannot_be_a_scene_is_a_row():
-    vary = {"joints.friction": [-1.0, 0.3]}
-    refused, solved = mo.sweep(block_on_floor(), vary, method="static", workers=1).to_dict("records")
-    assert (refused["status"], solved["status"]) == (REFUSED, "optimal")
-    assert "joints.friction = -1" in refused["message"]
-
-
-def test_what_cannot_be_solved_is_a_row():
-    with Workers(partial(run_solver, STUDY), 1) as workers:
-        ((_, end),) = workers.map([block_on_floor(live=(0, 0))])
-    found = row({"x": 1.0}, end)
-    assert (found["status"], found["load_factor"]) == (REFUSED, None)
-    assert "live" in found["message"]

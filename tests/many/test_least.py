@@ -1,6 +1,5 @@
 """Least and greatest values against closed forms; thresholds that are none, or more than one."""
 
-import json
 import math
 
 import numpy as np
@@ -207,15 +206,6 @@ def test_a_scene_without_room_stands():
     found = mo.most(eccentric, 0.1, 0.8, samples=2, tolerance=1e-3)
     assert found.value == pytest.approx(0.5, rel=1e-3)
     assert abs(found.trials[0].number) < 1e-8
-
-
-def test_the_answer_as_json():
-    found = mo.least(wide, 1.0, 2.0, load=0.3, method="static", samples=0, tolerance=1e-3)
-    read = json.loads(found.to_json())
-    assert read["kind"] == "least"
-    assert read["value"] == pytest.approx(1.2)
-    assert read["interval"][0] < read["value"] <= read["interval"][1]
-    assert len(read["trials"]) == read["evaluations"] == found.evaluations
 
 
 def test_a_path_will_do():

@@ -104,14 +104,6 @@ def test_loads_to_expect_stand_beside_the_lowest_found():
         assert {row["of"] for row in rows} == {"lowest found", "to expect"}
 
 
-def test_two_workers_make_the_same_table(block):
-    """And of fewer runs the first: all but the seconds."""
-    other = uncertain(8, workers=2)
-    pd.testing.assert_frame_equal(
-        other.table.drop(columns="seconds"), block.table.drop(columns="seconds").head(8)
-    )
-
-
 def test_the_answer_as_json(block):
     read = json.loads(block.to_json())
     assert read["runs"] == 48
@@ -155,12 +147,6 @@ def test_a_load_factor_that_does_not_change_is_drawn_as_one():
     load = found.plot("fragility").data["load"]
     assert (load.min(), load.max()) == pytest.approx((0.4945, 0.5055), abs=1e-8)
     assert found.plot("sensitivity").data.empty
-
-
-def test_the_band_holds_the_curve(block):
-    curve = block.plot().data
-    assert (curve["lower"] <= curve["probability"]).all()
-    assert (curve["probability"] <= curve["upper"]).all()
 
 
 def test_values_that_are_no_friction_are_refused_before_any_run():

@@ -293,7 +293,7 @@ def test_nothing_but_the_object_whatever_solvers_print(case, asked):
 
 
 def test_nothing_at_all_of_a_command_that_is_interrupted_as_a_solver_prints():
-    assert noisy("interrupted", "solve", WALL_1) == (130, "")
+    assert noisy("interrupted", "solve", CASES / "gilbert" / "two_blocks.toml") == (130, "")
 
 
 def test_kind_of_plot_and_names_can_be_chosen(monkeypatch, capsys, tmp_path):

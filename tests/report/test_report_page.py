@@ -66,26 +66,35 @@ def reported(tmp_path, answer, **given):
     return Read(tmp_path / "report.html")
 
 
-def settled():
-    return mo.settle(block_on_floor(), "floor", (0, -1))
-
-
 ANSWERS = {
     "result": lambda: mo.solve(block_on_floor()),
     "associative": lambda: mo.solve(block_on_floor().replace(joints={"dilatancy": 0.6}), "static"),
     "none": lambda: mo.solve(pressed_down()),
     "falls": lambda: mo.solve(block_on_floor(dead=(5.0, 0.0))),
     "crossing": lambda: mo.crossing(CASES / "bridges" / "arch_with_fill.toml", WHEEL, method="static"),
-    "settlement": settled,
+    "settlement": lambda: mo.settle(block_on_floor(), "floor", (0, -1)),
     "capacity": lambda: mo.capacity(mo.solve(block_on_floor(), expected=False)),
     "directions": lambda: mo.directions(block_on_floor(live=(0.0, 0.0))),
     "space": lambda: mo.solve(CASES / "space" / "pushed_box.toml", "static"),
 }
 
 
+@pytest.fixture(scope="module")
+def answer_and_page(tmp_path_factory):
+    """One of `ANSWERS` and its report in m and kN, made once."""
+    folder = tmp_path_factory.mktemp("pages")
+
+    @functools.cache
+    def made(name):
+        answer = ANSWERS[name]()
+        return answer, reported(folder, answer, units="m, kN")
+
+    return made
+
+
 @pytest.mark.parametrize("name", [name for name in ANSWERS if name != "crossing"])
-def test_every_answer_says_what_was_not_checked_and_needs_no_network(tmp_path, name):
-    page = reported(tmp_path, ANSWERS[name]())
+def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_page, name):
+    _, page = answer_and_page(name)
     for words in ("What was not checked", "strength is infinite", "Foundations", "Values given", "Service"):
         assert words in page.text
     without = name in ("none", "falls")
@@ -100,10 +109,9 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(tmp_path, n
     assert all(source.startswith("data:") for source in page.sources)
 
 
-def test_numbers_are_those_of_the_result(tmp_path):
+def test_numbers_are_those_of_the_result(answer_and_page):
     """Of a block, λ, its one joint, the residuals and the sums of its loads."""
-    result = mo.solve(block_on_floor())
-    page = reported(tmp_path, result, units="m, kN")
+    result, page = answer_and_page("result")
     assert f"λ = {result.load_factor:.5f}" in page.text
     (joint,) = result.joints.to_dict("records")
     (row,) = [row for row in page.rows if "utilisation" in row]
@@ -119,10 +127,9 @@ def test_numbers_are_those_of_the_result(tmp_path):
     assert "μ = 0.6 (φ = 30.96°)" in page.text
 
 
-def test_positions_and_the_passive_pressure_of_a_crossing(tmp_path):
+def test_positions_and_the_passive_pressure_of_a_crossing(answer_and_page):
     """Every position, in tables that print whole with their heading on each page."""
-    crossed = ANSWERS["crossing"]()
-    page = reported(tmp_path, crossed)
+    crossed, page = answer_and_page("crossing")
     for rule in ("size: A4", "overflow: visible; max-height: none", "thead { display: table-header-group; }"):
         assert rule in page.text
     (fill,) = crossed.passages[0].passage.assembly.scene.fills
@@ -139,19 +146,19 @@ def test_positions_and_the_passive_pressure_of_a_crossing(tmp_path):
     assert "3, 2" in page.text
 
 
-def test_reactions_states_and_load_cases(tmp_path):
-    end = settled().least
-    page = reported(tmp_path, settled())
-    assert f"least reaction {end.reaction:.6g}" in page.text
-    assert [float(of) for of in page.column("reaction")] == pytest.approx(
-        settled().table["reaction"], rel=1e-5
-    )
-    curve = ANSWERS["capacity"]()
-    page = reported(tmp_path, curve)
-    assert [float(of) for of in page.column("λ")] == pytest.approx(curve.table["load_factor"], rel=1e-5)
-    shaken = ANSWERS["directions"]()
-    page = reported(tmp_path, shaken)
-    assert [float(of) for of in page.column("λ")] == pytest.approx(shaken.table["load_factor"], rel=1e-5)
+@pytest.mark.parametrize(
+    ("name", "label", "column"),
+    [
+        ("settlement", "reaction", "reaction"),
+        ("capacity", "λ", "load_factor"),
+        ("directions", "λ", "load_factor"),
+    ],
+)
+def test_reactions_states_and_directions(answer_and_page, name, label, column):
+    answer, page = answer_and_page(name)
+    assert [float(of) for of in page.column(label)] == pytest.approx(answer.table[column], rel=1e-5)
+    if name == "settlement":
+        assert f"least reaction {answer.least.reaction:.6g}" in page.text
 
 
 def test_the_command_solves_load_cases_and_crosses(monkeypatch, capsys, tmp_path):
@@ -170,7 +177,7 @@ def test_the_command_solves_load_cases_and_crosses(monkeypatch, capsys, tmp_path
     assert "unlimited" in Read(tmp_path / "none.html").text
 
 
-def test_answers_of_one_kind_stand_beside_each_other(tmp_path):
+def test_answers_of_one_kind_stand_beside_each_other(tmp_path, answer_and_page):
     """By load case, number and support; what is said of some is not said of one that falls."""
     calm, storm = {"name": "calm", "live": {"live": 1}}, {"name": "storm", "live": {"live": 2}}
     falls = {"name": "falls", "live": {"live": 1}, "dead": {"push": 1}}
@@ -188,15 +195,16 @@ def test_answers_of_one_kind_stand_beside_each_other(tmp_path):
     assert [row["answer"] for row in page.rows if "equilibrium" in row] == names
     assert f"{'; '.join(names)}: exact" in page.text
     assert f"dead load alone ({'; '.join(names)}): forces" in page.text
-    one = reported(tmp_path, settled()).column("equilibrium")
+    settled, alone = answer_and_page("settlement")
+    one = alone.column("equilibrium")
     pushed_in = mo.settle(block_on_floor(), "floor", (1, -1))
-    page = reported(tmp_path, [settled(), pushed_in, mo.solve(block_on_floor())])
+    page = reported(tmp_path, [settled, pushed_in, answer_and_page("result")[0]])
     assert len({row["answer"] for row in page.rows if "equilibrium" in row}) == 2 * len(one) + 1
 
 
-def test_a_scale_bar_stands_in_the_plane_and_axes_in_space(tmp_path):
+def test_a_scale_bar_stands_in_the_plane_and_axes_in_space(answer_and_page):
     for name, bars in (("result", 1), ("space", 0)):
-        sources = reported(tmp_path, ANSWERS[name](), units="m, kN").sources
+        sources = answer_and_page(name)[1].sources
         drawn = b64decode(sources[0].partition(",")[2]).decode()
         assert len(re.findall(r"<!-- [\d.]+ m -->", drawn)) == bars
         assert ("azimuth" in drawn) == (not bars)

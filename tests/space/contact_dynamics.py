@@ -5,7 +5,7 @@ Displacements are small: contact points and directions stay. Every time step is 
 Newton's method: B q + load = viscosity, where at each point n = k max(0, −opening), and the shear is the last
 one less k/2 times the slip since, returned to the cone |(s, t)| ≤ c + μ n (Simo and Hughes, Computational
 Inelasticity, 1998, ch. 2, with the normal force of the end of the step). As the geometry stays, forces at
-rest do not depend on k: it is 1 on the mean area of a point.
+rest do not depend on k: it is 1 on the mean area of a point. What acts where is `second_program`'s.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from space.boxes import Pushed
+from second_program import Points, points_of
+
+import masonry_opt as mo
 
 #: Stiffness in shear over that of the normal.
 SHEAR_STIFFNESS = 0.5
@@ -37,7 +39,7 @@ class State:
 class Springs:
     """What holds one wall: friction and stiffness of its contact points, cohesion of each as a force."""
 
-    wall: Pushed
+    wall: Points
     friction: float
     cohesion: np.ndarray
     stiffness: np.ndarray
@@ -107,21 +109,20 @@ class Springs:
         raise ArithmeticError("no time step is short enough")
 
 
-def of_wall(wall: Pushed, friction: float, cohesion: float = 0.0) -> Springs:
-    """Springs as stiff as their contact points have area; cohesion is a force per area."""
-    return Springs(wall, friction, cohesion * wall.area, wall.area / wall.area.mean())
+def of_scene(scene: mo.Scene) -> Springs:
+    """Springs as stiff as their contact points have area, in units of force of the scene's own."""
+    wall, joints = points_of(scene), scene.joints
+    return Springs(wall, joints.friction, joints.cohesion * wall.share, wall.share / wall.share.mean())
 
 
-def load_carried(
-    wall: Pushed, friction: float, cohesion: float = 0.0, increment: float = 0.01, least: float = 5e-4
-) -> float:
+def load_carried(scene: mo.Scene, increment: float = 0.01, least: float = 5e-4) -> float:
     """Greatest load factor under which the blocks come to rest, to within the least increment.
 
     The load grows by increments, halved after each under which they fall. Raises ArithmeticError where they
     fall under their weight, or neither fall nor come to rest.
     """
-    springs = of_wall(wall, friction, cohesion)
-    state = springs.at_rest(wall.dead, springs.unloaded)
+    springs = of_scene(scene)
+    wall, state = springs.wall, springs.at_rest(springs.wall.dead, springs.unloaded)
     if state is None:
         raise ArithmeticError("falls under its weight")
     carried = 0.0

@@ -1,17 +1,16 @@
 """Load factors of walls in space, as programs beside the package found them; blocks pushed outwards (−y).
 
-`associative` and `carried` are what `cone_program` and `contact_dynamics` of this folder give.
-`earlier` is another program's associative value (CVXPY and Clarabel; of its five digits the last is off by up
-to two on the larger walls).
+`associative` is of a program that found contact points and equilibrium of boxes for itself, and handed
+cones to Clarabel as they stand; `carried` is what `contact_dynamics` gives. `earlier` is another program's
+associative value (CVXPY and Clarabel; of its five digits the last is off by up to two on the larger walls).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from space.boxes import Boxes, corner_wall, facade
+from scenes_in_space import corner_wall, facade
 
-#: Outwards: away from the returns.
-OUTWARDS = (0.0, -1.0, 0.0)
+import masonry_opt as mo
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class Reference:
     lmgc90: where the wall begins to leave in LMGC90 (rigid blocks); it falls a little below.
     """
 
-    wall: Callable[[int, int, int], Boxes]
+    wall: Callable[..., mo.Scene]
     size: tuple[int, int, int]
     blocks: int
     points: int
@@ -37,8 +36,8 @@ class Reference:
     lmgc90: float | None = None
 
     @property
-    def boxes(self) -> Boxes:
-        return self.wall(*self.size)
+    def scene(self) -> mo.Scene:
+        return self.wall(*self.size, self.friction)
 
     def __str__(self) -> str:
         return f"{self.wall.__name__}_{self.blocks}_{self.friction}"

@@ -26,27 +26,12 @@ SCENES["cohesion"] = SCENES["corner"].model_copy(
 LARGER = {"corner of 20": corner_wall(3, 2, 4, 0.4)}
 
 
-def by_weight(scene: mo.Scene) -> mo.Scene:
-    """With a box's weight per volume and its push by weight, as the others have them."""
-
-    def changed(block: mo.Solid) -> mo.Solid:
-        if block.fixed or block.weight is None:
-            return block
-        [(x0, x1), (y0, y1), (z0, z1)] = block.box
-        volume = (x1 - x0) * (y1 - y0) * (z1 - z0)
-        push = tuple(component / block.weight for component in block.live)
-        keys = {"unit_weight": block.weight / volume, "live_per_weight": push}
-        return mo.Solid(name=block.name, box=block.box, **keys)
-
-    return scene.model_copy(update={"blocks": [changed(block) for block in scene.blocks]})
-
-
 @pytest.mark.parametrize("name", SAME)
 @pytest.mark.parametrize(
     "scene", ["box", "cohesion", *(pytest.param(larger, marks=pytest.mark.slow) for larger in LARGER)]
 )
 def test_load_factors_are_unmoved(scene, name):
-    one = by_weight((SCENES | LARGER)[scene])
+    one = (SCENES | LARGER)[scene]
     other = SAME[name](one)
     for method, tolerance in (("static", ASSOCIATIVE), ("compliant", EXPECTED)):
         first, second = solved(one, method), solved(other, method)
@@ -66,6 +51,6 @@ def test_the_default_is_certified_all_the_same(name):
 
 def test_units_twice_as_large_change_no_bit():
     """Forces and lengths are measured in medians of the scene's own: powers of two change no digit."""
-    wall = by_weight(SCENES["corner"])
+    wall = SCENES["corner"]
     larger = mapped(wall, length=1024.0, force=2.0)
     assert solved(larger, "static").load_factor == solved(mapped(wall), "static").load_factor

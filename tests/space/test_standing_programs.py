@@ -7,7 +7,8 @@ import pytest
 from atlas.small_scenes_in_space import small_scene_in_space
 from scenes import block_on_floor, values_of
 from scenes_in_space import box_on_floor
-from space.standing_program import dead_load, out_of_balance
+from second_program import points_of
+from space.standing_program import out_of_balance
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
@@ -46,7 +47,7 @@ def stands(scene: mo.Scene, effort: Effort | None = None) -> bool:
 
 def bounds(scene: mo.Scene) -> tuple[float, float]:
     """Of what the second program's forces leave at least, in median block weights."""
-    wall = dead_load(scene)
+    wall = points_of(scene)
     weight = np.median(np.linalg.norm(wall.dead.reshape(-1, 6)[:, :3], axis=1))
     limits = CARRY * weight, FALL * weight, MOST * weight
     both = out_of_balance(wall, scene.joints.friction, *limits)

@@ -4,8 +4,8 @@ and the lowest exact states known."""
 from collections.abc import Callable
 
 import pytest
-import scenes_in_space
 from scenes import solved
+from scenes_in_space import facade
 from second_program import bounds
 from space.reference_values import REFERENCES, Reference
 
@@ -33,15 +33,11 @@ def corners(sizes: Callable[[Reference], bool]) -> list[object]:
     return [pytest.param(each, marks=mark, id=str(each)) for each, mark in zip(found, marks, strict=True)]
 
 
-def scene(reference: Reference) -> mo.Scene:
-    return getattr(scenes_in_space, reference.wall.__name__)(*reference.size, reference.friction)
-
-
 @pytest.mark.parametrize("reference", corners(lambda wall: True))
 def test_associative_load_factor_is_that_of_cones_declared_directly(reference):
-    """For Clarabel, over contact points found by another program, whose units are not scaled: on walls of 100
-    and 231 blocks it ends up to 6e-6 below, where statics and kinematics here agree to 3e-9."""
-    found = solved(scene(reference), "static")
+    """By a program whose units are not scaled: on walls of 100 and 231 blocks it ends up to 6e-6 below, where
+    statics and kinematics here agree to 3e-9."""
+    found = solved(reference.scene, "static")
     problem = found.assembly.problem
     assert (problem.blocks, problem.joints) == (reference.blocks, reference.points)
     near = 2e-6 if reference.blocks < 100 else 1e-5
@@ -53,8 +49,8 @@ def test_associative_load_factor_is_that_of_cones_declared_directly(reference):
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 20))
 def test_associative_load_factor_by_polygons_is_that_of_another_program(reference):
     """By HiGHS, inside the cones; as many sides, a corner along each direction of shear."""
-    inside = bounds(assemble(scene(reference))).inside
-    found = mo.solve(scene(reference), "static", model="pyomo", solver="highs-ipm")
+    inside = bounds(assemble(reference.scene)).inside
+    found = mo.solve(reference.scene, "static", model="pyomo", solver="highs-ipm")
     assert found.load_factor == pytest.approx(inside, abs=2e-6)
 
 
@@ -62,7 +58,7 @@ def test_associative_load_factor_by_polygons_is_that_of_another_program(referenc
 def test_load_to_expect_is_that_of_contact_dynamics(reference):
     """Within 1 %; a load increment there is .3 % of the least. Rigid blocks in LMGC90 begin to leave within
     3.5 % of it."""
-    found = solved(scene(reference), "compliant")
+    found = solved(reference.scene, "compliant")
     assert found.expected == pytest.approx(reference.carried, rel=1e-2)
     if reference.lmgc90 is not None:
         assert found.expected == pytest.approx(reference.lmgc90, rel=3.5e-2)
@@ -75,7 +71,7 @@ def test_load_to_expect_is_that_of_contact_dynamics(reference):
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 42))
 def test_load_to_expect_is_exact_on_a_ray(reference):
     """By the cone: what blocks move on with for ever is a state of rigid ones."""
-    found = solved(scene(reference), "compliant")
+    found = solved(reference.scene, "compliant")
     assert found.reasons[0].code is Code.RAY
     assert found.solution.answer.forms.friction is Cone
     assert not found.solution.answer.failing(Kind.EXACT)
@@ -85,7 +81,7 @@ def test_load_to_expect_is_exact_on_a_ray(reference):
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= MOST))
 def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
     """At or below 1.10 times the lowest exact states that are known, and never the associative value."""
-    result = solved(scene(reference), expected=True)
+    result = solved(reference.scene, expected=True)
     answer = result.solution.answer
     assert answer.forms.friction is Cone
     assert not answer.failing(Kind.ONE_PASS)
@@ -105,7 +101,7 @@ def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
 def test_a_facade_of_231_blocks_is_exact():
     """Its mechanism leaves 2.5e-8 of λ where solvers end at an absolute gap of its bare energy."""
     size = next(reference.size for reference in REFERENCES if reference.blocks == 231)
-    soft = mo.solve(scenes_in_space.facade(*size, 0.6), "compliant", give=1e-2)
+    soft = mo.solve(facade(*size, 0.6), "compliant", give=1e-2)
     answer = alternated(soft.assembly.problem, soft.solution.q, None, Effort())
     assert answer is not None
     assert answer.forms.friction is Cone

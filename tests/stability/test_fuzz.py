@@ -7,100 +7,13 @@ import tomllib
 import pytest
 import tomli_w
 from scenes import ALL_CASES, CASES
+from unit.scene.test_case_files import WRITTEN
 
 import masonry_opt as mo
 from masonry_opt.errors import MasonryError
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.case_file import toml_text
 
-SMALL = """
-title = "a stone beside a stone"
-source = "by hand"
-gravity = [0, -1]
-tolerance = 1e-6
-[joints]
-friction = 0.6
-cohesion = 0.1
-dilatancy = 0.05
-[[block]]
-name = "A"
-vertices = [[0, 0], [1, 0], [1, 1], [0, 1]]
-weight = 1.0
-live = [1.0, 0.0]
-live_at = [0.5, 1.0]
-dead = [0.0, -0.2]
-dead_at = [0.25, 1.0]
-[[block]]
-name = "B"
-vertices = [[1, 0], [2.5, 0], [2, 1], [1, 1]]
-unit_weight = 20
-[[block]]
-name = "base"
-vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
-fixed = true
-[[joint]]
-between = ["A", "B"]
-friction = inf
-[reference]
-associative = { value = 0.5, source = "by hand", tolerance = 1e-3 }
-"""
-LOADED = """
-thickness = 0.5
-[joints]
-friction_angle = 35
-dilatancy_angle = 1
-[[block]]
-name = "A"
-vertices = [[0, 0], [1, 0], [1, 2], [0, 2]]
-unit_weight = 20
-[[block]]
-name = "base"
-vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
-fixed = true
-[[edge_load]]
-from = [0, 0]
-to = [0, 1.5]
-pressure = [15, 0]
-kind = "live"
-[[edge_load]]
-from = [0, 2]
-to = [1, 2]
-force = [0, -3]
-[[load]]
-block = "A"
-live = [0.5, 0]
-at = [0.5, 1.5]
-dead = [0, 0.5]
-[[load]]
-block = "A"
-weight = 25
-"""
-STONES = """
-[joints]
-friction = 0.6
-strength = 30
-[[block]]
-name = "notched"
-vertices = [[0, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]]
-weight = 5.0
-live = [1.0, 0.0]
-[[block]]
-name = "parts"
-parts = [[[0, 2], [1, 2], [1, 3], [0, 3]], [[0, 3], [3, 3], [3, 4], [0, 4]]]
-holes = [[[1.5, 3.25], [2, 3.25], [2, 3.75], [1.5, 3.75]]]
-unit_weight = 1.0
-[[block]]
-name = "corner"
-vertices = [[2, 2], [3, 2], [2.5, 3]]
-weight = 0.5
-[[block]]
-name = "base"
-vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
-fixed = true
-[[joint]]
-between = ["corner", "parts"]
-friction = 0.3
-strength = 5
-"""
 #: Published: a wall, a façade, and arches with point loads, with skewbacks, and loads by name.
 PUBLISHED = [
     CASES / f"{name}.toml"
@@ -109,7 +22,8 @@ PUBLISHED = [
         "examples/segmental_arch_on_columns",
     )
 ]
-SEEDS = [SMALL, LOADED, STONES, *(path.read_text("utf-8") for path in PUBLISHED)]
+SEEDS = [toml_text(scene) for name, scene in WRITTEN.items() if name not in ("wall", "load cases")]
+SEEDS += [path.read_text("utf-8") for path in PUBLISHED]
 
 #: What is put in place of a value or a key: other types, edges of numbers, words a terminal or a file
 #: system would take for its own.

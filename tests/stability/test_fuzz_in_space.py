@@ -11,69 +11,13 @@ import numpy as np
 import pytest
 from scenes_in_space import box_on_floor
 from stability.test_fuzz import ODD_VALUES, mutant, outcomes
+from unit.scene.test_solids import CASE, A, scene
 
 import masonry_opt as mo
 from masonry_opt.errors import MasonryError
+from masonry_opt.scene.case_file import toml_text
 
-SOLIDS = """
-title = "a wedge and a block of two parts on a floor"
-gravity = [0, 0.1, -1]
-tolerance = 1e-6
-[joints]
-friction = 0.6
-cohesion = 0.1
-[[block]]
-name = "wedge"
-vertices = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1]]
-faces = [[0, 3, 2, 1], [0, 4, 5, 3], [0, 1, 4], [3, 5, 2], [1, 2, 5, 4]]
-unit_weight = 20
-live = [1.0, 0.5, 0.0]
-live_at = [0.25, 0.5, 0.5]
-[[block]]
-name = "parts"
-weight = 25
-live_per_weight = [0, -0.1, 0]
-live_moment = [0, 0, 1]
-dead = [0, 0, -1]
-[[block.parts]]
-box = [[-1, 0], [0, 1], [0, 1]]
-[[block.parts]]
-vertices = [[-2, 0, 0], [-1, 0, 0], [-1, 1, 0], [-1, 0, 1]]
-faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
-[[block]]
-name = "floor"
-box = [[-4, 5], [-3, 4], [-1, 0]]
-fixed = true
-[[joint]]
-between = ["wedge", "parts"]
-friction = 0.3
-dilatancy = 0.1
-[[load]]
-block = "wedge"
-live = [0.5, 0, 0]
-at = [0.2, 0.5, 0.6]
-dead_moment = [0.1, 0, 0]
-"""
-TILTED = """
-tilt = [1, 0.2, 0]
-[joints]
-friction_angle = 35
-[[block]]
-name = "lower"
-box = [[0, 2], [0, 1], [0, 1]]
-unit_weight = 20
-[[block]]
-name = "upper"
-vertices = [[1, 0, 1], [3, 0, 1], [1, 1, 1], [1, 0, 3]]
-faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
-unit_weight = 20
-[[block]]
-name = "base"
-box = [[-1, 4], [-1, 2], [-1, 0]]
-fixed = true
-"""
-
-SEEDS = [SOLIDS, TILTED]
+SEEDS = [CASE, toml_text(scene(A, tilt=(1, 0.2, 0)))]
 
 #: What is added to a coordinate: from rounding to beyond what numbers carry.
 OFF = [1e-12, -1e-9, 1e-7, -1e-6, 1e-5, -1e-4, 1e-3, -0.01, 0.1, -0.5, 1.0, -2.0]

@@ -9,7 +9,7 @@ import sys
 import threading
 
 import pytest
-from scenes import CASES, run_command
+from scenes import CASES, GOOD, run_command
 
 import masonry_opt as mo
 from masonry_opt.errors import CaseError, OptionError
@@ -19,19 +19,6 @@ from masonry_opt.scene.tables import LARGEST_FILE
 
 WALL_1 = CASES / "ferris_tinloi" / "wall_1.toml"
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
-GOOD = """
-[joints]
-friction = 0.6
-[[block]]
-name = "A"
-vertices = [[0, 0], [1, 0], [1, 1], [0, 1]]
-weight = 1.0
-live = [1.0, 0.0]
-[[block]]
-name = "base"
-vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
-fixed = true
-"""
 
 
 def in_file(tmp_path, content, name="case.toml"):

@@ -5,7 +5,6 @@ import pytest
 from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 
 SCENE = box_on_floor((2, 2, 1), 0.5)
 
@@ -13,18 +12,6 @@ SCENE = box_on_floor((2, 2, 1), 0.5)
 @pytest.fixture(scope="module")
 def result():
     return mo.solve(SCENE, "static")
-
-
-def test_a_curve_ends_where_its_push_does(tmp_path):
-    """The box slides at λ = μ: from rest its push comes to a ray there, and so does the curve."""
-    found = mo.solve(SCENE, "compliant", curve=True)
-    assert found.curve["load_factor"].iloc[-1] == pytest.approx(0.5, rel=1e-6)
-    assert found.reasons[0].code is Code.RAY
-    assert found.load_factor == pytest.approx(0.5, rel=1e-8)
-    found.save(tmp_path / "curve.png", "curve")
-    assert (tmp_path / "curve.png").stat().st_size > 5000
-    (axes, *_) = found.plot("curve").axes
-    assert len(axes.lines[0].get_xdata()) == len(found.curve)
 
 
 def test_solids_are_not_drawn_as_dxf(tmp_path):

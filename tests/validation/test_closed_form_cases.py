@@ -360,17 +360,3 @@ def test_tilting_table(angle):
     else:
         expected = math.cos(tilt) * (0.5 - math.tan(tilt))
         assert solved(scene, "static").load_factor == pytest.approx(expected, rel=1e-6)
-
-
-def test_cohesion_adds_its_length():
-    """Sliding at μ + c L / weight."""
-    scene = block_on_floor(3, 1, 0.3)
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.3, cohesion=0.1), blocks=scene.blocks)
-    for method in METHODS:
-        tolerance = 2e-5 if method == "nonassociative" else EXACT
-        assert solved(scene, method).load_factor == pytest.approx(0.6, rel=tolerance)
-
-
-def test_live_load_at_the_top_overturns_sooner():
-    scene = block_on_floor(1, 2, 0.6, live_at=(0.5, 2.0))
-    assert solved(scene, "static").load_factor == pytest.approx(0.25, rel=EXACT)

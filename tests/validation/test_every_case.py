@@ -35,7 +35,7 @@ OWN_TEST = {
     *((path.stem, name) for path in WALLS[1:] for name in IN_TABLE_1),
     *(("wall_1", name) for name in ("mpec", "refined")),
     *((f"facade_{size}", "associative") for size in ("2x6", "4x12")),
-    *(("wall", name) for name in ("associative", "nonassociative")),
+    ("wall", "nonassociative"),
 }
 
 #: Scenes of many joints, which take seconds.

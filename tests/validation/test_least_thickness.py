@@ -1,36 +1,18 @@
-"""Least thickness of a semicircular arch of n voussoirs that cannot slide: Milankovitch (1907), Heyman.
-
-The thrust passes the extrados at the crown and at the springings, at R + t/2, and must not leave the
-intrados, r = R - t/2, at any joint between. With R = 1, η = t/R and a weight of 1 per angle, the sectors
-between the crown and a joint at the angle β weigh β, and their moment about the joint's intrados is
-β r sin β - ℓ (1 - cos β), with ℓ = 1 + η²/12 for their centroids. The crown's thrust H has the lever
-1 + η/2 - r cos β. Balance about the springing's extrados gives H = π/2 - ℓ / (1 + η/2). With an even number
-of voussoirs there is a joint at the crown, and β runs over the multiples of π/n.
-"""
+"""Least thickness of a semicircular arch of n voussoirs that cannot slide: Milankovitch (1907), Heyman."""
 
 import math
 
 import numpy as np
 import pytest
 from continuous_arch import least_thickness_ratio
-from scipy.optimize import brentq
 
 import masonry_opt as mo
 from masonry_opt.studies.many.standing import standing
 
 
 def closed_form(voussoirs: int) -> float:
-    """t/R for an even number of voussoirs."""
-    joints = math.pi / voussoirs * np.arange(1, voussoirs // 2)
-
-    def spare_thrust(eta: float) -> float:
-        inner, outer, lever = 1 - eta / 2, 1 + eta / 2, 1 + eta**2 / 12
-        needed = (joints * inner * np.sin(joints) - lever * (1 - np.cos(joints))) / (
-            outer - inner * np.cos(joints)
-        )
-        return math.pi / 2 - lever / outer - float(needed.max())
-
-    return float(brentq(spare_thrust, 0.02, 0.3, xtol=1e-13))
+    """t/R for an even number of voussoirs, which have a joint at the crown."""
+    return least_thickness_ratio("sector", math.pi / voussoirs * np.arange(1, voussoirs // 2))
 
 
 def arch(voussoirs: int, thickness: float) -> mo.Scene:

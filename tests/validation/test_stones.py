@@ -66,20 +66,6 @@ def test_a_beam_on_a_corner_lifts_off_its_far_bearing(method):
     assert joints["n"][at].tolist() == pytest.approx([2.0], rel=1e-6)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_sliding_block_on_two_corners(method):
-    """Two corners of friction μ below a block pushed sideways at its base: λ = μ, however they share it."""
-    block = mo.Block(
-        name="A", vertices=[(0, 0), (4, 0), (4, 1), (0, 1)], weight=2, live=(2, 0), live_at=(2, 0)
-    )
-    props = [
-        mo.Block(name=f"p{x}", vertices=[(x, 0), (x - 0.5, -1), (x + 0.5, -1)], fixed=True) for x in (1, 3)
-    ]
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.4), blocks=[block, *props])
-    expected = 0.4
-    assert load_factor(scene, method) == pytest.approx(expected, rel=1e-7)
-
-
 def test_a_block_pushed_against_a_corner_is_held():
     """Push and corner at one height: equal and opposite, whatever the load factor."""
     block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0))

@@ -56,15 +56,6 @@ def test_a_wall_tilts_as_under_its_weight_sideways():
     )
 
 
-def test_a_scene_turned_by_just_less_than_its_tilt_stands():
-    """The tilt itself, by turning gravity: the block falls beyond it, with nothing but its weight."""
-    angle = math.atan(1 / 3)
-    for times, stands in ((0.999, True), (1.001, False)):
-        scene = block(1, 3, 0.6, None, live=(1.0, 0.0))
-        gravity = (math.sin(times * angle), -math.cos(times * angle))
-        assert solved(scene.model_copy(update={"gravity": gravity}), "static").status.usable is stands
-
-
 def test_other_scenes_have_no_tilt_angle():
     assert solved(small_wall(2, 2), "static").tilt_angle is None
 

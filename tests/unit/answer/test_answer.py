@@ -129,10 +129,3 @@ def test_a_mechanism_where_forces_are_not_at_yield_opens_a_gap(solved):
     q = state.q.copy()
     q[: problem.joints] += 1.0
     assert certificate(problem, state, q=q).complementarity > 0.1
-
-
-def test_rates_give_back_the_joint_velocities_of_a_solved_mechanism(solved):
-    problem, state = solved
-    p = problem.rates(state.d, problem.friction)
-    assert p.min() >= 0
-    np.testing.assert_allclose(problem.D(problem.friction) @ p, problem.B.T @ state.d, atol=1e-10)

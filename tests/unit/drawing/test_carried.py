@@ -81,27 +81,6 @@ def test_a_wall_has_no_chain_and_a_column_has_one():
     assert len(chains(column, np.zeros(column.problem.joints, dtype=bool))) == 0
 
 
-def two_stones():
-    """A block that leaves a wall and slides at λ = 0.5, and one of the same weight and half the live load."""
-    scene = block_on_floor(4, 2, 0.5)
-    wall = mo.Block(name="wall", vertices=[(-1, 0), (0, 0), (0, 2), (-1, 2)], fixed=True)
-    other = mo.Block(name="B", vertices=[(-5, 0), (-1.5, 0), (-1.5, 2), (-5, 2)], weight=1, live=(0.5, 0))
-    return scene.model_copy(update={"blocks": [*scene.blocks, wall, other]})
-
-
-def test_colours_say_how_much_of_its_limit_a_joint_carries():
-    drawn = {each.colour: each for each in result_elements(mo.solve(two_stones())).layers["utilisation"]}
-    used = {each.colour: np.ptp(each.points[:, :, 0]) for each in drawn.values() if each.name == "used"}
-    # The block of width 4 fully; that of 3.5 by |s| / (μ n) = 0.25 / 0.5, more than
-    # |m| / (n L / 2) = 0.25 × 1 / 1.75: half, in exact numbers or next to it.
-    assert used.pop(UTILISATION[-1]) == pytest.approx(4)
-    ((colour, width),) = used.items()
-    assert colour in UTILISATION[4:6]
-    assert width == pytest.approx(3.5)
-    assert drawn[IDLE].label == "idle joint"
-    assert len(drawn[IDLE].points) == 1
-
-
 def test_every_joint_has_the_colour_of_its_utilisation():
     result = solved(WALLS[0])
     used = result.joints["utilisation"].to_numpy()

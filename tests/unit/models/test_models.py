@@ -4,7 +4,6 @@ import cvxpy as cp
 import numpy as np
 import pyomo.environ as pyo
 import pytest
-from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 from scenes import declared
 
 from masonry_opt.models.cvxpy_exact import CvxpyAtYield, CvxpyForces, CvxpyMotion
@@ -96,17 +95,3 @@ def test_size_of_eq_9_and_eq_10(language, problem):
     # CVXPY writes p ≥ 0 as rows.
     signs = faces if language == "cvxpy" else 0
     assert (kinematic.rows, kinematic.columns) == (3 * c + 1 + signs, 3 * b + faces)
-
-
-@pytest.mark.parametrize("name", [name for name in STATIC | KINEMATIC if name not in ("MPEC", "global")])
-def test_linear_models_compile(name, problem):
-    """To solver data, on joints of every kind: what a solver is handed is finite."""
-    model = (STATIC | KINEMATIC)[name](problem, ShearLimits.true(problem))
-    if of_pyomo(model):
-        form = LinearStandardFormCompiler().write(model.program, mixed_form=True, set_sense=None)
-        matrix = form.A
-    else:
-        assert model.program.is_dpp()
-        matrix = model.program.get_problem_data("CLARABEL")[0]["A"]
-    assert min(matrix.shape) > 0
-    assert np.isfinite(matrix.data).all()

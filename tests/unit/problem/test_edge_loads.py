@@ -39,44 +39,6 @@ def test_water_overturns_a_wall_by_the_moment_of_its_triangle(depth):
     assert result.load_factor == pytest.approx(expected, rel=1e-7)
 
 
-def test_forces_at_the_base_of_a_dam_are_those_of_statics():
-    """A battered face: water presses it down too. The live load, straight down, adds to n alone."""
-    foot, crest, height, depth, uplift = 4.0, 1.0, 6.0, 5.0, 0.7
-    slope = (foot - crest) / height
-    dam = block("dam", [(0, 0), (foot, 0), (foot, height), (foot - crest, height)], 33.0, live=(1.0, 0.0))
-    top = (slope * depth, depth)
-    result = mo.solve(
-        scene(
-            [dam],
-            [
-                {"start": (0, 0), "end": top, "pressure": (depth, 0)},
-                {"start": (foot - crest, height), "end": (foot, height), "force": (0.0, uplift)},
-            ],
-        ),
-        "static",
-    )
-    joint = result.joints.iloc[0]
-    side = -1 if joint["first"] == "base" else 1
-    assert joint["n"] == pytest.approx(33.0 + slope * depth * depth / 2 - uplift * crest, rel=1e-7)
-    push = depth**2 / 2 + result.load_factor
-    assert abs(joint["s"]) == pytest.approx(push, rel=1e-6)
-    # About the middle of the foot, counter-clockwise: what acts on the dam, and the joint's moment on it.
-    area = (foot + crest) / 2 * height
-    centroid = (
-        (crest * height * (foot - crest / 2) + (foot - crest) * height / 2 * 2 / 3 * (foot - crest)) / area,
-        (crest * height * height / 2 + (foot - crest) * height / 2 * height / 3) / area,
-    )
-    middle = foot / 2
-    acting = (
-        -33.0 * (centroid[0] - middle)
-        - result.load_factor * centroid[1]
-        - depth**2 / 2 * depth / 3
-        - slope * depth**2 / 2 * (slope * depth / 3 - middle)
-        + uplift * crest * (foot - crest / 2 - middle)
-    )
-    assert side * joint["m"] == pytest.approx(-acting, rel=1e-6)
-
-
 def test_each_block_below_a_line_gets_its_part_of_a_linear_pressure():
     """Three blocks side by side, one of them lower: p = 1 + x between 0 and 4, nothing on the lower one."""
     blocks = [

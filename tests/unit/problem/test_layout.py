@@ -6,11 +6,8 @@ from math import cos, pi
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from scenes import KINDS_OF_JOINTS, declared, small_wall
+from scenes import KINDS_OF_JOINTS, small_wall
 
-from masonry_opt.answer.answer import certify
-from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.faces import space
 from masonry_opt.problem.laws import Law
@@ -49,15 +46,6 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(5)
 
 
-def test_tables_have_the_problem_s_own_numbers():
-    problem = box()
-    assert (problem.blocks, problem.joints, problem.faces) == (1, 4, 4 * 4 + 4)
-    assert problem.face_joint.tolist() == 5 * [0, 1, 2, 3]
-    np.testing.assert_array_equal(problem.force_sizes(problem.live), [1.0])
-    np.testing.assert_array_equal(problem.moments(problem.live), np.zeros((1, 3)))
-    np.testing.assert_allclose(problem.matrices.longest_arm, [1.0])
-
-
 def test_yield_conditions_are_those_of_each_point(rng):
     """Four sides of a square inside the cone, and n ≥ 0."""
     problem, q = box(), rng.normal(size=12)
@@ -81,31 +69,6 @@ def test_rates_give_back_what_moved(rng):
         np.testing.assert_allclose(problem.departure(lifted, p, problem.dilatancy), 0, atol=1e-14)
         speeds = problem.table.slip_speed(p)
         np.testing.assert_allclose(speeds, problem.slip_speed(lifted), atol=1e-14)
-
-
-@pytest.mark.parametrize("language", ["cvxpy", "pyomo"])
-@pytest.mark.parametrize("formulation", ["static", "kinematic"])
-@pytest.mark.parametrize("of_load", [False, True])
-def test_static_and_kinematic_programs_agree(language, formulation, of_load):
-    """Of a box that slides: in the direction of the push the square holds 4 c + μ W over the sum of its
-    components, and both programs end in a state that is exact under associative flow."""
-    problem = box()
-    state = declared(problem, formulation, language, of_load=of_load).solve().state
-    expected = (4 * COHESION + FRICTION) / np.abs(PUSH).sum()
-    assert state.load_factor == pytest.approx(expected, rel=1e-7)
-    left = certify(problem, state.load_factor, state.q, state.d, problem.friction)
-    assert left.worst < 1e-6
-    assert problem.face_cohesion @ state.p - problem.dead @ state.d == pytest.approx(
-        expected * problem.live_norm, rel=1e-6
-    )
-
-
-def test_the_exact_programs_find_the_box_s_state():
-    problem = box()
-    found = Refiner(problem, Effort()).state_near(declared(problem).solve().state.q)
-    left = certify(problem, found.load_factor, found.q, found.d, problem.dilatancy)
-    assert left.worst < 1e-8
-    assert problem.slip_speed(found.d).min() > 0.1
 
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import CASES, block_on_floor, overhanging
+from scenes import CASES, overhanging
 
 import masonry_opt as mo
 from masonry_opt.answer.motion import joint_motion
@@ -10,17 +10,6 @@ from masonry_opt.answer.motion import joint_motion
 
 def motion_of(result):
     return joint_motion(result.assembly, result.solution)
-
-
-@pytest.mark.parametrize(
-    ("width", "friction", "slides", "hinges"), [(1, 0.8, False, True), (4, 0.5, True, False)]
-)
-@pytest.mark.parametrize("method", ["mcp", "static"])
-def test_a_block_slides_or_hinges(width, friction, slides, hinges, method):
-    """By associative flow it is lifted as it slides, which makes it no block that comes off."""
-    motion = motion_of(mo.solve(block_on_floor(width, 2, friction), method))
-    assert (motion.slides[0], motion.hinges[0]) == (slides, hinges)
-    assert not motion.separates.any()
 
 
 def test_the_mechanism_of_a_crushing_block_is_one():

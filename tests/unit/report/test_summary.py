@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from atlas.small_scenes import pebble
 from drawn import labels
+from mappings import mapped, mirrored
 from scenes import CASES, block_on_floor, overhanging, small_wall, two_blocks
 
 import masonry_opt as mo
@@ -80,13 +81,13 @@ def test_no_plateau_and_none_are_said_by_their_reason(code):
 
 def test_which_law_crushes_joints_is_said_with_every_load_factor():
     """The parabola itself or chords; and of a Coulomb answer that what stands beside it crushes alike."""
-    weak = small_wall(2, 2, strength=8.0)
+    weak = block_on_floor().replace(joints={"strength": 8.0})
     said = [
         facts(mo.solve(weak, method, **how))["crushing"]
         for method, how in (("static", {}), ("static", {"solver": "highs"}), ("mcp", {}))
     ]
     assert len(set(said)) == 3
-    assert "crushing" not in facts(mo.solve(small_wall(2, 2), "mcp"))
+    assert "crushing" not in facts(mo.solve(block_on_floor(), "mcp"))
 
 
 @pytest.fixture(scope="module")
@@ -122,20 +123,13 @@ SIGNED = re.compile(r"(?<![\w.])-0(\.0*)?(e[+-]\d+)?(?![\w.])")
 MANY = re.compile(r"(?<![\d.e+-])1 (?!is\b|was\b|has\b|hinges\b|slides\b|separates\b|crushes\b)[a-z]+s\b")
 
 
-def mirrored():
+def below_zero():
     """Two blocks with their coordinates below zero, and with a sign before each zero."""
-    scene = two_blocks()
-    blocks = [
-        block.model_copy(
-            update={"vertices": [(-x, y) for x, y in block.vertices], "live": (-block.live[0], -0.0)}
-        )
-        for block in scene.blocks
-    ]
-    return mo.Scene.model_validate(scene.model_dump() | {"blocks": [block.model_dump() for block in blocks]})
+    return mapped(two_blocks(), mirrored, lambda v: (-v[0], v[1] or -0.0))
 
 
 SCENES = {
-    "mirrored": mirrored,
+    "mirrored": below_zero,
     "no friction": lambda: block_on_floor(friction=0.0),
     "slides": lambda: block_on_floor(4, 2, 0.5),
     "falls": overhanging,

@@ -3,21 +3,8 @@
 import json
 
 import pytest
-from scenes import run_command
+from scenes import GOOD, run_command
 
-GOOD = """
-[joints]
-friction = 0.6
-[[block]]
-name = "A"
-vertices = [[0, 0], [1, 0], [1, 1], [0, 1]]
-weight = 1.0
-live = [1.0, 0.0]
-[[block]]
-name = "base"
-vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
-fixed = true
-"""
 WALL = "[joints]\nfriction = 0.5\n[wall]\nblock = [4, 1]\nweight = 1\n"
 BESIDE = '[[block]]\nname = "B"\nvertices = [[0.9, 0], [1.9, 0], [1.9, 1], [0.9, 1]]\nweight = 1\n'
 
@@ -183,53 +170,6 @@ def test_scene_without_load_factor(name, method, solved):
     assert (answer["status"], answer["load_factor"], answer["certificate"]) == (status, None, None)
     for words in expected:
         assert words in answer["message"]
-
-
-LEFT = """
-[joints]
-friction = 0.5
-[[block]]
-name = "left"
-vertices = [[0, 0], [1, 0], [0.8, 1], [0, 1]]
-fixed = true
-"""
-RIGHT = """
-[[block]]
-name = "right"
-vertices = [[2, 0], [3, 0], [3, 1], [2.2, 1]]
-fixed = true
-"""
-KEY = """
-[[block]]
-name = "key"
-vertices = [[1, 0], [2, 0], [2.2, 1], [0.8, 1]]
-weight = 1
-live = [0, -1]
-"""
-HALVES = """
-[[block]]
-name = "key1"
-vertices = [[1, 0], [1.5, 0], [1.4, 1], [0.8, 1]]
-weight = 1
-live = [0, -1]
-[[block]]
-name = "key2"
-vertices = [[1.5, 0], [2, 0], [2.2, 1], [1.4, 1]]
-weight = 1
-"""
-
-
-@pytest.mark.parametrize("method", ["nonassociative", "mcp"])
-def test_jamming_is_told_from_a_loop_that_fails_and_from_what_stands(method, solved):
-    """Two voussoirs between skewbacks that lean by 11.3°: at φ = 26.6° neither can slide up. A plug that
-    widens downwards: associative friction holds it by jamming, Coulomb's need not."""
-    code, answer = solved(LEFT + HALVES + RIGHT, "--method", method)
-    assert (code, answer["load_factor"]) == (1, None)
-    assert answer["status"].startswith("unlimited")
-    widening = (LEFT + KEY + RIGHT).replace("0.8", "1.1").replace("2.2", "1.9")
-    code, answer = solved(widening, "--method", method)
-    assert (code, answer["status"]) == (1, "unstable under dead load")
-    assert "wedging alone" in answer["message"]
 
 
 def test_dilatancy_that_locks_is_told_from_a_load_that_cannot_act(solved):

@@ -2,41 +2,17 @@
 
 import json
 import math
+import tomllib
 
 import pytest
-from scenes import ALL_CASES, two_blocks
+from scenes import ALL_CASES, CASES, two_blocks
 
 import masonry_opt as mo
 
-TOML = """
-title = "two stones"
-[joints]
-friction = 0.65
-cohesion = 0.5
-[[block]]
-name = "A"
-vertices = [[0, 0], [4, 0], [4, 1.75], [0, 1.75]]
-weight = 1.0
-live = [1.0, 0.0]
-live_at = [2.0, 1.75]
-[[block]]
-name = "base"
-vertices = [[-4, -1], [24, -1], [24, 0], [-4, 0]]
-fixed = true
-[[joint]]
-between = ["A", "base"]
-friction = 0.8
-[reference]
-associative = { value = 0.5, source = "nowhere", tolerance = 1e-3 }
-"""
-
 
 def test_json_holds_the_same_keys(tmp_path):
-    import tomllib
-
-    toml, js = tmp_path / "case.toml", tmp_path / "case.json"
-    toml.write_text(TOML)
-    js.write_text(json.dumps(tomllib.loads(TOML)))
+    toml, js = CASES / "gilbert" / "two_blocks.toml", tmp_path / "case.json"
+    js.write_text(json.dumps(tomllib.loads(toml.read_text())))
     assert mo.load(js) == mo.load(toml)
 
 
@@ -49,6 +25,19 @@ def on_floor(*blocks, **keys):
 
 
 WRITTEN = {
+    "most keys": on_floor(
+        SQUARE.model_copy(update={"live_at": (0.5, 1), "dead": (0, -0.2), "dead_at": (0.25, 1)}),
+        mo.Block(name="B", vertices=[(1, 0), (2.5, 0), (2, 1), (1, 1)], unit_weight=20),
+        joints={"friction": 0.6, "cohesion": 0.1, "dilatancy": 0.05},
+        exceptions=[{"between": ("A", "B"), "friction": math.inf}],
+        loads=[{"block": "A", "live": (0.5, 0), "at": (0.5, 1)}, {"block": "B", "weight": 25}],
+        gravity=(0.1, -2),
+        thickness=0.5,
+        tolerance=1e-5,
+        title="a stone beside a stone",
+        source="by hand",
+        reference={"associative": {"value": 0.5, "source": "by hand", "tolerance": 1e-3}},
+    ),
     "unlimited friction": two_blocks(),
     "wall": mo.load(ALL_CASES[0]),
     "angles": on_floor(
@@ -67,6 +56,7 @@ WRITTEN = {
             vertices=[(-4, 0), (-1, 0), (-1, 3)],
             holes=[[(-2, 1), (-1.5, 1), (-1.5, 1.2)]],
             weight=1,
+            live=(1, 0),
         )
     ),
     "edge loads": on_floor(
@@ -77,6 +67,14 @@ WRITTEN = {
         ],
     ),
     "loads": on_floor(SQUARE, loads=[mo.Load(block="A", dead=(0, -1), at=(0.5, 1))]),
+    "load cases": on_floor(
+        SQUARE,
+        loads=[mo.Load(block="A", live=(0, -1), group="wind")],
+        load_cases=[
+            {"name": "a", "dead": {"weight": 0.5}, "live": {"wind": 1.5}},
+            {"name": "b", "earthquake": {"direction": "left"}},
+        ],
+    ),
     "ties": on_floor(
         SQUARE,
         ties=[mo.Tie(between=("A", "floor"), at=((0.5, 1), (-4, 0)), strength=0.1, prestress=0.02)],

@@ -95,12 +95,3 @@ def test_a_door_reaches_the_ground():
     on_base = joints[(joints["first"] == "base") | (joints["second"] == "base")]
     assert len(on_base) == 10
     assert on_base["n"].sum() == pytest.approx(weight, rel=1e-7)
-
-
-def test_a_case_file_with_a_facade_is_its_blocks(tmp_path):
-    path = tmp_path / "case.toml"
-    path.write_text(
-        "[joints]\nfriction = 0.75\n[facade]\nopenings = [1, 1]\nblock = [2, 1]\njamb = 2\nopening = [1, 2]\n"
-        "sill = 1\nspandrel = 2\nweight = 3\nlintel_weight = 5\nlive = [1, 0]\nomit_top_left = true\n"
-    )
-    assert mo.load(path).blocks == facade().blocks()

@@ -174,18 +174,30 @@ def test_a_scene_knows_its_dimension_and_what_is_down_there():
 
 CASE = """
 [joints]
-friction = 0.5
+friction = 0.6
+cohesion = 0.1
 [[block]]
 name = "A"
 vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
 unit_weight = 6
 live = [0, 1, 0]
+live_at = [0.25, 0.25, 0.5]
 live_moment = [0, 0, 2]
 [[block]]
+name = "B"
+weight = 25
+live_per_weight = [0, -0.1, 0]
+dead_moment = [0.1, 0, 0]
+parts = [{ box = [[-1, 0], [0, 1], [0, 1]] }, { box = [[-2, -1], [0, 1], [0, 0.5]] }]
+[[block]]
 name = "F"
-parts = [{ box = [[0, 1], [0, 1], [-1, 0]] }, { box = [[1, 2], [0, 1], [-1, 0]] }]
+parts = [{ box = [[-3, 1], [0, 1], [-1, 0]] }, { box = [[1, 2], [0, 1], [-1, 0]] }]
 fixed = true
+[[joint]]
+between = ["A", "B"]
+friction = 0.3
+dilatancy = 0.1
 [[load]]
 block = "A"
 dead = [0, 0, -1]
@@ -222,7 +234,7 @@ def test_a_scene_of_solids_survives_being_written(name, ending, tmp_path):
 
 #: A change of a good case file, and words of the message.
 WRONG_CASES = {
-    "key of a part": (("{ box = [[1", "{ bx = [[1"), ["block no. 2 ('F')", "'parts[1].bx'", "'box'"]),
+    "key of a part": (("{ box = [[1", "{ bx = [[1"), ["block no. 3 ('F')", "'parts[1].bx'", "'box'"]),
     "first corner of two numbers": (("[[0, 0, 0]", "[[0, 0]"), ["block no. 1 ('A')", "'vertices[0]'"]),
     "wall": (
         ("[[load]]", "[wall]\nblock = [4, 1]\nweight = 1\ncourses = [[2]]\n[[load]]"),

@@ -101,16 +101,6 @@ def test_a_bent_bed_is_covered_by_neighbouring_joints() -> None:
     assert joints.end[order[:-1]] == pytest.approx(joints.start[order[1:]], abs=1e-12)
 
 
-def test_what_was_meant_to_touch_is_named_with_the_tolerance_that_joins_it() -> None:
-    blocks = leaning(0.0)
-    blocks["A"] = [(0, 0.002), (1, 0.0045), (1, 1), (0, 1)]
-    apart = assemble(scene_of(blocks, 1e-4), floating=True)
-    assert apart.joints.gaps == {(0, 1): pytest.approx(0.0045, rel=1e-2)}
-    joined = joints_of(scene_of(blocks, 1.01 * apart.joints.gaps[0, 1]))
-    assert len(joined.extent) == 1
-    assert not joined.gaps
-
-
 def test_what_touches_nothing_is_told_the_tolerance_that_joins_it() -> None:
     """A bed .17 mm off at one end and .5 mm at the other: the largest width joins it, the least does not."""
     blocks = leaning(0.0)

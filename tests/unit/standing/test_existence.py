@@ -54,6 +54,9 @@ def test_no_mechanism(scene):
     assert found.existence is Existence.NO_MECHANISM
     assert found.proven
     assert max(found.equilibrium, found.yield_) < PROOF
+    for method in ("nonassociative", "mcp"):
+        result = mo.solve(scene, method)
+        assert (result.status, result.load_factor) == (Status.UNLIMITED, None)
 
 
 @pytest.mark.parametrize("method", COULOMB)
@@ -107,6 +110,13 @@ def test_friction_between_fixed_faces_is_named():
     assert result.infeasibility.existence is Existence.UNBOUNDED
     named = values_of(result, Code.CLAMPED)["pairs"]
     assert {frozenset(pair) for pair in named} == {frozenset(("left", "plug")), frozenset(("right", "plug"))}
+
+
+def test_what_only_wedging_would_hold_falls_and_is_named():
+    result = mo.solve(plug(-0.1, (0, -1)))
+    assert (result.status, result.expected) == (Status.UNSTABLE, None)
+    assert values_of(result.at_expected, Code.WEDGED)["blocks"] == ["plug"]
+    assert values_of(result, Code.WEDGED) == {"load_factor": None, "blocks": ["plug"]}
 
 
 def test_dilatancy_that_falls_with_stress_is_no_reason_to_claim_more():

@@ -38,23 +38,6 @@ def slot(blocks: int) -> mo.Scene:
     )
 
 
-def voussoirs(lean: float) -> mo.Scene:
-    """Two voussoirs with vertical faces between them, between skewbacks that lean out by ``lean``."""
-    corners = {
-        "left": [(0, 0), (1, 0), (1 - lean, 1), (0, 1)],
-        "key1": [(1, 0), (1.5, 0), (1.4, 1), (1 - lean, 1)],
-        "key2": [(1.5, 0), (2, 0), (2 + lean, 1), (1.4, 1)],
-        "right": [(2, 0), (3, 0), (3, 1), (2 + lean, 1)],
-    }
-    blocks = [
-        mo.Block(name=name, vertices=outline, fixed=True)
-        if name in ("left", "right")
-        else mo.Block(name=name, vertices=outline, weight=1, live=(0, -1 if name == "key1" else 0))
-        for name, outline in corners.items()
-    ]
-    return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=blocks)
-
-
 def pairs(result):
     """The joints named, by the names of their blocks."""
     named = values_of(result, Code.JOINTS)
@@ -72,17 +55,6 @@ def test_dilatancy_names_the_joints_that_lock_and_no_others(blocks):
     assert values_of(result, Code.DILATANCY_LOCKS) == {}
 
 
-def test_wedging_alone_names_what_moves():
-    scene = voussoirs(-0.1)
-    key = mo.Block(name="plug", vertices=[(1, 0), (2, 0), (1.9, 1), (1.1, 1)], weight=1, live=(0, -1))
-    skewbacks = [block for block in scene.blocks if block.fixed]
-    result = mo.solve(scene.model_copy(update={"blocks": [*skewbacks, key]}))
-    assert result.status is Status.UNSTABLE
-    assert result.expected is None
-    assert values_of(result.at_expected, Code.WEDGED)["blocks"] == ["plug"]
-    assert values_of(result, Code.WEDGED) == {"load_factor": None, "blocks": ["plug"]}
-
-
 @pytest.mark.parametrize(
     ("status", "moves"), [*((status, True) for status in Status), (Status.UNSTABLE, False)]
 )
@@ -94,6 +66,7 @@ def test_every_status_can_be_drawn(status, moves):
     found = certified(problem, 0.5, q, d) if status.usable else found
     solution = Solution(status, Kind.ASSOCIATIVE, found=found)
     result = make_result(assembly, solution, Effort(), "static", find_solver("cvxpy", None))
-    for kind in KINDS:
+    # Of an answer, and of what falls, in every kind.
+    for kind in KINDS if status in (Status.OPTIMAL, Status.UNSTABLE) else KINDS[:1]:
         title = result.plot(kind).axes[0].get_title()
         assert (f"no load factor ({status})" in title) != status.usable

