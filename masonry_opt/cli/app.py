@@ -15,7 +15,7 @@ from masonry_opt.errors import InterruptedByUserError, MasonryError, OutputError
 from masonry_opt.words.terminal import print_text, results_alone
 
 #: Modules of commands, which are loaded when these are called: others have that of their name.
-_MODULES = {"check": "solve", "draw": "files", "export": "files"}
+_MODULES = {"check": "solve"} | dict.fromkeys(("convert", "draw", "export"), "files")
 _MODULES |= dict.fromkeys(("compare", "reproduce", "sweep"), "many")
 _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "report", "settle"), "studies")
 

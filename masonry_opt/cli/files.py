@@ -1,22 +1,41 @@
-"""The commands `masonry-opt draw` and `export`: what a case file holds, in files of others."""
+"""The commands `masonry-opt draw`, `export` and `convert`: case files, and files of others."""
 
+import inspect
+import os
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Case, Given, LoadCaseName, command, writing
+from masonry_opt.cli.command import Case, Force, Given, LoadCaseName, command, numbers, writing
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
 from masonry_opt.drawing.view import refuse_view
-from masonry_opt.errors import printable
+from masonry_opt.errors import OptionError, OutputError, counted, printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.blocks import Block
+from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
+from masonry_opt.scene.contacts.find import find_joints, shapes_of
+from masonry_opt.scene.drawings.mesh_files import MESHES
+from masonry_opt.scene.tables import parse_file
 from masonry_opt.words.terminal import print_text
 
+#: By the end of its name, what a drawing is, and what reads it.
+_READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
+    ".dxf": ("a DXF drawing", mo.read_dxf),
+    ".json": ("COMPAS data", mo.read_compas),
+    **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
+}
+
+#: Corners of a mesh above which the case file names its file instead of writing them out, some 1 MB.
+_MOST_CORNERS = 10_000
+
+_IN = "Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl)."
+_OUT = "Case file (.toml or .json)."
 _PICTURE = typer.Argument(help="File to write (.png, .svg, .pdf).")
 _FILE = typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json).")
 _METHOD = typer.Option(
@@ -46,3 +65,103 @@ def export(given: Given, case: Case, file: Annotated[Path, _FILE], load_case: Lo
     if file.suffix.lower() in SOLID_ENDS and (method := given.pop("method", None)):
         what = mo.solve(case, method, expected=False, load_case=load_case)
     print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))
+
+
+def _forces(option: str) -> Any:
+    return numbers(f"{option} '{{}}': write numbers with commas between, such as 1,0")
+
+
+def _of_layer(text: str) -> tuple[str, tuple[float, ...]]:
+    layer, equals, force = text.rpartition("=")
+    if not equals:
+        raise OptionError(f"--live-layer '{text}': write it as LAYER=X,Y, such as parapet=1,0")
+    return layer, _forces("--live-layer")(force)
+
+
+def _direction(text: str) -> str | tuple[float, ...]:
+    return _forces("--along")(text) if "," in text else text
+
+
+@command(
+    mo.read_dxf,
+    mo.read_compas,
+    mo.read_mesh,
+    labels=("DXF", "COMPAS", "meshes"),
+    live=typer.Option(metavar="X,Y[,Z]", parser=_forces("--live")),
+    live_layers=typer.Option(metavar="LAYER=X,Y[,Z]", parser=_of_layer),
+    along=typer.Option(metavar="x|y|z|X,Y,Z", parser=_direction),
+    space=typer.Option("--space/--plane", help="COMPAS: blocks whole, or seen along a direction."),
+    up=typer.Option(metavar="x|y|z"),
+)
+def convert(
+    given: Given,
+    drawing: Annotated[Path, typer.Argument(metavar="IN", help=_IN, show_default=False)],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help=_OUT, show_default=False)],
+    force: Force = False,
+) -> None:
+    """Layers, names, arcs, COMPAS data and meshes: docs/drawings.md. From a case file to OUT.dxf it draws the
+    blocks. Of a mesh of more than 10,000 corners the case file names the file.
+    """
+    if out.suffix.lower() == ".dxf":
+        _refuse(given, f"{out}: a drawing is written of a case file as it stands")
+        scene = mo.load(drawing)
+        mo.write_dxf(scene, out, force)
+        _tell(scene, out)
+        return
+    if out.suffix.lower() not in (".toml", ".json"):
+        raise OutputError(f"{out}: a case file's name ends in .toml or .json")
+    _refuse_case_file(drawing)
+    for name in ("friction", "unit_weight"):
+        if name not in given:
+            raise OptionError(f"a drawing says nothing of it: give {_option(name)}")
+    if drawing.suffix.lower() not in _READERS:
+        raise OptionError(
+            f"{drawing}: what is converted ends in .dxf, {', '.join(MESHES)}, or .json for COMPAS data"
+        )
+    what, read = _READERS[drawing.suffix.lower()]
+    known = inspect.signature(read).parameters
+    _refuse((name for name in given if name not in known), f"{drawing}: {what}")
+    options = given | ({"live_layers": dict(given["live_layers"])} if "live_layers" in given else {})
+    scene = read(drawing, **options)
+    # What is written can be solved as far as its geometry goes.
+    joints = len(find_joints(scene, shapes_of(scene)).first)
+    large = sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
+    beside = large and read is mo.read_mesh
+    save(_beside(drawing, out, scene, options) if beside else scene, out, force)
+    _tell(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if beside else ""))
+
+
+def _beside(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:
+    """The case file that names the mesh it was made of."""
+    keys = {key: options[key] for key in MeshTable.model_fields if key in options}
+    mesh = {"file": os.path.relpath(drawing, out.parent), "live_per_weight": options.get("live", (0.0,) * 3)}
+    own = ("source", "joints", "tolerance", "contact_tolerance")
+    return CaseFile(mesh=MeshTable(**mesh, **keys), **{key: getattr(scene, key) for key in own})
+
+
+def _refuse_case_file(path: Path) -> None:
+    """Raise OptionError if what is given for a drawing is a case file."""
+    suffix = path.suffix.lower()
+    data = parse_file(path) if suffix == ".json" else None
+    if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
+        raise OptionError(
+            f"{path}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json): solve it as "
+            f"it is (masonry-opt solve {path}), or draw its blocks to an OUT that ends in .dxf"
+        )
+
+
+def _tell(scene: mo.Scene, out: Path, more: str = "") -> None:
+    holes = sum(len(block.holes) for block in scene.blocks if isinstance(block, Block))
+    supports = sum(block.fixed for block in scene.blocks)
+    blocks = counted(len(scene.blocks), "block")
+    print_text(f"{out}: {blocks} ({supports} fixed), {counted(holes, 'hole')}{more}")
+
+
+def _refuse(names: Iterable[str], what: str) -> None:
+    for name in names:
+        raise OptionError(f"{what} does not take {_option(name)}")
+
+
+def _option(name: str) -> str:
+    """The option of the command line that gives an argument."""
+    return "--" + (name.removesuffix("s") if name.endswith("layers") else name).replace("_", "-")

@@ -18,7 +18,7 @@ except ImportError:
     raise OptionError(NEEDED) from None
 
 # Altair is imported from here: one place says that it is missing.
-__all__ = ["NamedChart", "alt", "axis", "pictures", "script", "write_charts"]
+__all__ = ["NamedChart", "alt", "axis", "legend", "pictures", "script", "write_charts"]
 
 #: On paper: width of a chart and of a panel in pixels; most panels side by side, and in all.
 _WIDTH, _PANEL, _COLUMNS, _PANELS = 620, 230, 4, 24
@@ -95,6 +95,11 @@ def axis(title: str, least: float, greatest: float, **looks: Any) -> dict[str, A
     """The scale from least to greatest and the axis of a channel, such as alt.X(..., **axis(...))."""
     scale = alt.Scale(domain=(least, greatest), nice=False, zero=False)
     return {"scale": scale, "axis": alt.Axis(title=title, **looks)}
+
+
+def legend(entries: object) -> dict[str, Any]:
+    """The legend of a channel; none where it would have no entries, and no finite size."""
+    return {} if entries else {"legend": None}
 
 
 def specification(chart: Any) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import psutil
 from pebble import ProcessPool
@@ -54,7 +54,7 @@ class TaskEnd:
     peak: float = 0.0
 
 
-class Workers:
+class Workers(contextlib.AbstractContextManager["Workers"]):
     """Workers that make tasks; as a context manager, it ends its processes on leaving.
 
     Parameters
@@ -69,16 +69,10 @@ class Workers:
     def __init__(
         self, prepare: Prepare | None = None, count: int | None = None, dask: str | None = None
     ) -> None:
-        self._engine: Processes | _Cluster
-        if dask is not None:
-            if count is not None:
-                raise OptionError("give 'workers' or 'dask', not both: the cluster has workers of its own")
-            self._engine = _Cluster(prepare, dask)
-            return
-        self._engine = Processes(prepare, cores() if count is None else whole("workers", count, 1))
-
-    def __enter__(self) -> Self:
-        return self
+        if dask is not None and count is not None:
+            raise OptionError("give 'workers' or 'dask', not both: the cluster has workers of its own")
+        count = cores() if count is None else whole("workers", count, 1)
+        self._engine = Processes(prepare, count) if dask is None else _Cluster(prepare, dask)
 
     def __exit__(self, *_: object) -> None:
         self._engine.close()

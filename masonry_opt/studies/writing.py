@@ -107,12 +107,15 @@ def study_page(
     tables: Mapping[str, dict[str, Any]],
 ) -> str:
     """What a study found, its pictures (SVG) by what they show, and parts (HTML) and tables by headings, as
-    HTML that stands by itself.
-
-    Raises OptionError if Jinja2, of the extra "studies", is not installed.
+    HTML that stands by itself; raises as :func:`render`.
     """
-    drawn = {shows: b64encode(picture).decode() for shows, picture in pictures.items()}
-    return render("study.html", title=title, facts=facts, pictures=drawn, parts=parts, tables=tables)
+    return render("study.html", title=title, facts=facts, pictures=pictures, parts=parts, tables=tables)
+
+
+def source(picture: bytes, kind: str = "svg") -> str:
+    """A picture as the source of an image of HTML."""
+    mime = {"png": "image/png", "svg": "image/svg+xml"}[kind]
+    return f"data:{mime};base64,{b64encode(picture).decode()}"
 
 
 def render(template: str, **values: object) -> str:
@@ -131,4 +134,4 @@ def render(template: str, **values: object) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(template).render(writer=WRITER, **values)
+    return environment.get_template(template).render({"writer": WRITER, "source": source} | values)

@@ -11,6 +11,7 @@ from scipy import stats
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.studies.charts import write_charts
 from masonry_opt.studies.many.draws import Draws, lognormal
 from masonry_opt.studies.many.runs import COLUMNS, framed
 
@@ -102,6 +103,14 @@ def test_loads_to_expect_stand_beside_the_lowest_found():
         drawn = found.drawing(kind).chart.to_dict()
         rows = [row for rows in drawn["datasets"].values() for row in rows]
         assert {row["of"] for row in rows} == {"lowest found", "to expect"}
+
+
+def test_a_number_that_does_not_matter_is_drawn_too(tmp_path):
+    """Nor does any of one run: the chart of what matters has no marks, and no legend."""
+    found = with_load_factors([0.3, 0.3, 0.3, 0.3])
+    assert found.sensitivity()["rank_correlation"].isna().all()
+    write_charts("Sample", [found.drawing("sensitivity")], tmp_path)
+    assert "nothing drawn matters" in (tmp_path / "sensitivity.svg").read_text()
 
 
 def test_the_answer_as_json(block):

@@ -10,7 +10,7 @@ import pandas as pd
 
 from masonry_opt.drawing.colours import SERIES
 from masonry_opt.methods.registry import METHODS
-from masonry_opt.studies.charts import NamedChart, alt
+from masonry_opt.studies.charts import NamedChart, alt, legend
 from masonry_opt.studies.compare import frames, judge
 from masonry_opt.studies.runner import MEMORY_LIMIT, TIME_LIMIT
 from masonry_opt.studies.writing import in_words
@@ -112,7 +112,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
         .encode(
             **places,
             color=alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()])),
-            shape=alt.Shape("method:N", sort=[*METHODS]),
+            shape=alt.Shape("method:N", sort=[*METHODS], **legend(certified.any())),
             opacity=_FADED,
             tooltip=told,
         )

@@ -132,13 +132,8 @@ def judge(
     elif load_factor is not None and question == COULOMB and best is not None:
         gap = _relative(load_factor, best.load_factor)
         error, below = max(abs(gap), GAP_FLOOR), gap < -GAP_FLOOR
-    return {
-        "question": question,
-        "verdict": verdict,
-        "reason": reason,
-        "error": error,
-        "below": below,
-    }
+    told = {"question": question, "verdict": verdict, "reason": reason}
+    return told | {"error": error, "below": below}
 
 
 def _verdict(

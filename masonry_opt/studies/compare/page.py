@@ -70,10 +70,8 @@ def load_factors(comparison: Comparison) -> dict[str, Any]:
 
 def _answer(row: Mapping[Any, Any]) -> str:
     """λ with its error or gap, or why there is none; and the seconds."""
-    seconds, given = (
-        f"{row['time']:.2g} s",
-        "" if pd.isna(row["load_factor"]) else _lambda(row["load_factor"]),
-    )
+    seconds = f"{row['time']:.2g} s"
+    given = "" if pd.isna(row["load_factor"]) else _lambda(row["load_factor"])
     if row["verdict"] != judge.CERTIFIED:
         # An analysis that ended by itself said its status, and explained it in a message.
         why = row["reason"].replace(f": {row['message']}", "") if row["ended"] == FINISHED else row["reason"]

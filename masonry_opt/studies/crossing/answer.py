@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import cycle
-from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -138,7 +137,7 @@ class Crossing(StudyAnswer):
         rows = [
             _place(one.passage, position) | columns(one.passage.loaded(one.passage.live(position)), answer)
             for one in self.passages
-            for position, answer in sorted(one.answers.items(), key=itemgetter(0))
+            for position, answer in sorted(one.answers.items())
         ]
         where = dict.fromkeys([*self._case, *_PLACE], "object") | {"position": "float64"}
         return framed(rows, where).drop(columns="seconds")
@@ -306,9 +305,8 @@ class Crossing(StudyAnswer):
             look = {"linestyle": "none", "marker": ".", "markersize": 7}
             below = ["associative", *below]
         for one in self.passages if below else ():
-            axes.plot(
-                one.associative.positions, _finite(one.associative), color=HATCH, linewidth=0.8, zorder=2
-            )
+            behind = one.associative.positions, _finite(one.associative)
+            axes.plot(*behind, color=HATCH, linewidth=0.8, zorder=2)
         ways = self.governing.groupby(["axles", "direction"], sort=False)
         for ((axles, direction), rows), colour in zip(ways, cycle(SERIES), strict=False):
             name = printable(f"'{axles}', travelling {direction}")

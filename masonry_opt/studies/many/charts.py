@@ -15,26 +15,17 @@ from numpy.typing import ArrayLike
 
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
-from masonry_opt.studies.charts import NamedChart, alt, axis
-from masonry_opt.studies.many.runs import (
-    CRUSHING,
-    EXPECTED,
-    HINGING,
-    MIXED,
-    NONE,
-    SEPARATING,
-    SLIDING,
-    at_least,
-    ends,
-)
+from masonry_opt.studies.charts import NamedChart, alt, axis, legend
+from masonry_opt.studies.many import runs
+from masonry_opt.studies.many.runs import EXPECTED, NONE, at_least, ends
 
 #: Colour and mark of each mechanism. Joints have the same in pictures.
 _LOOKS = {
-    SLIDING: (SLIDES, "square"),
-    HINGING: (HINGES, "circle"),
-    CRUSHING: (CRUSHES, "cross"),
-    MIXED: (MARKED, "triangle-up"),
-    SEPARATING: (SEPARATES, "diamond"),
+    runs.SLIDING: (SLIDES, "square"),
+    runs.HINGING: (HINGES, "circle"),
+    runs.CRUSHING: (CRUSHES, "cross"),
+    runs.MIXED: (MARKED, "triangle-up"),
+    runs.SEPARATING: (SEPARATES, "diamond"),
     NONE: (LIVE, "triangle-down"),
 }
 
@@ -162,7 +153,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     number = alt.Axis(format=".4~g", formatType="number", labelAngle=0)
     x = alt.X("x:O", title=_label(across), axis=number)
     y = alt.Y("y:O", title=_label(up), axis=number, sort="descending")
-    legend = alt.Legend(title=_LABEL, orient="bottom", direction="horizontal", gradientLength=200)
+    of_colours = alt.Legend(title=_LABEL, orient="bottom", direction="horizontal", gradientLength=200)
     scale = alt.Scale(scheme="viridis", domain=ends(frame["load_factor"][~off]), clamp=True)
     told = [alt.Tooltip("x:O", title=across), alt.Tooltip("y:O", title=up), "λ:N", "status:N"]
     every, found = (
@@ -173,7 +164,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     notes = [_RING] if least.any() else []
     notes += ["values far above the others have the last colour"] if off.any() else []
     notes += ["grey: no load factor"] if missing else []
-    coloured = found.encode(fill=alt.Fill("λ:Q", scale=scale, legend=legend))
+    coloured = found.encode(fill=alt.Fill("λ:Q", scale=scale, legend=of_colours))
     chart = (every + coloured + ring.encode(x, y)).properties(height=300)
     return NamedChart("heat_map", f"{_LABEL} over two numbers", chart, "; ".join(notes))
 
@@ -225,17 +216,17 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     shown = _by_load(found.head(_SHOWN))
     # Marks of correlations whose interval holds zero are hollow.
     shown = shown.assign(certain=(shown["lower"] > 0) | (shown["upper"] < 0))
-    x = axis("rank correlation with λ", -1.05, 1.05)
+    x, colours = axis("rank correlation with λ", -1.05, 1.05), {"scale": _COLOURS} | legend(len(shown))
     rows = alt.Chart(shown).encode(
         y=alt.Y("parameter:N", sort=None, title=None, axis=alt.Axis(labelLimit=190)),
         yOffset=alt.YOffset("of:N", sort=[*_LOADS]),
-        stroke=alt.Stroke("of:N", scale=_COLOURS),
+        stroke=alt.Stroke("of:N", **colours),
         tooltip=["parameter:N", "of:N", *(f"{name}:Q" for name in ("rank_correlation", "lower", "upper"))],
     )
     marks = rows.mark_point(size=60, opacity=1).encode(
         x=alt.X("rank_correlation:Q", **x),
         shape=alt.Shape("of:N", legend=None),
-        fill=alt.when("datum.certain").then(alt.Fill("of:N", scale=_COLOURS)).otherwise(alt.value("white")),
+        fill=alt.when("datum.certain").then(alt.Fill("of:N", **colours)).otherwise(alt.value("white")),
     )
     limits = rows.mark_rule(strokeWidth=1.5).encode(x=alt.X("lower:Q", **x), x2="upper:Q")
     left_out = f", the first {_SHOWN} of {len(found)}" if len(found) > _SHOWN else ""

@@ -50,17 +50,10 @@ class Distribution(NamedTuple):
 
 
 def distribution(name: str, given: Any) -> Distribution:
-    """The distribution of a number.
+    """The distribution of a number, as given to :func:`~.sample.sample`. A standard deviation above the mean,
+    unless that is zero, must be a share of it.
 
-    Parameters
-    ----------
-    name: of the number, for errors.
-    given: ("normal", mean, standard deviation), ("lognormal", mean, standard deviation), both of the number
-        itself and not of its logarithm; ("uniform", least, greatest); or a frozen distribution of
-        scipy.stats. The standard deviation may be a text such as "15%", of the mean; above a mean other than
-        zero it must be one.
-
-    Raises OptionError if it is none of these, or a value is out of range; the message names the number.
+    Raises OptionError if it is none, or a value is out of range; the message names the number.
     """
     of = f"distribution of '{name}'"
     if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):

@@ -115,25 +115,19 @@ def run_many(
     def missing() -> Iterator[Scene]:
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
-            key, found = "", None
-            # Of one scene values tell runs apart: none is made for a run that is known.
-            if journal and study.scene is not None:
-                key = digest((values, None))
-                found = journal.find(key)
-            if found is None:
-                try:
-                    scene = study.make(points[index])
-                except CaseError as error:
-                    rows[index] = row(points[index], TaskEnd(REFUSED, str(error)))
-                    continue
-                if journal and study.scene is None:
-                    key = digest((values, _of_scene(scene)))
-                    found = journal.find(key)
-            if found is None:
-                under_way.append((index, key))
-                yield scene
-            else:
-                rows[index] = found
+            try:
+                # Of one scene values tell runs apart: none is made for a run that is known.
+                scene = None if study.scene else study.make(points[index])
+                key = digest((values, scene and _of_scene(scene))) if journal else ""
+                found = journal.find(key) if journal else None
+                if found is None:
+                    scene = scene or study.make(points[index])
+                    under_way.append((index, key))
+                    yield scene
+                else:
+                    rows[index] = found
+            except CaseError as error:
+                rows[index] = row(points[index], TaskEnd(REFUSED, str(error)))
 
     with Workers(partial(run_solver, study.how), *by) as made:
         for number, end in made.map(missing()):

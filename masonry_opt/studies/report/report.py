@@ -1,11 +1,10 @@
 """``report``: answers with their inputs, what was checked and what was not, as one page that prints whole."""
 
 import math
-from base64 import b64encode
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
-from functools import partial, singledispatch
+from functools import singledispatch
 from pathlib import Path
 from typing import Any
 
@@ -308,9 +307,10 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         day=date.today().isoformat(),
         versions=versions(),
         parts=parts,
-        told=[[(name, of, _pictures(of), of_result(of)) for name, of in part.told.items()] for part in parts],
+        pictures_of=_pictures,
+        tables_of=of_result,
         in_full=in_full,
-        source=partial(_source, "png" if len(scene.blocks) > MOST_BLOCKS else "svg"),
+        drawn_as="png" if len(scene.blocks) > MOST_BLOCKS else "svg",
         printable=printable,
         angle=lambda tangent: math.degrees(math.atan(tangent)),
         residuals=table(["answer", *RESIDUALS], [[name, *_residuals(of)] for name, of in found.items()]),
@@ -349,12 +349,6 @@ def _resultant(assembly: Assembly, load: np.ndarray) -> list[str]:
     total, size = problem.forces(load).sum(axis=0), float(problem.force_sizes(load).sum())
     total = np.where(np.abs(total) > 1e-9 * size, total, 0.0) * problem.force_unit
     return [f"{part:.5g}" for part in total] if size else []
-
-
-def _source(kind: str, picture: Picture) -> str:
-    """A picture as the source of an image of HTML."""
-    mime = {"png": "image/png", "svg": "image/svg+xml"}[kind]
-    return f"data:{mime};base64,{b64encode(picture.image(kind)).decode()}"
 
 
 def _pictures(result: Result) -> dict[str, Picture]:

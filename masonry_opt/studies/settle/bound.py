@@ -1,18 +1,26 @@
-"""The least or the greatest reaction of ``settle``, and what moves there."""
+"""The least or the greatest reaction of ``settle``: what moves there, and how joints open and slide."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.motion import moving_names
+from masonry_opt.answer.frames import unsigned
+from masonry_opt.answer.motion import fastest, joint_motion, moving_names
 from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.drawing.colours import BLACK
+from masonry_opt.drawing.elements import Elements
+from masonry_opt.drawing.marks import Marks
 from masonry_opt.result import Result
-from masonry_opt.studies.settle.openings import openings
 
 #: Columns of a table of reactions, beside the end.
 COLUMNS = ("kind", "reaction", "status", "moves")
+
+#: Joints at which a picture has numbers, and what it says of them.
+_WRITTEN = 12
+NOTE = "Numbers at joints: how wide they open, or slide (s), per unit of the support's movement"
 
 
 @dataclass(frozen=True)
@@ -70,7 +78,7 @@ class Bound:
     def openings(self) -> pd.DataFrame:
         """How wide joints open, and how far they slide, for each unit that the support moves, in the small
         motion of the mechanism of the first of ``results`` that has one: see :attr:`Settlement.openings`."""
-        return openings(next((of for of in self.results.values() if of.solution.answer), self.result))
+        return joint_openings(next((of for of in self.results.values() if of.solution.answer), self.result))
 
     def rows(self) -> list[dict[str, Any]]:
         """Reaction, status and moving blocks of each of the results."""
@@ -91,3 +99,44 @@ def moving(result: Result) -> list[str]:
     """Names of the blocks that move at a load factor, fastest first."""
     found = result.solution.answer
     return moving_names(result.assembly, found.d) if found else []
+
+
+def joint_openings(result: Result) -> pd.DataFrame:
+    """:attr:`Settlement.openings` of the mechanism of a result."""
+    assembly, solution = result.assembly, result.solution
+    problem, joints = assembly.problem, assembly.joints
+    axes = list("xyz"[: assembly.scene.dimension])
+    columns = ["joint", "first", "second", *axes, "opening", "sliding"]
+    if solution.d is None or solution.load_factor is None:
+        return pd.DataFrame(columns=columns)
+    # The push, along the movement, is the one live load.
+    movement = float(problem.live @ solution.d) / float(problem.force_sizes(problem.live).sum())
+    rates, rounding = problem.motion(solution.d, solution.q), ZERO * fastest(assembly, solution.d)
+    apart, slip = np.empty(len(joints.joint)), np.hypot.reduce(np.abs(problem.shears(rates)), axis=0)
+    apart[assembly.pressed] = problem.at_points(rates)
+    order = np.lexsort((-apart, joints.joint))
+    widest = order[np.unique(joints.joint[order], return_index=True)[1]]
+    motion = joint_motion(assembly, solution)
+    moves = np.flatnonzero(motion.slides | motion.hinges | motion.separates)
+    opens, slides = apart[widest], joints.most(slip[assembly.of_point])
+    opens, slides = (np.where(rate > rounding, rate, 0.0)[moves] / movement for rate in (opens, slides))
+    first, second = np.array(assembly.pairs_of(moves), dtype=object).reshape(-1, 2).T
+    at = (joints.point[widest] + assembly.geometry.origin)[moves]
+    frame = pd.DataFrame(dict(zip(columns, (moves, first, second, *at.T, opens, slides), strict=True)))
+    widths = frame[["opening", "sliding"]].max(axis=1)
+    return unsigned(frame.loc[widths.sort_values(ascending=False, kind="stable").index]).reset_index(
+        drop=True
+    )
+
+
+def opening_marks(result: Result, elements: Elements) -> list[Marks]:
+    """The numbers of the widest, at the joints."""
+    joints, found = result.assembly.joints, joint_openings(result).head(_WRITTEN)
+    marks = []
+    for number, opening, sliding in zip(found["joint"], found["opening"], found["sliding"], strict=True):
+        ends = [joints.first[number], joints.second[number]]
+        motion = elements.motion[ends].mean(axis=0)[None]
+        text = f"{opening:.3g}" if opening >= sliding else f"{sliding:.3g} s"
+        point = joints.middle[number][None, None]
+        marks.append(Marks("openings", "", "point", BLACK, 0.0, point, motion, text=text))
+    return marks

@@ -1,6 +1,5 @@
 """A scene whose supports can move in one direction, pushed there by a live load on them alone."""
 
-import difflib
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,6 +10,7 @@ from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly, with_supports_freed
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import moments_in
+from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import COORDINATES, coordinates
 
@@ -24,9 +24,8 @@ def supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
         raise OptionError(f"{scene.origin}: support: name each support once (found {support!r})")
     for name in names:
         if name not in known:
-            close = difflib.get_close_matches(name, fixed, n=1)
-            instead = f"did you mean '{close[0]}'?" if close else f"supports: {', '.join(fixed)}"
-            raise OptionError(f"{scene.origin}: support: no block '{name}'; {instead}")
+            instead = did_you_mean(name, fixed) or f"; supports: {', '.join(fixed)}"
+            raise OptionError(f"{scene.origin}: support: no block '{name}'{instead}")
         if name not in fixed:
             raise OptionError(
                 f"{scene.origin}: support '{name}' can move already: name a block with 'fixed = true': "

@@ -29,9 +29,8 @@ from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
-from masonry_opt.studies.settle.bound import COLUMNS, Bound, moving
+from masonry_opt.studies.settle.bound import COLUMNS, NOTE, Bound, moving, opening_marks
 from masonry_opt.studies.settle.freed import freed, refuse_idle, supports_of, unit_of
-from masonry_opt.studies.settle.openings import NOTE, opening_marks
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, study_page
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
@@ -179,9 +178,10 @@ class Settlement(StudyAnswer):
         save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
 
     def _page(self, view: ViewAngles | None) -> str:
-        ends = list(self.ends) or ["least"]
-        drawn = {end: self.plot(end, view=view).image("svg") for end in ends}
-        pictures = {f"what moves at the {end} reaction": picture for end, picture in drawn.items()}
+        pictures = {
+            f"what moves at the {end} reaction": self.plot(end, view=view).image("svg")
+            for end in self.ends or ["least"]
+        }
         rows = frame_table(self.table, {"reaction": "{:.6g}"}, kind="flow", moves="moves, fastest first")
         numbers = dict.fromkeys(("x", "y", "z", "opening", "sliding"), "{:.4g}")
         tables = {"Reactions": rows} | {

@@ -113,7 +113,7 @@ MESH = obj({"fixed": box((-1, 3), (-1, 2), (-1, 0)), "stone": box((0, 2), (0, 1)
 @pytest.mark.parametrize("beside", [False, True])
 def test_a_mesh_becomes_a_case_file_that_holds_or_names_it(tmp_path, monkeypatch, capsys, beside):
     if beside:
-        monkeypatch.setattr("masonry_opt.cli.convert._MOST_CORNERS", 10)
+        monkeypatch.setattr("masonry_opt.cli.files._MOST_CORNERS", 10)
     drawn, out = tmp_path / "stones" / "stone.obj", tmp_path / "stone.toml"
     drawn.parent.mkdir()
     drawn.write_bytes(MESH)
