@@ -18,7 +18,7 @@ from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_
 from masonry_opt.finite_motion.moved_blocks import moved, placed, point_forces
 from masonry_opt.finite_motion.path import HingingPath, Step
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.problem.loads import Forces, by_component
+from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
@@ -129,7 +129,7 @@ class Capacity:
         for λ = 1) done from rest, how many joints are ``hinged`` and ``separated``, and the ``event``, a
         code, with the ``pairs`` of blocks of the joints concerned. Displacement may go back where joints
         close and open: such states are in equilibrium, but a real fall passes by them.
-    steps: the states, with the poses of all blocks, in the problem's units.
+    steps: the states, with the poses of all blocks.
     """
 
     result: Result
@@ -163,12 +163,7 @@ class Capacity:
     def poses(self, row: int) -> np.ndarray:
         """Where the movable blocks are in a row of the table: turned by θ about the geometry's origin, then
         shifted by (x, y), shape (b, 3), in the case's units."""
-        return self._in_units(self.steps[row].poses)[self.result.assembly.movable]
-
-    def _in_units(self, poses: np.ndarray) -> np.ndarray:
-        """Poses, or their rates, in the case's units."""
-        dimension, unit = self.result.assembly.scene.dimension, self.result.assembly.problem.length_unit
-        return poses * by_component(dimension, unit, 1.0)
+        return self.steps[row].poses[self.result.assembly.movable]
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -177,11 +172,11 @@ class Capacity:
             poses, joints = self.poses(number), self.joints(number)
             rows.append(
                 {
-                    "displacement": _mean_along(self.control, moved(self.control, poses)),
+                    "displacement": _mean_along(self.control, moved(self.control, poses).point),
                     "rotation": float(lengths(poses[:, self.live.point.shape[1] :]).max()),
                     "load_factor": step.load_factor + 0.0,
-                    "dead_work": _work(self.dead, moved(self.dead, poses)),
-                    "live_work": _work(self.live, moved(self.live, poses)),
+                    "dead_work": _work(self.dead, moved(self.dead, poses).point),
+                    "live_work": _work(self.live, moved(self.live, poses).point),
                     "hinged": int((joints["state"] == "hinged").sum()),
                     "separated": int((joints["state"] == "separated").sum()),
                     "event": str(step.event.code) if step.event else "",
@@ -205,7 +200,7 @@ class Capacity:
         state = np.where(count == 0, "separated", np.where(count == full, "closed", "hinged"))
         # A corner that stands on an edge turns on it without closing.
         hinged = state == "hinged" if dimension == 3 else count == 1
-        poses = self._in_units(self.steps[row].poses)
+        poses = step.poses
         place = placed(at, poses[joints.first]) + assembly.geometry.origin
         place[~hinged] = np.nan
         angle = lengths((poses[joints.first] - poses[joints.second])[:, dimension:])
@@ -222,16 +217,17 @@ class Capacity:
     @property
     def live_rates(self) -> np.ndarray:
         """Rates of the points of the live forces along these at the onset, shape (f,)."""
-        return dots(self.live.force, self._rates(self.live)) / lengths(self.live.force)
+        rates = self._ahead(self.live) - self.live.point
+        return dots(self.live.force, rates) / lengths(self.live.force)
 
     @property
     def control_rate(self) -> float:
         """Rate of the displacement of the control point at the onset."""
-        return _mean_along(self.control, self._rates(self.control))
+        return _mean_along(self.control, self._ahead(self.control))
 
-    def _rates(self, of: Forces) -> np.ndarray:
-        motion = self._in_units(self.motion)[self.result.assembly.movable]
-        return carried(of.point, motion[of.block]) - of.point
+    def _ahead(self, of: Forces) -> np.ndarray:
+        """The points of forces after the onset's rates."""
+        return carried(of.point, self.motion[self.result.assembly.movable][of.block])
 
     def check(
         self,
@@ -312,9 +308,7 @@ class Capacity:
             return capacity_picture(assembly.scene, table, of, self.message)
         if not isinstance(row, int) or not -len(table) <= row < len(table):
             raise OptionError(f"there is no row {row!r}: the table has {len(table)}, the first is 0")
-        return displaced_picture(
-            assembly, table.iloc[row], self._in_units(self.steps[row].poses), self.joints(row)
-        )
+        return displaced_picture(assembly, table.iloc[row], self.steps[row].poses, self.joints(row))
 
     def save(self, path: str | FilePath, row: int | None = None, force: bool = False) -> None:
         """Write such a picture (.png, .svg, .pdf), whole or not at all.
@@ -359,9 +353,10 @@ class Capacity:
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
-def _mean_along(of: Forces, moves: np.ndarray) -> float:
-    return _work(of, moves) / float(lengths(of.force).sum())
+def _mean_along(of: Forces, points: np.ndarray) -> float:
+    return _work(of, points) / float(lengths(of.force).sum())
 
 
-def _work(of: Forces, moves: np.ndarray) -> float:
-    return float(dots(of.force, moves).sum())
+def _work(of: Forces, points: np.ndarray) -> float:
+    """Of forces whose points have come to others."""
+    return float(dots(of.force, points - of.point).sum())

@@ -1,11 +1,9 @@
 """A mechanism in space that turns about an edge: one body, of blocks that stay together, down to λ = 0."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from pydantic import BaseModel
 from scipy.optimize import brentq
 
 from masonry_opt.answer.motion import fastest, joint_motion, moving_blocks, velocities
@@ -13,19 +11,15 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import same
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
-from masonry_opt.finite_motion.moved_blocks import placed, turned
+from masonry_opt.finite_motion.moved_blocks import deepest_overlap, displaced, moved, placed, turned
 from masonry_opt.finite_motion.path import BORNE, Step
 from masonry_opt.finite_motion.statics import least_missed
-from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role, columns
 from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
 from masonry_opt.result import Result
-from masonry_opt.scene.contacts.find import shapes_of
-from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import lengths
-from masonry_opt.scene.solids import Part
 from masonry_opt.words.names import some
 
 #: Share of the fastest corner's speed, and of the scene's size, up to which a motion is that of one body
@@ -46,8 +40,7 @@ class EdgePath:
         self.assembly, self.forces, self.effort = result.assembly, forces, Effort()
         self.turns = np.zeros(len(self.assembly.scene.blocks) + 1, dtype=bool)  # the last is the ground
         self._find_edge(result)
-        self.own = [self.turns[self.assembly.movable[of.block]] for of in forces]
-        self.motion = self._poses(_AHEAD) / _AHEAD
+        self.motion = self.turns[:-1, None] * np.append(np.cross(self.foot, self.axis), self.axis)
         touch = ~self.round[self.assembly.joints.joint] | self.on_edge
         self.steps = [Step(0 * self.motion, result.required(), touch)]
         if same(np.divide(*self._moments(0.0)), result.required()):
@@ -83,44 +76,37 @@ class EdgePath:
         if length <= _ALIKE * size or apart > _ALIKE * fastest(assembly, d):
             raise OptionError(f"{refused}, and here blocks move on each other, or about a point")
 
-    def _turn(self, vectors: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
-        """Vectors, shape (..., 3), turned about the axis."""
-        vector = np.asarray(angle)[..., None] * self.axis
-        return turned(vectors, np.concatenate([0 * vector, vector], axis=-1))
-
     def _poses(self, angle: float) -> np.ndarray:
-        """Of all blocks where the body has turned, in the problem's unit of length."""
-        shift = (self.foot - self._turn(self.foot, angle)) / self.assembly.problem.length_unit
-        return self.turns[:-1, None] * np.append(shift, angle * self.axis)
+        """Of all blocks, then of the ground, where the body has turned."""
+        pose = np.append(np.zeros(3), angle * self.axis)
+        pose[:3] = self.foot - turned(self.foot, pose)
+        return self.turns[:, None] * pose
 
     def _loads(self, angle: float) -> list[Forces]:
-        """Dead and live forces as the blocks see them, which themselves stay: those of the body turn back."""
-        both = zip(self.forces, self.own, strict=True)
-        return [replace(of, force=self._turn(of.force, -angle * own)) for of, own in both]
+        """Dead and live forces where the body has turned."""
+        return [moved(of, self._poses(angle)[self.assembly.movable]) for of in self.forces]
 
     def _struts(self, angle: float) -> list[tuple[LimitedForce, float]]:
-        """Ties and props so too, and the force that each has as the body turns on."""
+        """Ties and props there, and the force that each has as the body turns on."""
         found = []
         for force in self.assembly.limited:
             blocks = np.array([one.block for one in force.actions])
             at = np.array([one.point for one in force.actions])
-            rest, now, ahead = (
-                np.diff(self.foot + self._turn(at - self.foot, turn * self.turns[blocks]), axis=0)[0]
-                for turn in (0.0, angle, angle + _AHEAD)
-            )
+            ends = [placed(at, self._poses(turn)[blocks]) for turn in (0.0, angle, angle + _AHEAD)]
+            rest, now, ahead = np.diff(ends, axis=1)[:, 0]
             sense = 1.0 if force.role is Role.TIE else -1.0
             longer = sense * (np.linalg.norm(ahead) - np.linalg.norm(rest))
             pull = sense * now / np.linalg.norm(now)
-            seen = self._turn(np.array([pull, -pull]), -angle * self.turns[blocks])
-            actions = tuple(map(Action, blocks.tolist(), at, seen))
+            actions = tuple(map(Action, blocks.tolist(), ends[1], (pull, -pull)))
             found.append((replace(force, actions=actions), force.highest if longer > 0 else force.lowest))
         return found
 
     def _moments(self, angle: float) -> tuple[float, float]:
         """Moments of dead loads, ties and props against the turn, and of the live load for λ = 1 with it."""
+        turns = self.turns[self.assembly.movable]
         dead, live = (
-            float(np.cross(of.point - self.foot, of.force)[own].sum(axis=0) @ self.axis)
-            for of, own in zip(self._loads(angle), self.own, strict=True)
+            float(turns[of.block] @ np.cross(of.point - self.foot, of.force) @ self.axis)
+            for of in self._loads(angle)
         )
         for strut, force in self._struts(angle):
             own = [one for one in strut.actions if self.turns[one.block]]
@@ -152,7 +138,7 @@ class EdgePath:
                 most, code = (slips, Code.JOINTS_SLIDE) if slides else (opens, Code.JOINT_OPENS)
                 which = np.unique(self.assembly.joints.joint[most > _ALIKE * most.max()])
                 return reason(code, pairs=self.assembly.pairs_of(which))
-            self.steps.append(replace(self.steps[0], poses=self._poses(angle), load_factor=load_factor))
+            self.steps.append(replace(self.steps[0], poses=self._poses(angle)[:-1], load_factor=load_factor))
         if locks:
             return reason(Code.LOCKS)
         self.steps[-1] = replace(self.steps[-1], event=reason(Code.REACHES_ZERO))
@@ -160,44 +146,31 @@ class EdgePath:
 
     def _overlap(self, angle: float) -> list[str]:
         """Names of a block of the body and another that lie deepest in one another, if any do."""
-        unit = self.assembly.problem.length_unit
-        shapes = displaced(self.assembly, self._poses(angle) * by_component(3, unit, 1.0))
+        shapes = displaced(self.assembly.geometry, self._poses(angle)[:-1])
         (low, high), body = shapes.boxes, self.turns[:-1]
         meet = (low[:, None] < high).all(axis=2) & (low < high[:, None]).all(axis=2)
         pairs = np.argwhere(meet & body[:, None] & ~body)
-        deepest = max(shapes.overlaps(pairs), key=lambda found: found[1].depth, default=None)
-        return self.assembly.names(pairs[deepest[0]]) if deepest else []
+        return self.assembly.names(np.array(deepest_overlap(shapes, pairs), dtype=int))
 
     def _problem(self, angle: float) -> Problem:
-        """Statics once the body has turned, as its blocks see it; what the edge does to others turns, and
-        friction there is by the body's face. Contact points off the edge have no force."""
+        """Statics once the body has turned: friction on the edge is by the body's face. Contact points off
+        the edge have no force."""
         assembly, joints, rest = self.assembly, self.assembly.joints, self.assembly.problem
-        centroid = assembly.geometry.centroid
-        normal, tangent = (self._turn(each, angle * self.round) for each in (joints.normal, joints.tangent))
-        turned_joints = replace(joints, normal=normal, tangent=tangent)
-        others = Matrices.of(turned_joints, assembly.geometry, assembly.movable, rest.length_unit)
-        body = np.repeat(self.turns[assembly.movable], 6)
-        B = sp.diags_array(1.0 * body) @ rest.matrices.of_joints + sp.diags_array(1.0 * ~body) @ others.B
+        movable, unit, poses = assembly.movable, rest.length_unit, self._poses(angle)
+        pose = poses[np.where(self.turns[joints.first], joints.first, joints.second)]
+        there = replace(
+            joints,
+            normal=turned(joints.normal, pose),
+            tangent=turned(joints.tangent, pose),
+            point=placed(joints.point, pose[joints.joint]),
+        )
+        centroid = placed(assembly.geometry.centroid, poses[:-1])
+        B = Matrices.of(there, replace(assembly.geometry, centroid=centroid), movable, unit).B
         B = B @ sp.diags_array(np.tile(1.0 * self.steps[0].touch, 3))
         if struts := [strut for strut, _ in self._struts(angle)]:
-            B = sp.hstack([B, columns(struts, centroid, assembly.movable, rest.length_unit)])
-        units = rest.force_unit * np.tile(by_component(3, 1.0, rest.length_unit), len(assembly.movable))
-        dead, live = (of.about(centroid[assembly.movable]) / units for of in self._loads(angle))
+            B = sp.hstack([B, columns(struts, centroid, movable, unit)])
+        units = rest.force_unit * np.tile(by_component(3, 1.0, unit), len(movable))
+        dead, live = (of.about(centroid[movable]) / units for of in self._loads(angle))
         cohesion = np.where(self.on_edge[rest.law.sliding], 0.0, rest.law.cohesion)
         matrices = replace(rest.matrices, B=sp.csr_array(B))
         return Problem(matrices, replace(rest.law, cohesion=cohesion), dead, live, rest.force_unit)
-
-
-def displaced(assembly: Assembly, poses: np.ndarray) -> Extents:
-    """Shapes of a scene in space where poses, shape (blocks, 6), in the case's units, bring its blocks."""
-    origin, blocks = assembly.geometry.origin, []
-    for block, pose in zip(assembly.scene.in_space(), poses, strict=True):
-        parts = [
-            Part(vertices=(placed(of.vertices - origin, pose) + origin).tolist(), faces=of.faces)
-            for of in block.polyhedra
-        ]
-        shape: dict[str, Any] = {"box": None, "parts": parts, "vertices": None, "faces": None}
-        if not block.parts:
-            shape |= {"parts": None, "vertices": parts[0].vertices, "faces": parts[0].faces}
-        blocks.append(BaseModel.model_copy(block, update=shape) if pose.any() else block)
-    return shapes_of(BaseModel.model_copy(assembly.scene, update={"blocks": blocks}))

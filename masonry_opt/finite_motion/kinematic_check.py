@@ -91,7 +91,7 @@ def kinematic_check(
     weights, rates, control_rate = onset
     first, second, total = float(weights @ rates), float(weights @ rates**2), float(weights.sum())
     fraction, g = first**2 / (total * second), values["gravity"]
-    d = curve[:, 0] * second / (control_rate * first)
+    d = curve[:, 0] * (second / (control_rate * first))
     a = curve[:, 1] / (fraction * values["confidence_factor"])  # a* = λ g / (e* FC)
     ultimate = values["ultimate"] * d[-1]
     secant = values["secant"] * ultimate

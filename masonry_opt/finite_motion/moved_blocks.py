@@ -1,6 +1,7 @@
 """The blocks of a scene after they have moved: how their joints touch, and the problem that they are then."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import shapely
@@ -13,8 +14,8 @@ from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, loads, 
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.joints import Joints
-from masonry_opt.scene.geometry import Geometry
-from masonry_opt.scene.rows import linked
+from masonry_opt.scene.geometry import Extents, Geometry
+from masonry_opt.scene.rows import dots, linked
 
 #: Simpson's rule on an edge, exact for what is cubic there: places along it, and weights.
 _PLACES, _WEIGHTS = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6
@@ -38,10 +39,9 @@ def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
-def moved(forces: Forces, poses: np.ndarray) -> np.ndarray:
-    """Displacements of the points of forces, shape (f, 2), on movable blocks with these poses, shape
-    (b, 3)."""
-    return placed(forces.point, poses[forces.block]) - forces.point
+def moved(forces: Forces, poses: np.ndarray) -> Forces:
+    """Forces, which stay what they are, on movable blocks with these poses, shape (b, 3), in space (b, 6)."""
+    return replace(forces, point=placed(forces.point, poses[forces.block]))
 
 
 def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
@@ -87,11 +87,29 @@ _STAYS = 1e-6
 _UNLIMITED = 1e9
 
 
-def moved_geometry(geometry: Geometry, poses: np.ndarray) -> Geometry:
-    """Shapes of blocks where poses, shape (blocks, 3), bring them."""
-    corners, block = geometry.corners
-    polygons = shapely.set_coordinates(geometry.polygons.copy(), placed(corners, poses[block]))
-    return replace(geometry, polygons=polygons, centroid=placed(geometry.centroid, poses))
+def displaced(shapes: Any, poses: np.ndarray) -> Any:
+    """Shapes where poses of all blocks bring them."""
+    centroid = placed(shapes.centroid, poses)
+    if isinstance(shapes, Geometry):
+        corners, block = shapes.corners
+        polygons = shapely.set_coordinates(shapes.polygons.copy(), placed(corners, poses[block]))
+        return replace(shapes, polygons=polygons, centroid=centroid)
+    parts, faces, frame = shapes.parts, shapes.faces, shapes.faces.frame
+    of_point, of_plane, of_face = (
+        poses[block] for block in (parts.block[parts.of_point], parts.block[parts.of_plane], faces.block)
+    )
+    normal = turned(parts.normal, of_plane)
+    offset = parts.offset + dots(normal, of_plane[:, :3])
+    axes = {name: turned(getattr(frame, name), of_face) for name in ("u", "v", "normal")}
+    frame = replace(frame, base=placed(frame.base, of_face), **axes)
+    parts = replace(parts, points=placed(parts.points, of_point), normal=normal, offset=offset)
+    return replace(shapes, parts=parts, faces=replace(faces, frame=frame), centroid=centroid)
+
+
+def deepest_overlap(shapes: Extents, pairs: np.ndarray) -> list[int]:
+    """The two blocks of the pair that lies deepest in one another; none if none does."""
+    found = max(shapes.overlaps(pairs), key=lambda found: found[1].depth, default=None)
+    return pairs[found[0]].tolist() if found else []
 
 
 @dataclass(frozen=True)
@@ -200,14 +218,12 @@ class MovedBlocks:
         sliding = np.flatnonzero(friction < _UNLIMITED)
         slope, cohesion, none = friction[sliding], np.where(closed, self.cohesion[kept], 0.0), np.zeros(0)
         law = Law(sliding, slope, cohesion[sliding], slope, np.full((len(slope), 2), np.inf), none, none)
-        geometry = moved_geometry(self.geometry, poses)
+        centroid = placed(self.geometry.centroid, poses)
         dead, live = (
-            replace(each, point=placed(each.point, poses[self.movable][each.block])).about(
-                geometry.centroid[self.movable]
-            )
-            for each in (self.dead, self.live)
+            moved(each, poses[self.movable]).about(centroid[self.movable]) for each in (self.dead, self.live)
         )
-        return Problem(Matrices.of(joints, geometry, self.movable, 1.0), law, dead, live, 1.0)
+        shapes = replace(self.geometry, centroid=centroid)
+        return Problem(Matrices.of(joints, shapes, self.movable, 1.0), law, dead, live, 1.0)
 
     def rates(self, poses: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Rates of the poses under velocities of the movable blocks (3b,)."""
@@ -233,13 +249,12 @@ class MovedBlocks:
         hinged = self.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
         return np.where(hinged, np.where(touch[:, 0], rotation, -rotation), 0.0)
 
-    def overlap(self, poses: np.ndarray) -> tuple[int, int] | None:
-        """Two blocks that lie over one another, deeper than the scene's tolerance; None if none do."""
-        moved = moved_geometry(self.geometry, poses)
-        pairs = shapely.STRtree(moved.polygons).query(moved.polygons, predicate="intersects").T
+    def overlap(self, poses: np.ndarray) -> list[int]:
+        """Two blocks that lie over one another, deeper than the scene's tolerance; none if none do."""
+        polygons = (there := displaced(self.geometry, poses)).polygons
+        pairs = shapely.STRtree(polygons).query(polygons, predicate="intersects").T
         pairs = pairs[(pairs[:, 0] < pairs[:, 1]) & np.isin(pairs, self.movable).any(axis=1)]
-        deepest = max(moved.overlaps(pairs), key=lambda found: found[1].depth, default=None)
-        return (int(pairs[deepest[0], 0]), int(pairs[deepest[0], 1])) if deepest else None
+        return deepest_overlap(there, pairs)
 
     def _velocities(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """Velocities of the joints' corners with their first and second blocks, shape (2, joints, 2, 2), as

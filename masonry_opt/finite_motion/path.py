@@ -11,7 +11,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.finite_motion.chain import Chain, PathPoint
 from masonry_opt.finite_motion.moved_blocks import MovedBlocks
 from masonry_opt.finite_motion.statics import ForceOptimum, optimum
-from masonry_opt.problem.loads import Forces
+from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.result import Result
 
 #: Violation of equilibrium and yield that is rounding.
@@ -39,7 +39,7 @@ _MOST, _MOST_EVENTS = 2000, 20
 
 @dataclass(frozen=True)
 class Step:
-    """A state of the path, in the problem's units.
+    """A state of the path, in the case's units; in the plane, while the path is followed, the problem's.
 
     Attributes
     ----------
@@ -114,6 +114,9 @@ class HingingPath:
             self._follow()
         except _PathEnded as end:
             self.end: Reason = end.args[0]
+        units = by_component(2, problem.length_unit, 1.0)
+        self.steps = [replace(step, poses=step.poses * units) for step in self.steps]
+        self.motion = self.motion * units
 
     def _onset(self, result: Result) -> None:
         """The mechanism of greatest λ at rest, which must be that of the result, and must hinge."""
@@ -234,7 +237,7 @@ class HingingPath:
         if closed.any():
             return _PathEvent(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
         if over := self.blocks.overlap(poses):
-            return _PathEvent(Code.BLOCKS_MEET, over)
+            return _PathEvent(Code.BLOCKS_MEET, tuple(over))
         borne = optimum(self.blocks, ahead.touch, poses, point.load_factor, self.effort)
         if borne is None:
             raise _PathEnded(reason(Code.SOLVER_STOPPED, word="statics"))

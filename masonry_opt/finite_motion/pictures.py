@@ -13,8 +13,7 @@ from masonry_opt.drawing.elements import Elements
 from masonry_opt.drawing.figure import Handle, Picture, finish, style
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.pictures import elements_picture
-from masonry_opt.finite_motion.edge import displaced
-from masonry_opt.finite_motion.moved_blocks import moved_geometry, placed
+from masonry_opt.finite_motion.moved_blocks import displaced, placed
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
@@ -53,14 +52,12 @@ def displaced_picture(
     """Draw the blocks where they are in a row of a capacity curve, to scale, with the hinges: poses of all
     blocks, shape (blocks, 3) or (blocks, 6), and the table of joints there."""
     geometry, marks, dimension = assembly.geometry, [], assembly.scene.dimension
+    there = replace(assembly, geometry=displaced(geometry, poses))
     if dimension == 2:
-        there = replace(assembly, geometry=moved_geometry(geometry, poses))
         tail, tip, owner = geometry.edges
         own = np.isin(owner, assembly.movable)
         ends = np.stack([tail[own], tip[own]], axis=1)
         marks.append(Marks("rest", "at rest", "line", AT_REST, 0.5, ends))
-    else:
-        there = replace(assembly, geometry=displaced(assembly, poses))
     if (hinged := joints["state"] == "hinged").any():
         at = joints.loc[hinged, ["x", "y", "z"][:dimension]].to_numpy() - geometry.origin
         marks.append(Marks("hinges", "hinging joint", "dot", HINGES, 5.2, at[:, None]))

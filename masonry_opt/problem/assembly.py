@@ -62,12 +62,12 @@ class Assembly:
     @property
     def joint(self) -> np.ndarray:
         """Index of the joint that each of the problem's joints is part of, rising."""
-        return self.problem.layout.joint_of(self.joints)
+        return self.joints.parts[0]
 
     @property
     def pressed(self) -> np.ndarray:
         """Contact points at which each of the problem's joints presses, shape (points, c)."""
-        return self.problem.layout.pressed(self.joints)
+        return self.joints.parts[1]
 
     @property
     def of_point(self) -> np.ndarray:
@@ -107,7 +107,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     floating: as of ``find_joints``.
     """
     found = shapes_of(scene)
-    joints, movable = find_joints(scene, found, floating=floating), _movable(scene)
+    joints, movable = find_joints(scene, found, floating=floating), np.flatnonzero(~scene.fixed)
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
     # that a few odd blocks do not move it.
@@ -121,9 +121,8 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     on_edges, bare, pieces = edge_forces(scene, found, joints)
     limited = (*struts(scene, found), *pressures(scene, filled))
     loaded = _loaded(scene, found, movable, length_unit, on_edges, filled)
-    matrices = Matrices.of(joints, found, movable, length_unit)
-    law = _law(joints, matrices.layout.joint_of(joints), scene.thickness, loaded[-1])
-    problem = Problem(matrices, law, *loaded)
+    law = _law(joints, scene.thickness, loaded[-1])
+    problem = Problem(Matrices.of(joints, found, movable, length_unit), law, *loaded)
     problem = _with_limited(scene, problem, limited, found.centroid, movable)
     return Assembly(problem, scene, found, joints, movable, bare, pieces, filled, limited)
 
@@ -150,9 +149,15 @@ def _with_limited(
     of_limited = columns(limited, centroid, movable, problem.length_unit)
     B = sp.hstack([problem.B, of_limited], format="csr")
     matrices = replace(problem.matrices, B=B, limited=len(limited))
-    lowest, highest = np.array([(one.lowest, one.highest) for one in limited]).T / problem.force_unit
-    law = replace(problem.law, lowest=lowest, highest=highest)
-    return replace(problem, matrices=matrices, law=law)
+    return replace(problem, matrices=matrices, law=_limiting(problem.law, limited, problem.force_unit))
+
+
+def _limiting(law: Law, limited: tuple[LimitedForce, ...], force_unit: float) -> Law:
+    """A law with the limits of these forces."""
+    lowest, highest = (
+        np.array([getattr(force, name) for force in limited]) / force_unit for name in ("lowest", "highest")
+    )
+    return replace(law, lowest=lowest, highest=highest)
 
 
 def _loaded(
@@ -186,10 +191,6 @@ def _loaded(
     return dead, live, force_unit
 
 
-def _movable(scene: Scene) -> np.ndarray:
-    return np.flatnonzero([not block.fixed for block in scene.blocks])
-
-
 def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     """Assembly of a scene that differs in loads and joint properties alone, with the same matrices; None if
     anything else differs. Where loads agree they are the same arrays.
@@ -203,22 +204,18 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     if any(getattr(scene, name) != getattr(before, name) for name in _OF_LOADS):
         on_edges, bare, pieces = edge_forces(scene, assembly.geometry, assembly.joints)
         assembly = replace(assembly, bare_edge_loads=bare, loaded_pieces=pieces)
-        shapes, movable = assembly.geometry, assembly.movable
-        loaded = _loaded(scene, shapes, movable, problem.length_unit, on_edges, assembly.filled_pieces)
+        shapes, filled = assembly.geometry, assembly.filled_pieces
+        loaded = _loaded(scene, shapes, assembly.movable, problem.length_unit, on_edges, filled)
         dead, live, force_unit = loaded
-        earth = pressures(scene, assembly.filled_pieces)
+        earth = pressures(scene, filled)
         limited = [next(earth) if force.role is Role.EARTH else force for force in assembly.limited]
         assembly = replace(assembly, limited=tuple(limited))
         # The same array is the same dead load to what is kept of it.
         dead = problem.dead if np.array_equal(dead, problem.dead) else dead
         problem = replace(problem, dead=dead, live=live, force_unit=force_unit)
-    lowest, highest = (
-        np.array([getattr(force, name) for force in assembly.limited]) / problem.force_unit
-        for name in ("lowest", "highest")
-    )
     joints = assembly.joints.with_properties(scene)
-    law = _law(joints, assembly.joint, scene.thickness, problem.force_unit)
-    law = replace(law, lowest=lowest, highest=highest)
+    law = _law(joints, scene.thickness, problem.force_unit)
+    law = _limiting(law, assembly.limited, problem.force_unit)
     return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=joints)
 
 
@@ -233,7 +230,7 @@ def with_supports_freed(
     push: live load at the centroid of each of these, the only one, shape (2,) or (3,).
     restraints: forces that act beside the scene's own.
     """
-    before, movable, joints = assembly.problem, _movable(scene), assembly.joints
+    before, movable, joints = assembly.problem, np.flatnonzero(~scene.fixed), assembly.joints
     shapes = assembly.geometry
     matrices = Matrices.of(joints, shapes, movable, before.length_unit)
     dead, live = (np.zeros((len(movable), matrices.layout.rows)) for _ in range(2))
@@ -248,8 +245,9 @@ def with_supports_freed(
     return replace(changed, loaded_pieces=pieces, limited=limited)
 
 
-def _law(joints: Joints, joint: np.ndarray, thickness: float, force_unit: float) -> Law:
-    """Law of the problem's joints, given the joint that each is part of."""
+def _law(joints: Joints, thickness: float, force_unit: float) -> Law:
+    """Law of the problem's joints."""
+    joint, _ = joints.parts
     # The area that stresses act on. A corner has none: its dilatancy does not depend on stress.
     section = shares(joints, joint) * thickness
     in_a_point = section == 0

@@ -7,8 +7,6 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from masonry_opt.scene.contacts.joints import Joints
-
 #: Chords on each side of the largest moment, and those that part the first again.
 _ON_EACH_SIDE, _NEAR_NOTHING = 12, 4
 
@@ -98,6 +96,7 @@ class Layout:
     senses: shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two
         opposites, in space directions all round, at equal angles, the first half of one from the tangent.
     factor: share of the shear limit that holds in each sense.
+    word: what results call the senses; nothing in the plane, where there are no others.
     dimension: components of a force, on a block or in a joint.
     rows: rows of a block in B: ``dimension`` forces, then moments about its centroid.
     points: points at which a joint presses. Its kinds of force in q are a normal force at each, then
@@ -108,17 +107,13 @@ class Layout:
 
     senses: np.ndarray
     factor: float = 1.0
+    word: str = ""
 
     dimension: ClassVar[int] = 2
     rows: ClassVar[int] = 3
     points: ClassVar[int] = 2
     round: ClassVar[bool] = False
     called: ClassVar[str] = "joints"
-
-    @property
-    def word(self) -> str:
-        """What results call the senses; nothing in the plane, where there are no others."""
-        return ""
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
         """Rates, shape (senses, k), of the senses that together slip so, shape (dimension − 1, k)."""
@@ -127,15 +122,6 @@ class Layout:
     def norm(self, load: np.ndarray) -> float:
         """Sum over the components of a load, shape (b, rows)."""
         return float(np.abs(load).sum())
-
-    def joint_of(self, joints: Joints) -> np.ndarray:
-        """Joint of a scene that each of the problem's joints is part of, rising: itself."""
-        return np.arange(len(joints.first))
-
-    def pressed(self, joints: Joints) -> np.ndarray:
-        """Contact points at which each of the problem's joints presses, shape (points, c): its start and its
-        end, the same where a corner stands on an edge."""
-        return np.stack([joints.first_point, joints.last_point])
 
 
 class SpaceLayout(Layout):
@@ -146,11 +132,6 @@ class SpaceLayout(Layout):
     points = 1
     round = True
     called = "contacts"
-
-    @property
-    def word(self) -> str:
-        """What results call the senses."""
-        return f"polygon of {len(self.senses)} sides"
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
         """As in the plane: of the one or two senses next to the direction of slip."""
@@ -169,14 +150,6 @@ class SpaceLayout(Layout):
         forces, moments = (np.hypot.reduce(of, axis=1) for of in np.hsplit(load, 2))
         return float((forces + moments).sum())
 
-    def joint_of(self, joints: Joints) -> np.ndarray:
-        """As in the plane: that of a contact point."""
-        return joints.joint
-
-    def pressed(self, joints: Joints) -> np.ndarray:
-        """As in the plane: each contact point by itself."""
-        return np.arange(len(joints.joint))[None]
-
 
 #: Forces in x and y and one moment; n at both ends of a joint, about which it turns, and one shear.
 PLANE = Layout(np.array([[1.0], [-1.0]]))
@@ -190,7 +163,7 @@ def space(sides: int) -> Layout:
     these the polygon holds as much as the cone."""
     angles = 2 * np.pi / sides * (np.arange(sides) + 0.5)
     senses = np.column_stack([np.cos(angles), np.sin(angles)])
-    return SpaceLayout(senses, float(np.cos(np.pi / sides)))
+    return SpaceLayout(senses, float(np.cos(np.pi / sides)), f"polygon of {sides} sides")
 
 
 class Faces:
@@ -235,10 +208,8 @@ class Faces:
     @cached_property
     def normal_sums(self) -> sp.csr_array:
         """Sums the normal forces of each joint, shape (c, 3c + t)."""
-        points = self.layout.points
-        columns = np.add.outer(np.arange(self.joints), self.joints * np.arange(points)).ravel()
-        starts = np.arange(0, len(columns) + 1, points)
-        return sp.csr_array((np.ones(len(columns)), columns, starts), shape=(self.joints, self.width))
+        points = np.arange(self.layout.points * self.joints).reshape(self.layout.points, -1)
+        return sum(selection(columns, self.width) for columns in points)
 
     @cached_property
     def N(self) -> sp.csr_array:
@@ -295,10 +266,10 @@ class Faces:
     @cached_property
     def limit_factors(self) -> sp.csr_array:
         """Share of each slider's shear limit that holds on each face, shape (faces, k)."""
-        k, slides = len(self.sliding), self.slides.stop
-        sliders = np.tile(np.arange(k), len(self.layout.senses))
-        starts = np.minimum(np.arange(self.count + 1), slides)
-        return sp.csr_array((np.full(slides, self.layout.factor), sliders, starts), shape=(self.count, k))
+        sliders = np.tile(np.arange(len(self.sliding)), len(self.layout.senses))
+        factors = self.layout.factor * selection(sliders, len(self.sliding))
+        factors.resize(self.count, len(self.sliding))
+        return factors
 
     @cached_property
     def face_joint(self) -> np.ndarray:

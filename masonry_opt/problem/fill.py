@@ -76,7 +76,9 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     found: list[FilledPiece] = []
     for number in range(len(scene.fills)):
         profile = profile_of(scene, shapes, number)
-        touched = [*_below(profile), *_beside(profile, shapes)]
+        ends = np.stack([profile.x, profile.y], axis=2)[:, ::-1]
+        below = zip(profile.block.tolist(), ends, profile.depth[:, ::-1], strict=True)
+        touched = [*below, *_beside(profile, shapes)]
         zones = scene.fills[number].zones
         pieces = [
             piece
@@ -125,12 +127,6 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
         height = np.minimum(np.maximum(height, 0.0), below) if backed else np.zeros(2)
         stress = zones[0].unit_weight * (below - height) + zones[1].unit_weight * height
         yield replace(whole, ends=at, depth=below, stress=stress, zone=int(backed))
-
-
-def _below(profile: Profile) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Pieces of the edges below a fill: block, ends, depth of these."""
-    ends, depth = np.stack([profile.x, profile.y], axis=2)[:, ::-1], profile.depth[:, ::-1]
-    yield from zip(profile.block.tolist(), ends, depth, strict=True)
 
 
 def _beside(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:

@@ -38,13 +38,9 @@ class Sides(_Limited):
         """What a result calls it; nothing in the plane, where there is no other."""
         return self.layout.word
 
-    def slacks(self, z: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Slacks of the senses, shape (senses, k), given those of their rows, and normal forces (k,) and
-        shears (shears, k)."""
-        return z
-
     def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
-        """Energy of sliding at rates (senses, k) without being at yield."""
+        """Energy of sliding at rates (senses, k) without being at yield, given slacks of the rows of senses
+        (senses, k), normal forces (k,) and shears (shears, k)."""
         return float(np.abs(z * slides).sum())
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
@@ -59,9 +55,9 @@ class Cone(Sides):
     conic = True
     word = "cone"
 
-    def slacks(self, z: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """As of the sides: c + μ n − |(s, t)| in all senses."""
-        return np.broadcast_to(self._limit(n) - np.hypot(*shears), z.shape)
+    def slacks(self, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
+        """Its slack in all senses, c + μ n − |(s, t)|, shape (k,)."""
+        return self._limit(n) - np.hypot(*shears)
 
     def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
         """As of the sides."""
@@ -88,13 +84,9 @@ class Chords(_Limited):
         first, second = opening
         return chord_rates((first + second) / 2, (second - first) / 2)
 
-    def slacks(self, z: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """Slacks of the chords, shape (2, l, chords), given those of their rows, and normal forces at the
-        points (2, l)."""
-        return z
-
     def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
-        """Energy of crushing at rates (2, l, chords) without being at yield."""
+        """Energy of crushing at rates (2, l, chords) without being at yield, given slacks of the rows of
+        chords, of the same shape, and normal forces at the points (2, l)."""
         return float(np.abs(z * p).sum())
 
 
@@ -104,10 +96,10 @@ class Parabola(Chords):
     conic = True
     word = "parabola"
 
-    def slacks(self, z: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """As of the chords: the same of all."""
-        lost = at_points.sum(axis=0) ** 2 / self.law.crushing_force
-        return np.broadcast_to((self.layout.points * at_points - lost)[..., None], z.shape)
+    def slacks(self, at_points: np.ndarray) -> np.ndarray:
+        """Its slack at each point in all chords, shape (2, l)."""
+        slacks: np.ndarray = self.layout.points * at_points
+        return slacks - at_points.sum(axis=0) ** 2 / self.law.crushing_force
 
     def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
         """As of the chords."""

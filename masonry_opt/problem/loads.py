@@ -1,7 +1,7 @@
 """The forces on the movable blocks of a scene, and the points where they act."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -125,14 +125,6 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
             told = None if told is None else 0.0  # of two forces the dead one has it
     given["live", None] += of_weights([block.live_per_weight for block in blocks], unsaid)
 
-    def acting(kind: Kind, among: Iterable[tuple[str, str | None]]) -> list[_Given]:
-        return [
-            one._replace(force=factor * one.force)
-            for group in among
-            if (factor := scene.factor(kind, *group))
-            for one in given[group]
-        ]
-
     def couples(kind: Kind) -> np.ndarray:
         none = (0.0,) * moments_in(len(down))
         total = np.zeros((len(blocks), len(none)))
@@ -145,8 +137,8 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
                 total[row_of[load.block]] += factor * np.array(getattr(load, key) or none)
         return total
 
-    def forces(listed: list[_Given], couple: np.ndarray) -> Forces:
-        acting = [one for one in listed if one.force.any()]
+    def forces(kind: str, couple: np.ndarray) -> Forces:
+        acting = [one for one in listed[kind] if one.force.any()]
         row = np.array([one.row for one in acting], dtype=int)
         point = shapes.centroid[movable[row]]
         for number, one in enumerate(acting):
@@ -155,21 +147,20 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
         force = np.array([one.force for one in acting], dtype=float).reshape(point.shape)
         return Forces(row, force, point, couple)
 
-    live = acting("live", given)
+    listed: dict[str, list[_Given]] = {"weight": [], "dead": [], "live": []}
+    for group, entries in given.items():
+        dead, live = scene.factor("dead", *group), scene.factor("live", *group)
+        of_dead = listed["weight" if group[0] == "weight" else "dead"]
+        of_dead += [one._replace(force=dead * one.force) for one in entries if dead]
+        listed["live"] += [one._replace(force=live * one.force) for one in entries if live]
+        if dead and (shaking := scene.shaking) is not None:
+            masses = (float(down @ one.force) if one.mass is None else one.mass for one in entries)
+            pushes = [max(0.0, dead * mass) * shaking for mass in masses]
+            listed["live"] += [one._replace(force=of) for one, of in zip(entries, pushes, strict=True)]
     if (sideways := scene.tilt_direction) is not None:
-        live = of_weights([sideways] * len(blocks))
-    if (shaking := scene.shaking) is not None:
-        live += [
-            one._replace(force=mass * shaking)
-            for group, entries in given.items()
-            if (factor := scene.factor("dead", *group))
-            for one in entries
-            if (mass := max(0.0, factor * (float(down @ one.force) if one.mass is None else one.mass)))
-        ]
-    weighing = acting("dead", [("weight", None)])
-    dead = acting("dead", [group for group in given if group[0] != "weight"])
+        listed["live"] = of_weights([sideways] * len(blocks))
     none = np.zeros((len(blocks), moments_in(len(down))))
-    return Loads(forces(weighing, none), forces(dead, couples("dead")), forces(live, couples("live")))
+    return Loads(forces("weight", none), forces("dead", couples("dead")), forces("live", couples("live")))
 
 
 @dataclass(frozen=True)
@@ -239,8 +230,7 @@ def edge_forces(
     edges, both = Segments(*shapes.edges), np.concatenate([joints.first, joints.second])
     # What joints cover, for either of their blocks.
     covers = Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
-    fixed = np.array([block.fixed for block in scene.blocks])
-    bare, pieces = [], []
+    bare, pieces, fixed = [], [], scene.fixed
     for number, load in enumerate(scene.edge_loads, start=1):
         start, end = np.array(load.start) - shapes.origin, np.array(load.end) - shapes.origin
         length = float(np.hypot(*(end - start)))
@@ -284,13 +274,12 @@ def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
 
 def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, np.ndarray]:
     """What of an intensity, shape (points, 2), acts as dead and as live."""
-    factors: dict[Kind, float] = {
-        kind: scene.factor(kind, load.kind, load.group) for kind in ("dead", "live")
-    }
-    acting = {kind: factor * intensity for kind, factor in factors.items() if factor}
+    kinds: tuple[Kind, ...] = ("dead", "live")
+    factor = {kind: scene.factor(kind, load.kind, load.group) for kind in kinds}
+    acting = {kind: times * intensity for kind, times in factor.items() if times}
     if (shaking := scene.shaking) is not None and (quake := scene.shaken_by):
         along = float(scene.down @ load.force) if load.force and quake.dead_as_mass else 0.0
-        mass = max(0.0, factors.get("dead", 0.0) * (along if load.mass is None else load.mass))
+        mass = max(0.0, factor["dead"] * (along if load.mass is None else load.mass))
         acting["live"] = acting.get("live", 0.0) + scene.thickness * mass * np.tile(
             shaking, (len(intensity), 1)
         )

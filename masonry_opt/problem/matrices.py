@@ -66,8 +66,8 @@ class Matrices:
         movable: indices into the scene's blocks, shape (b,).
         """
         layout = _LAYOUTS[joints.point.shape[1]]()
-        joint, at = layout.joint_of(joints), joints.point[layout.pressed(joints)]
-        count, (normal, *tangents) = len(joint), joints.axes[:, joint]
+        joint, pressed = joints.parts
+        at, count, (normal, *tangents) = joints.point[pressed], len(joint), joints.axes[:, joint]
         forces = [*((place, normal) for place in at), *((at.mean(axis=0), along) for along in tangents)]
         row_of = np.full(len(shapes.size), -1)
         row_of[movable] = np.arange(len(movable))

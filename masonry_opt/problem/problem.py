@@ -273,11 +273,10 @@ class Problem:
         negative is a violation. Under the cone and the parabola, theirs in the place of those of their sides
         and chords."""
         z: np.ndarray = self.true_yield @ q + self.face_cohesion
-        if self.by_friction.conic:
-            slides = self.table.slides
-            z[slides] = self.by_friction.slacks(self._by_sense(z), *self._of_sliders(q)).ravel()
-        if self.by_strength.conic:
-            z[self.bent] = self.by_strength.slacks(z[self.bent], self.at_points(q)[:, self.crushing])
+        if isinstance(self.by_friction, Cone):
+            self._by_sense(z)[:] = self.by_friction.slacks(*self._of_sliders(q))
+        if isinstance(self.by_strength, Parabola):
+            z[self.bent] = self.by_strength.slacks(self.at_points(q)[:, self.crushing])[..., None]
         return z
 
     def energy(self, q: np.ndarray, p: np.ndarray) -> float:

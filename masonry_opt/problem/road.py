@@ -46,7 +46,7 @@ class Road:
         changes = np.r_[True, profile.block[1:] != profile.block[:-1]]
         self._block = profile.block[changes]
         self._starts = np.r_[profile.x[changes, 0], profile.x[-1, 1]] + self._origin
-        self._movable = np.array([not one.fixed for one in scene.blocks])
+        self._movable = ~scene.fixed
         if not self._movable[self._block[self._block >= 0]].any():
             raise CaseError(
                 f"{scene.origin}: no movable block lies under {called} from {list(line[0])} to "

@@ -1,7 +1,5 @@
 """The ring of an arch, of which ``[arch]`` and ``[barrel]`` are built, its stones, and the ``[arch]``."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -32,7 +30,7 @@ class Stone(NamedTuple):
     weight_at: Point | None = None
     back: Point | None = None
 
-    def mapped(self, point: Callable[[Point], Point]) -> Stone:
+    def mapped(self, point: Callable[[Point], Point]) -> "Stone":
         """With its points elsewhere."""
         weight_at, back = (at and point(at) for at in (self.weight_at, self.back))
         return self._replace(corners=[*map(point, self.corners)], weight_at=weight_at, back=back)
@@ -176,26 +174,22 @@ class ArchRing(AnyGenerator):
 
     def _voussoirs(self) -> list[Stone]:
         """The voussoirs, yet without names."""
-        (first, last), count, angle = self._springings, self.voussoirs, self._swept / self.voussoirs
+        (first, last), count = self._springings, self.voussoirs
         if not self._is_pointed:
             joints = [first + (last - first) * k / count for k in range(count + 1)]
-            shapes = self._wedges(joints, angle)
+            shapes = [self._wedge(*pair) for pair in pairwise(joints)]
             if self.rise is None:
                 return shapes
             up = self.rise - self._circle[1]
             return [shape.mapped(lambda p: (p[0], p[1] + up)) for shape in shapes]
         # The left arc, whose centre lies right of the middle, and its mirror image.
         half, radius = self._circle
-        centre, joints = radius - half, [math.pi - angle * k for k in range(count // 2)]
-        left = self._wedges(joints, angle)
-        left.append(_half_key(radius, self.thickness, joints[-1], -centre, self.weights))
+        centre, angle = radius - half, self._swept / count
+        joints = [math.pi - angle * k for k in range(count // 2)]
+        left = [*(self._wedge(*pair) for pair in pairwise(joints)), self._half_key(joints[-1], -centre)]
         left = [shape.mapped(lambda p: (p[0] + centre, p[1])) for shape in left]
         mirrored = [shape.mapped(lambda p: (-p[0], p[1])) for shape in reversed(left)]
         return [*left, *(shape._replace(corners=shape.corners[::-1]) for shape in mirrored)]
-
-    def _wedges(self, joints: list[float], angle: float) -> list[Stone]:
-        shape = self._radius, self.thickness
-        return [_wedge(*shape, pair, angle, self.weights) for pair in pairwise(joints)]
 
     def _abutment(self, inner: Point, outer: Point, angle: float, turn: float) -> list[Point]:
         """A square on the far side of the springing, or a rectangle under the skewback."""
@@ -205,73 +199,61 @@ class ArchRing(AnyGenerator):
         x, y = -turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle)
         return [inner, outer, (outer[0] + x, outer[1] + y), (inner[0] + x, inner[1] + y)]
 
+    def _wedge(self, begin: float, end: float) -> Stone:
+        """A voussoir between radial joints in these directions, in radians, the centre its origin."""
+        radius, thickness, angle = self._radius, self.thickness, self._swept / self.voussoirs
+        inner, outer, middle = radius - thickness / 2, radius + thickness / 2, (begin + end) / 2
+        # Mean distance of an annulus's area from its centre, times what the angle leaves of it:
+        # 2/3 (outer³ - inner³) / (outer² - inner²), divided out, as thin rings lose digits in it.
+        mean = radius + thickness**2 / (12 * radius)
+        arc = 2 * math.sin(angle / 2) / angle
+        area, centroid = {
+            "sector": (angle * radius * thickness, mean * arc),
+            "centreline": (angle * radius * thickness, radius * arc),
+            "straight": (math.sin(angle) * radius * thickness, mean * math.cos(angle / 2)),
+        }[self.weights]
+        return Stone(
+            "",
+            [polar(inner, begin), polar(outer, begin), polar(outer, end), polar(inner, end)],
+            area,
+            polar(centroid, middle),
+            polar(outer * math.cos(angle / 2), middle),
+        )
 
-def _wedge(
-    radius: float, thickness: float, joints: tuple[float, float], angle: float, weights: Weights
-) -> Stone:
-    """A voussoir between two radial joints of a ring round the origin.
+    def _half_key(self, begin: float, plumb: float) -> Stone:
+        """The last voussoir of the left arc of a pointed arch, whose second joint is upright, seen from the
+        arc's centre.
 
-    Parameters
-    ----------
-    radius, thickness: of the centreline, and radial.
-    joints: their directions, in radians.
-    angle: between them, positive.
-    weights: what weighs.
-    """
-    inner, outer = radius - thickness / 2, radius + thickness / 2
-    (begin, end), middle = joints, sum(joints) / 2
-    # Mean distance of an annulus's area from its centre, times what the angle leaves of it:
-    # 2/3 (outer³ - inner³) / (outer² - inner²), divided out, as thin rings lose digits in it.
-    mean = radius + thickness**2 / (12 * radius)
-    arc = 2 * math.sin(angle / 2) / angle
-    area, centroid = {
-        "sector": (angle * radius * thickness, mean * arc),
-        "centreline": (angle * radius * thickness, radius * arc),
-        "straight": (math.sin(angle) * radius * thickness, mean * math.cos(angle / 2)),
-    }[weights]
-    return Stone(
-        "",
-        [polar(inner, begin), polar(outer, begin), polar(outer, end), polar(inner, end)],
-        area,
-        polar(centroid, middle),
-        polar(outer * math.cos(angle / 2), middle),
-    )
-
-
-def _half_key(inner: float, thickness: float, begin: float, plumb: float, weights: Weights) -> Stone:
-    """The last voussoir of the left arc of a pointed arch, whose second joint is upright.
-
-    Parameters
-    ----------
-    inner, thickness: radius of the arc's inner edge, and radial; its centre is the origin.
-    begin: direction of the radial joint, in radians, more than that of the crown.
-    plumb: x of the upright joint, less than 0.
-    weights: what weighs.
-    """
-    radius, outer = inner + thickness / 2, inner + thickness
-    crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}
-    ends = ((inner, begin), (outer, begin), (outer, crown[outer]), (inner, crown[inner]))
-    corners = [polar(*end) for end in ends]
-    back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
-    if weights == "centreline":
-        angle = begin - crown[radius]
-        distance = radius * 2 * math.sin(angle / 2) / angle
-        return Stone("", corners, angle * radius * thickness, polar(distance, begin - angle / 2), back)
-    points, after = np.array(corners), np.array([*corners[1:], corners[0]])
-    cross = after[:, 0] * points[:, 1] - points[:, 0] * after[:, 1]  # corners go clockwise
-    moment_x, moment_y = (cross[:, None] * (points + after) / 6).sum(axis=0).tolist()
-    area = float(cross.sum()) / 2
-    if weights == "sector":
-        # The arcs bulge: beyond the outer edge there is more, beyond the inner one less.
-        for distance, sign in ((outer, 1.0), (inner, -1.0)):
-            angle = begin - crown[distance]
-            # Area of a circular segment, and 2/3 r³ sin³, its moment about the centre.
-            moment = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
-            area += sign * distance**2 * (angle - math.sin(angle)) / 2
-            moment_x += moment * math.cos(begin - angle / 2)
-            moment_y += moment * math.sin(begin - angle / 2)
-    # Without any area it is refused, with what wants one.
-    return Stone("", corners, area, (moment_x / area, moment_y / area) if area else back, back)
+        Parameters
+        ----------
+        begin: direction of the radial joint, in radians, more than that of the crown.
+        plumb: x of the upright joint, less than 0.
+        """
+        (_, inner), thickness, weights = self._circle, self.thickness, self.weights
+        radius, outer = inner + thickness / 2, inner + thickness
+        crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}
+        ends = ((inner, begin), (outer, begin), (outer, crown[outer]), (inner, crown[inner]))
+        corners = [polar(*end) for end in ends]
+        back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
+        if weights == "centreline":
+            angle = begin - crown[radius]
+            distance = radius * 2 * math.sin(angle / 2) / angle
+            return Stone("", corners, angle * radius * thickness, polar(distance, begin - angle / 2), back)
+        points, after = np.array(corners), np.array([*corners[1:], corners[0]])
+        cross = after[:, 0] * points[:, 1] - points[:, 0] * after[:, 1]  # corners go clockwise
+        moment_x, moment_y = (cross[:, None] * (points + after) / 6).sum(axis=0).tolist()
+        area = float(cross.sum()) / 2
+        if weights == "sector":
+            # The arcs bulge: beyond the outer edge there is more, beyond the inner one less.
+            for distance, sign in ((outer, 1.0), (inner, -1.0)):
+                angle = begin - crown[distance]
+                # Area of a circular segment, and 2/3 r³ sin³, its moment about the centre.
+                moment = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
+                area += sign * distance**2 * (angle - math.sin(angle)) / 2
+                moment_x += moment * math.cos(begin - angle / 2)
+                moment_y += moment * math.sin(begin - angle / 2)
+        # Without any area it is refused, with what wants one.
+        return Stone("", corners, area, (moment_x / area, moment_y / area) if area else back, back)
 
 
 class PointLoad(Record):

@@ -1,14 +1,10 @@
 """Blocks and published values: records that are the Python interface and the schema of the
 case file alike, so that both refuse the same keys and values."""
 
-from __future__ import annotations
-
-import ast
 import itertools
-from collections import ChainMap
 from collections.abc import Iterator, Mapping
-from inspect import Parameter, Signature, formatannotation, get_annotations
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar
+from inspect import Parameter, Signature
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, get_type_hints
 
 import numpy as np
 from pydantic import (
@@ -79,28 +75,14 @@ RoadLine = Annotated[list[Point], Field(min_length=2), AfterValidator(_rightward
 Ring = Annotated[list[Point], Field(min_length=3)]
 
 
-class _Unchecked(ast.NodeTransformer):
-    """Annotations without the checks that they are annotated with."""
-
-    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
-        if ast.unparse(node.value) == "Annotated" and isinstance(node.slice, ast.Tuple):
-            return self.visit(node.slice.elts[0])
-        return self.generic_visit(node)
-
-
 class _Shown:
-    """A record's signature, made when help asks for it: keys by the names and types of their source, without
-    what checks them."""
+    """A record's signature, made when help asks for it: keys with their types, without what checks them."""
 
-    def __get__(self, _: object, record: type[Record]) -> Signature:
-        written = ChainMap(*map(get_annotations, record.__mro__))
-        shown = []
+    def __get__(self, _: object, record: "type[Record]") -> Signature:
+        kinds, shown = get_type_hints(record), []
         for name, field in record.model_fields.items():
-            kind = written[name]
-            tree = ast.parse(kind if isinstance(kind, str) else formatannotation(kind))
             default = Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
-            annotation = ast.unparse(_Unchecked().visit(tree))
-            shown.append(Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation))
+            shown.append(Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=kinds[name]))
         return Signature(shown)
 
 

@@ -1,7 +1,5 @@
 """Case files: TOML or JSON to a scene and back, with errors that name file, key and block."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Generators of blocks in the plane and in space: their name, place, live loads and weights."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar

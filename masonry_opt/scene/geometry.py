@@ -12,6 +12,7 @@ import shapely
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.outlines import sides_of
+from masonry_opt.scene.rows import bounds
 from masonry_opt.scene.scene import Scene
 
 #: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps,
@@ -33,8 +34,7 @@ STRAIGHT = 0.1
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
     """Origin and tolerance of the shapes of a scene, given corners and the block of each. Supports may reach
     far beyond what stands on them: the movable blocks give both."""
-    fixed = np.array([block.fixed for block in scene.blocks])
-    movable = corners[~fixed[block]]
+    movable = corners[~scene.fixed[block]]
     low, high = movable.min(axis=0), movable.max(axis=0)
     tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot.reduce(high - low))
     # Digits already lost in the coordinates themselves bound what can be told apart.
@@ -111,8 +111,7 @@ class Extents(ABC):
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and largest coordinates of each block, shape (blocks, 2) or (blocks, 3) each."""
         points, block = self.corners
-        first = np.searchsorted(block, np.arange(len(self.size)))
-        return np.minimum.reduceat(points, first), np.maximum.reduceat(points, first)
+        return bounds(block, points, len(self.size))
 
     @property
     def width(self) -> np.ndarray:

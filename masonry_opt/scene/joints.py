@@ -1,7 +1,5 @@
 """Records of joint properties: those of all joints of a scene, and exceptions between two blocks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """The keys that a scene and a case file share, the directions that follow, and whether they go together."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal

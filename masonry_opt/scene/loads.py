@@ -1,7 +1,5 @@
 """Loads on blocks by name and along edges, ties and props, earthquakes, and the cases that loads act in."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Annotated, Literal

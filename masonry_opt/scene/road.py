@@ -1,7 +1,5 @@
 """The road over a scene in the plane: earth between it and blocks, and axles along it, with common sets."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal, NamedTuple
@@ -196,7 +194,7 @@ class Fill(Record):
                 yield "'backing': its 'line' lies above the 'road': end it there, or lower it"
 
     @property
-    def zones(self) -> tuple[Fill, ...]:
+    def zones(self) -> "tuple[Fill, ...]":
         """The fill, and its backing as a fill below its line, if it has one."""
         if self.backing is None:
             return (self,)

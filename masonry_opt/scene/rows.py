@@ -44,6 +44,12 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
 
 
+def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest of the rows of values by owner, rising, each of which has some, shape (count, k)."""
+    first = np.searchsorted(owner, np.arange(count))
+    return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
+
+
 def first_alike(rows: np.ndarray) -> np.ndarray:
     """Of each row the first one with the same numbers."""
     _, first, own = np.unique(rows, axis=0, return_index=True, return_inverse=True)

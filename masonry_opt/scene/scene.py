@@ -1,7 +1,5 @@
 """The scene: blocks, joint properties and gravity, before any mathematics; in one of its load cases."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Self, TypeVar
@@ -76,6 +74,11 @@ class Scene(SceneKeys):
     def _mistakes(self) -> Iterator[str]:
         return inconsistencies(self)
 
+    @property
+    def fixed(self) -> np.ndarray:
+        """Which blocks are fixed, shape (blocks,)."""
+        return np.array([block.fixed for block in self.blocks])
+
     def __getitem__(self, name: str) -> Block | Solid:
         """The block of a name. Raises CaseError if there is none."""
         by_name = {block.name: block for block in self.blocks}
@@ -87,7 +90,7 @@ class Scene(SceneKeys):
         """Two lines: what it is called, and how many records of each kind it has."""
         lists = {name: of for name, of in vars(self).items() if isinstance(of, list) and of}
         said = [counted(len(of), name.removesuffix("s").replace("_", " ")) for name, of in lists.items()]
-        said.append(f"{sum(block.fixed for block in self.blocks)} of the blocks fixed")
+        said.append(f"{self.fixed.sum()} of the blocks fixed")
         law = self.joints.model_dump(exclude_defaults=True)
         said += [f"{key} {value:.4g}" for key, value in law.items() if isinstance(value, float)]
         said += [key for key in ("tilt", "earthquake") if getattr(self, key)]
@@ -129,7 +132,7 @@ class Scene(SceneKeys):
         scene._load_case = case
         return scene
 
-    def in_case_of(self, other: Scene) -> Self:
+    def in_case_of(self, other: "Scene") -> Self:
         """The scene in the load case that another one, from which it was made, is in."""
         case = other.load_case
         return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)

@@ -1,7 +1,5 @@
 """Blocks in space: records that are the Python interface and the schema of the case file alike."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 

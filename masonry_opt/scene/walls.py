@@ -1,7 +1,5 @@
 """The generators ``[wall]``, ``[facade]`` and ``[column]``: courses of blocks and drums on a fixed base."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate, pairwise
 from typing import Annotated, Literal

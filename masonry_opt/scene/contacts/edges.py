@@ -29,6 +29,14 @@ class FacingEdges(sides.Facing):
     end: np.ndarray
 
     @classmethod
+    def between(cls, pair: np.ndarray, most: np.ndarray, start: np.ndarray, end: np.ndarray) -> Self:
+        """Those from starts to ends."""
+        extent = np.hypot(*(end - start).T)
+        # Counter-clockwise round the first block its interior lies to the left.
+        normal = -_tangent((end - start) / extent[:, None])
+        return cls(pair, most, extent, (start + end) / 2, normal, start, end)
+
+    @classmethod
     def of(cls, corners: "PlaneCorners", pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> "FacingEdges":
         """Those of edges i of the pairs' first and j of their second blocks, longer than the tolerance."""
         tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
@@ -38,35 +46,20 @@ class FacingEdges(sides.Facing):
         pair, i, j, along = pair[kept], i[kept], j[kept], (one + other)[kept]
         along /= np.hypot(*along.T)[:, None]
         # Both edges run along the bisector; each end of what they share is a corner of the one or the other.
-        lines = (tail[i], tip[i]), (tip[j], tail[j])
-        x = np.array([[((end - tail[i]) * along).sum(axis=1) for end in line] for line in lines])
-        at = np.maximum(x[0, 0], x[1, 0]), np.minimum(x[0, 1], x[1, 1])
-        ends, apart = [], []
-        for end, to in enumerate(at):
-            of_first = (x[0, end] == to)[:, None]
-            corner = np.where(of_first, lines[0][end], lines[1][end])
-            start, stop = (np.where(of_first, lines[1][e], lines[0][e]) for e in (0, 1))
-            x0, x1 = (np.where(of_first[:, 0], x[1, e], x[0, e]) for e in (0, 1))
-            across = start + ((to - x0) / (x1 - x0))[:, None] * (stop - start) - corner
-            width = np.hypot(*across.T)
-            # Rounding moves no corner: what touches has the coordinates that were given.
-            ends.append(corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[:, None] * across)
-            apart.append(width)
-        return cls(pair, np.maximum(*apart), *ends).where(at[1] - at[0] > shortest)
-
-    @property
-    def extent(self) -> np.ndarray:
-        return np.hypot(*(self.end - self.start).T)
-
-    @property
-    def middle(self) -> np.ndarray:
-        return (self.start + self.end) / 2
-
-    @property
-    def normal(self) -> np.ndarray:
-        # Counter-clockwise round the first block its interior lies to the left.
-        inwards = (self.end - self.start) / self.extent[:, None]
-        return np.column_stack([-inwards[:, 1], inwards[:, 0]])
+        lines = np.array([[tail[i], tip[i]], [tip[j], tail[j]]])
+        x = ((lines - tail[i]) * along).sum(axis=-1)
+        at = np.array([np.maximum(*x[:, 0]), np.minimum(*x[:, 1])])
+        of_first = x[0] == at
+        corner = np.where(of_first[..., None], *lines)
+        # The other edge there, from start to stop.
+        start, stop = (np.where(of_first[..., None], lines[1, end], lines[0, end]) for end in (0, 1))
+        x0, x1 = (np.where(of_first, x[1, end], x[0, end]) for end in (0, 1))
+        across = start + ((at - x0) / (x1 - x0))[..., None] * (stop - start) - corner
+        width = np.hypot(*np.moveaxis(across, 2, 0))
+        # Rounding moves no corner: what touches has the coordinates that were given.
+        ends = corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[..., None] * across
+        long = at[1] - at[0] > shortest
+        return cls.between(pair[long], width.max(axis=0)[long], *ends[:, long])
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         points, number = np.stack([self.start, self.end], axis=1).reshape(-1, 2), np.arange(len(self.pair))
@@ -142,7 +135,7 @@ def _simplified(chain: FacingEdges, tolerance: float) -> FacingEdges:
     line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
     corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
     pair, most = (np.full(len(corners) - 1, value) for value in (chain.pair[0], chain.most.max()))
-    return FacingEdges(pair, most, corners[:-1], corners[1:])
+    return FacingEdges.between(pair, most, corners[:-1], corners[1:])
 
 
 class PlaneCorners(sides.BlockCorners):

@@ -9,7 +9,7 @@ import shapely
 from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.sides import Items, Touches, near_items, stacked
 from masonry_opt.scene.outlines import common_to, wide, without_slivers, without_straight_corners
-from masonry_opt.scene.rows import dots, first_alike, lengths, sums
+from masonry_opt.scene.rows import bounds, dots, first_alike, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import Frames, unit
 from masonry_opt.scene.space.shapes import Shapes
@@ -39,19 +39,6 @@ class FacingFaces(sides.Facing):
 
     frame: Frames
     polygon: np.ndarray
-
-    @property
-    def extent(self) -> np.ndarray:
-        return shapely.area(self.polygon)
-
-    @property
-    def middle(self) -> np.ndarray:
-        middles = shapely.get_coordinates(shapely.centroid(self.polygon))
-        return self.frame.up(middles, np.arange(len(middles)))
-
-    @property
-    def normal(self) -> np.ndarray:
-        return -self.frame.normal
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         rings, polygon = shapely.get_rings(self.polygon, return_index=True)
@@ -126,10 +113,12 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     pieces = without_straight_corners(pieces, shapes.tolerance / 2)
     points, piece = shapely.get_coordinates(pieces, return_index=True)
     height = _height(frame, other, points, number[piece]) - _height(frame, one, points, number[piece])
-    start = np.searchsorted(piece, np.arange(len(pieces)))
-    least, most = (bound.reduceat(height, start) for bound in (np.minimum, np.maximum))
-    found = FacingFaces(pair[number], most, frame.where(number), pieces)
-    return found.where((least >= -shapes.contact_tolerance) & (most <= far[number]))
+    least, most = bounds(piece, height, len(pieces))
+    kept = (least >= -shapes.contact_tolerance) & (most <= far[number])
+    pieces, number, most = pieces[kept], number[kept], most[kept]
+    frame = frame.where(number)
+    middle = frame.up(shapely.get_coordinates(shapely.centroid(pieces)), np.arange(len(pieces)))
+    return FacingFaces(pair[number], most, shapely.area(pieces), middle, -frame.normal, frame, pieces)
 
 
 def _projected(polygons: np.ndarray, frame: Frames, own: Frames) -> np.ndarray:
@@ -150,16 +139,14 @@ def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> 
     """Pieces with their numbers, those that are not convex without what is narrower than so."""
     hollow = shapely.area(shapely.convex_hull(pieces)) - shapely.area(pieces)
     suspect = np.flatnonzero(hollow > narrowest**2)
-    wholes = [number[:0]]
-    cut, found = np.zeros(len(pieces), dtype=bool), [pieces[:0]]
-    for index in suspect:
-        parts = shapely.get_parts(without_slivers(pieces[index], narrowest))
-        # Tails may have no area, but they have length; offsets there and back change nothing else.
-        if len(parts) != 1 or pieces[index].length - parts[0].length > narrowest:
-            cut[index] = True
-            found.append(parts)
-            wholes.append(np.full(len(found[-1]), number[index]))
-    pieces, number = np.concatenate([pieces[~cut], *found]), np.concatenate([number[~cut], *wholes])
+    opened = without_slivers(pieces[suspect], narrowest)
+    # Tails may have no area, but they have length; offsets there and back change nothing else.
+    shorter = shapely.length(pieces[suspect]) - shapely.length(opened) > narrowest
+    cut = shorter | (shapely.get_num_geometries(opened) != 1)
+    parts, whole = shapely.get_parts(opened[cut], return_index=True)
+    parts_of = number[suspect[cut][whole]]
+    pieces = np.concatenate([np.delete(pieces, suspect[cut]), parts])
+    number = np.concatenate([np.delete(number, suspect[cut]), parts_of])
     order = np.argsort(number, kind="stable")
     return pieces[order], number[order]
 
@@ -250,10 +237,8 @@ def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touc
     for side in (0, 1):
         for pair, i, j in near_items(corners.shapes, pairs, tolerance, kinds, side):
             flat, height = faces.frame.down(corners.point[i], j), faces.frame.above(corners.point[i], j)
-            kept = np.abs(height) <= tolerance
-            pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
             at = shapely.points(flat)
-            kept = shapely.contains(faces.polygon[j], at)
+            kept = (np.abs(height) <= tolerance) & shapely.contains(faces.polygon[j], at)
             kept &= shapely.distance(shapely.boundary(faces.polygon[j]), at) > tolerance
             pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
             point = faces.frame.up(flat, j) + height[:, None] / 2 * faces.frame.normal[j]

@@ -10,7 +10,7 @@ from masonry_opt.scene.contacts import edges, faces
 from masonry_opt.scene.contacts.joints import Joints, joint_properties, outline_sides
 from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
 from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for
-from masonry_opt.scene.rows import lengths, linked, ranges
+from masonry_opt.scene.rows import linked, ranges
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.shapes import shapes
 from masonry_opt.scene.space.surfaces import place
@@ -49,9 +49,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     ----------
     floating: whether blocks may touch nothing, or reach no support: to show them.
     """
-    fixed = np.array([block.fixed for block in scene.blocks])
     pairs = near_pairs(scene, shapes)
-    both_fixed = fixed[pairs].all(axis=1)
+    both_fixed = scene.fixed[pairs].all(axis=1)
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
     _, facing, corners_of = _KINDS[scene.dimension]
     found = facing(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
@@ -71,8 +70,10 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     # What sides share first, then lines and points of each pair.
     owner = np.concatenate([shared.pair, beside.pair])
     order = np.argsort(owner, kind="stable")
-    tangent, *of_rings = shared.outlines()
-    joint, point, ring = _points(np.argsort(order), of_rings, beside)
+    both = zip(shared.outlines(), beside.outlines(len(shared.pair)), strict=True)
+    tangent, owner_of_ring, count, point = map(np.concatenate, both)
+    joint = np.argsort(order)[owner_of_ring]
+    rings = np.argsort(joint, kind="stable")
     first, second = pairs[owner[order]].T
     meeting, meets = corners.without_normal(pairs, asked, (shared, beside))
     loose = ~np.isin(meeting, across.pair)
@@ -82,12 +83,12 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         first=first,
         second=second,
         normal=np.concatenate([shared.normal, beside.normal])[order],
-        tangent=np.concatenate([tangent, beside.along])[order],
+        tangent=tangent[order],
         extent=np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order],
         middle=np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order],
-        point=point,
-        joint=joint,
-        ring=ring,
+        point=point[ranges((np.cumsum(count) - count)[rings], count[rings])],
+        joint=np.repeat(joint[rings], count[rings]),
+        ring=np.repeat(np.arange(len(rings)), count[rings]),
         **joint_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         gaps=gaps,
@@ -105,23 +106,6 @@ def _near_misses(shared: Facing, beside: Touches, across: Facing, pairs: int) ->
     across = across.where((across.most <= LEAN * width) & (across.extent > LEAN * of_pair[across.pair]))
     apart = [nearest(across.pair, across.middle, found, found.pair) for found in (shared, beside)]
     return across.where(np.minimum(*apart) > 2 * across.most)
-
-
-def _points(
-    joint_of: np.ndarray, of_rings: list[np.ndarray], lines: Touches
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Joint, position and ring of each contact point, given the joint of each of what sides share
-    and then of each line or point, and of all rings what ``outlines`` gives."""
-    polygon, corners, point = of_rings
-    long = lengths(lines.end - lines.start) > 0
-    ends = np.stack([lines.start, lines.end], axis=1)[np.column_stack([np.ones_like(long), long])]
-    polygons = len(joint_of) - len(long)
-    joint = joint_of[np.concatenate([polygon, np.arange(polygons, len(joint_of))])]
-    count = np.concatenate([corners, 1 + long])
-    order = np.argsort(joint, kind="stable")
-    point = np.concatenate([point, ends])[ranges((np.cumsum(count) - count)[order], count[order])]
-    count = count[order]
-    return np.repeat(joint[order], count), point, np.repeat(np.arange(len(count)), count)
 
 
 #: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
@@ -205,8 +189,7 @@ def refuse_floating(
     """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
     each joint, and the largest width of each small gap by the two blocks beside it. Ties and props hold
     blocks as joints do."""
-    fixed = np.array([block.fixed for block in scene.blocks])
-    count = len(fixed)
+    fixed, count = scene.fixed, len(scene.blocks)
     joints, ground = len(first), int(fixed.argmax())  # which does not move, as a fixed block
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for strut in [*scene.ties, *scene.props]:

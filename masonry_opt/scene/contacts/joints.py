@@ -76,6 +76,15 @@ class Joints:
         """Number of the last contact point of each joint, shape (joints,)."""
         return np.searchsorted(self.joint, np.arange(len(self.first)), side="right") - 1
 
+    @property
+    def parts(self) -> tuple[np.ndarray, np.ndarray]:
+        """The problem's joints, in the plane these, in space their contact points: the joint that each is
+        part of, rising, and the contact points at which it presses, shape (points, parts): start and end, the
+        same where a corner stands on an edge, or itself."""
+        if self.point.shape[1] == 2:
+            return np.arange(len(self.first)), np.stack([self.first_point, self.last_point])
+        return self.joint, np.arange(len(self.joint))[None]
+
     def most(self, values: np.ndarray) -> np.ndarray:
         """Of values of the contact points the largest of each joint, shape (joints,)."""
         return np.maximum.reduceat(values, self.first_point)

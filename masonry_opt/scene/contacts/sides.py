@@ -71,25 +71,16 @@ class Facing(Rows, ABC):
     ----------
     pair: number of each one's pair of blocks, rising, shape (facing,).
     most: how far the second block's side lies outside that of the first where that is most, shape (facing,).
+    extent, middle: length, or area, shape (facing,), and middle, or centroid, shape (facing, 2) or (facing,
+        3).
+    normal: unit normal into the first block, of the same shape.
     """
 
     pair: np.ndarray
     most: np.ndarray
-
-    @property
-    @abstractmethod
-    def extent(self) -> np.ndarray:
-        """Length, or area, of each, shape (facing,)."""
-
-    @property
-    @abstractmethod
-    def middle(self) -> np.ndarray:
-        """Middle, or centroid, of each, shape (facing, 2) or (facing, 3)."""
-
-    @property
-    @abstractmethod
-    def normal(self) -> np.ndarray:
-        """Unit normal into the first block, shape (facing, 2) or (facing, 3)."""
+    extent: np.ndarray
+    middle: np.ndarray
+    normal: np.ndarray
 
     @abstractmethod
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -124,6 +115,12 @@ class Touches(Rows):
     def of(cls, found: Iterable[Self], dimension: int) -> Self:
         """All of these."""
         return cls(np.zeros(0, dtype=int), *4 * [np.zeros((0, dimension))]).then(*found)
+
+    def outlines(self, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """As of :class:`Facing`, numbers from the first one on: of each one ring, of its end or ends."""
+        long = lengths(self.end - self.start) > 0
+        ends = np.stack([self.start, self.end], axis=1)[np.column_stack([np.ones_like(long), long])]
+        return self.along, first + np.arange(len(long)), 1 + long, ends
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
         """Distances of points from touches with these numbers, shape (points,)."""

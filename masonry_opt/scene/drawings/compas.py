@@ -1,7 +1,5 @@
 """COMPAS JSON to a scene: in space, or in the plane of prisms along one direction, seen along it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

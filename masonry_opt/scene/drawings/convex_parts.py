@@ -8,6 +8,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, first_near, polyhedron
 from masonry_opt.scene.outlines import convex_pieces
+from masonry_opt.scene.rows import bounds, dots
 from masonry_opt.scene.space.surfaces import place
 
 #: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
@@ -33,10 +34,9 @@ class _Pieces:
 
     def heights(self, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Least and largest height of each piece over planes, shape (pieces, planes) each."""
-        over = np.concatenate(self.rings) @ normal.T - np.einsum("ij,ij->i", base, normal)
-        count = np.array([len(ring) for ring in self.rings])
-        first = np.cumsum(count) - count
-        return np.minimum.reduceat(over, first), np.maximum.reduceat(over, first)
+        over = np.concatenate(self.rings) @ normal.T - dots(base, normal)
+        piece = np.repeat(np.arange(len(self.rings)), list(map(len, self.rings)))
+        return bounds(piece, over, len(self.rings))
 
 
 def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:

@@ -1,7 +1,5 @@
 """DXF to a scene, and back."""
 
-from __future__ import annotations
-
 import io
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -146,12 +144,11 @@ def read_dxf(
         if drawing.thickness is None:
             return scene
         solids = extrude(scene.replace(thickness=drawing.thickness)).in_space()
-        in_space = [push if len(push) == 3 else (push[0], 0.0, push[1]) for push in pushes]
-        loaded = [
-            block if block.fixed else block.replace(live_per_weight=push)
-            for block, push in zip(solids, in_space, strict=True)
-        ]
-        return stones.scene_of(loaded, drawing, path)
+        for number, push in enumerate(pushes):
+            if not solids[number].fixed:
+                in_space = push if len(push) == 3 else (push[0], 0.0, push[1])
+                solids[number] = solids[number].replace(live_per_weight=in_space)
+        return stones.scene_of(solids, drawing, path)
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:

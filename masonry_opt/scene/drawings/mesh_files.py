@@ -1,7 +1,5 @@
 """OBJ, PLY and STL to a scene in space."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterable
 from dataclasses import replace

@@ -80,6 +80,7 @@ class MeshSolid:
     @property
     def volume(self) -> float:
         """Inside the sides, if they close."""
+        # Seen from the middle of a side, which lies in no other: one that is missing is missed.
         base = np.array([side.base for side in self.sides])
         return float(np.sum(self._areas * (base - base[0]))) / 3
 

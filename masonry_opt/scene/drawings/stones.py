@@ -1,7 +1,5 @@
 """Blocks as they are drawn, which are supports, and the scene that they make, in the plane or in space."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace

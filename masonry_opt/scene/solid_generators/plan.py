@@ -1,7 +1,5 @@
 """The generator ``[plan]``: walls along axes in plan, bonded where they meet, with openings under lintels."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import combinations, count, pairwise
@@ -22,6 +20,17 @@ _ROUNDING = 1e-6
 
 #: From and to.
 _Run = tuple[float, float]
+
+
+class _Hole(NamedTuple):
+    """An opening of a wall in a stretch: where its jambs and its lintel's ends are along that, and its first
+    course and the lintel's."""
+
+    number: int
+    jambs: _Run
+    lintel: _Run
+    sill: int
+    top: int
 
 
 class Plan(SolidGenerator):
@@ -214,17 +223,6 @@ class Plan(SolidGenerator):
         lintels = [(hole.lintel, whole) for hole in holes if course == hole.top]
         # Leaf by leaf; lintels among the first leaf's.
         return sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
-
-
-class _Hole(NamedTuple):
-    """An opening of a wall in a stretch: where its jambs and its lintel's ends are along that, and its first
-    course and the lintel's."""
-
-    number: int
-    jambs: _Run
-    lintel: _Run
-    sill: int
-    top: int
 
 
 def _runs(stretch: WallStretch, holes: list[_Hole], course: int) -> list[_Run]:

@@ -1,7 +1,5 @@
 """The generators ``[dome]`` and ``[shaft]``: rings of voussoirs, and drums, round the z axis."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Walls in plan, their straight stretches, where they cross, and which passes through in a course."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations

@@ -1,8 +1,6 @@
 """The generators ``[barrel]`` and ``[groin]``: an arch's voussoirs made long and cut into stones; two such
 barrels that cross over a square."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Annotated, Any, Literal
 

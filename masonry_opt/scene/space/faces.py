@@ -9,7 +9,7 @@ import shapely
 
 from masonry_opt.scene import outlines
 from masonry_opt.scene.geometry import STRAIGHT
-from masonry_opt.scene.rows import Rows, dots, lengths, ranges
+from masonry_opt.scene.rows import Rows, bounds, dots, lengths, ranges
 from masonry_opt.scene.space.surfaces import Surfaces
 
 #: Share of an area that is rounding.
@@ -65,9 +65,7 @@ class OuterFaces(Rows):
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and largest coordinates of each face, shape (faces, 3) each."""
         flat, face = shapely.get_coordinates(self.polygon, return_index=True)
-        corners = self.frame.up(flat, face)
-        start = np.searchsorted(face, np.arange(len(self.block)))
-        return np.minimum.reduceat(corners, start), np.maximum.reduceat(corners, start)
+        return bounds(face, self.frame.up(flat, face), len(self.block))
 
     @cached_property
     def convex(self) -> np.ndarray:

@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 from scipy.optimize import nnls
 
 from masonry_opt.scene.geometry import Common, Extents, frame_of, raise_for
-from masonry_opt.scene.rows import chunks, combine, dots, lengths, sums
+from masonry_opt.scene.rows import bounds, chunks, combine, dots, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import OuterFaces, Planes, outer_faces, planes
 from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, surfaces
@@ -24,7 +25,6 @@ class ConvexParts:
     points, of_point: corners, shape (points, 3), and the part of each, rising.
     normal, offset, of_plane: half-spaces normal · x ≤ offset that bound the parts, shape (planes, 3) and
         (planes,), and the part of each, rising.
-    low, high: boxes round the parts, shape (parts, 3) each.
     """
 
     block: np.ndarray
@@ -33,8 +33,6 @@ class ConvexParts:
     normal: np.ndarray
     offset: np.ndarray
     of_plane: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
 
     @classmethod
     def of(cls, surfaces: Surfaces, planes: Planes) -> "ConvexParts":
@@ -43,14 +41,17 @@ class ConvexParts:
         points, of_point = surfaces.points[at], surfaces.part[surfaces.face[corner]]
         order = np.argsort(of_point, kind="stable")
         points, of_point = points[order], of_point[order]
-        start = np.searchsorted(of_point, np.arange(len(surfaces.block)))
-        low, high = (bound.reduceat(points, start) for bound in (np.minimum, np.maximum))
         flat = planes.of_face >= 0
         key = np.column_stack([surfaces.part, planes.of_face, planes.outwards])[flat]
         of_plane, plane, outwards = np.unique(key, axis=0).T
         normal = np.where(outwards, 1.0, -1.0)[:, None] * planes.frame.normal[plane]
         offset = dots(normal, planes.frame.base[plane])
-        return cls(surfaces.block, points, of_point, normal, offset, of_plane, low, high)
+        return cls(surfaces.block, points, of_point, normal, offset, of_plane)
+
+    @cached_property
+    def boxes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest coordinates of each part, shape (parts, 3) each."""
+        return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far the nearest and the farthest corner of the other parts lie outside, at the plane of the one
@@ -72,7 +73,8 @@ def overlapping(
     parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
 ) -> Iterator[tuple[int, Common]]:
     """Numbers of the pairs of parts that overlap by more than the tolerance, and what they have in common."""
-    inside = np.minimum(parts.high[one], parts.high[other]) - np.maximum(parts.low[one], parts.low[other])
+    low, high = parts.boxes
+    inside = np.minimum(high[one], high[other]) - np.maximum(low[one], low[other])
     found = np.flatnonzero((inside > tolerance).all(axis=1))
     for a, b in ((one, other), (other, one)):
         # No plane of either keeps them apart.
@@ -89,9 +91,10 @@ def _common(parts: ConvexParts, one: int, other: int) -> Common:
     from scipy.optimize import linprog
     from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-    low, high = np.maximum(*parts.low[[one, other]]), np.minimum(*parts.high[[one, other]])
+    both = [one, other]
+    low, high = np.maximum(*parts.boxes[0][both]), np.minimum(*parts.boxes[1][both])
     middle, scale = (low + high) / 2, float(np.abs(high - low).max())
-    own = np.isin(parts.of_plane, (one, other))
+    own = np.isin(parts.of_plane, both)
     normal = parts.normal[own]
     offset = (parts.offset[own] - normal @ middle) / scale
     # The largest ball: its middle and radius.
