@@ -73,19 +73,20 @@ class Session:
     ) -> Result:
         """The result of a scene; raises what :func:`~masonry_opt.analysis.solve` raises of scenes."""
         effort = effort or Effort()
-        return self._result(*self.answer(scene, progress, effort), effort)
+        return self.result(*self.answer(scene, progress, effort), effort)
 
     def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
         """The result of a scene that does not stand under its dead load; None if it stands."""
         solution = self._unless_it_stands(assembly, effort)
-        return None if solution is None else self._result(assembly, solution, effort)
+        return None if solution is None else self.result(assembly, solution, effort)
 
     def push(self, assembly: Assembly, progress: Progress, effort: Effort) -> Result:
         """The result of a scene that is known to stand; raises as ``solve``."""
         refuse_unsuited(self.method, assembly)
-        return self._result(assembly, self.pushed(assembly, progress, effort), effort)
+        return self.result(assembly, self.pushed(assembly, progress, effort), effort)
 
-    def _result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
+    def result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
+        """A solution as a result."""
         method, solver = self.method.name, solution.solver
         if solver is None or solver.language == self.how.engine.language:
             solver = self.how.engine

@@ -5,6 +5,7 @@ import math
 import os
 import re
 import tempfile
+from base64 import b64encode
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,12 @@ _MARKS = {
 
 #: Bytes at either end of a file in which its mark stands: only of PDF files at the end.
 _ENDS = 1 << 16
+
+
+def image_source(content: bytes | str, kind: str) -> str:
+    """A picture's content, "png" or "svg", as the address of an image in HTML."""
+    of = content.encode() if isinstance(content, str) else content
+    return f"data:image/{kind.replace('svg', 'svg+xml')};base64,{b64encode(of).decode()}"
 
 
 def picture_metadata(kind: str) -> dict[str, str | None]:

@@ -49,7 +49,6 @@ class Code(StrEnum):
     WEDGED = "wedged"  # load_factor, None if none was looked for, blocks
     BELOW_ZERO = "below zero"  # load_factor: of a state that the scene is not in from rest
     SOLVER_STOPPED = "solver stopped"  # word
-    BY_DUAL = "by dual"  # formulation: that of the program that answered
     STOPPED_SHORT = "stopped short"  # word: with an answer all the same
     DILATANCY_LOCKS = "dilatancy locks"
     NO_MECHANISM = "no mechanism"
@@ -59,13 +58,9 @@ class Code(StrEnum):
     JOINTS = "joints"  # status, pairs: the joints that keep the live load from causing collapse
     # fixed: whether statics fix all forces; against: whether the mechanism moves against the live load.
     NO_WORK = "no work"
-    AT_MOST = "at most"  # associative
     NOT_CERTIFIED = "not certified"  # load_factor, residuals
 
     # The loop.
-    SUB_PROBLEMS = "sub-problems"  # count
-    EXACT_END = "exact end"
-    NO_EXACT_END = "no exact end"
     ABOVE_ASSOCIATIVE = "above associative"  # by
     FLOW_RULE_IDLE = "flow rule idle"
     STILL_CHANGES = "still changes"  # count, lowest, highest
@@ -74,14 +69,11 @@ class Code(StrEnum):
     SUB_PROBLEM_FAILED = "sub-problem failed"  # number, word
     SUB_PROBLEM_EMPTY = "sub-problem empty"  # number
     BEGAN_AGAIN = "began again"  # first, remedies, in_vain
-    LOCKED_ALL_THE_SAME = "locked all the same"
     LEAST_BORNE_OUT = "least borne out"  # load_factor, None if there is none
 
     # The push.
-    ONE_PASS = "one pass"  # steps
     PUSH_STOPPED = "push stopped"  # word, steps
     DILATANCY_FALLS = "dilatancy falls"
-    TOO_LARGE = "too large"  # joints, in space contacts: points
 
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
@@ -98,25 +90,15 @@ class Code(StrEnum):
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon
-    RELAXED_FROM = "relaxed from"  # epsilon
     START_FAILED = "start failed"
     RELAXATION_STOPPED = "relaxation stopped"  # word, epsilon
-    KEPT_RELAXATION = "kept relaxation"  # epsilon, load_factor, gap
-    KEPT_START = "kept start"
     NOTHING_SOLVED = "nothing solved"
 
     # The refinement.
-    EXACT = "exact"  # fall below the start; None without one
-    STATIONARY = "stationary"
-    UNDECIDED = "undecided"
     # candidates, count: of different exact states among theirs; least, most: their load factors
     STATES_MET = "states met"
     SEARCHED = "searched"  # candidates, interrupted: whether by the user
-    NOT_REFINED = "not refined"  # why: one of the next five; residuals with the first
-    RESIDUAL = "residual"
-    NO_STATICS = "no statics"
-    NO_KINEMATICS = "no kinematics"
-    NO_PROGRAM = "no program"
+    NOT_REFINED = "not refined"
     NO_TIME = "no time"
 
     # The bracket.

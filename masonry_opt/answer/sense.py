@@ -73,8 +73,9 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
-    """Fixed blocks without a joint to a block that can move."""
+    """Fixed blocks without a joint to a block that can move, on which no fill lies either."""
     idle = np.ones(len(assembly.scene.blocks), dtype=bool)
+    idle[[piece.block for piece in assembly.filled_pieces]] = False
     idle[assembly.movable] = idle[assembly.joints.first] = idle[assembly.joints.second] = False
     return [reason(Code.IDLE_SUPPORTS, blocks=assembly.names(np.flatnonzero(idle)))] if idle.any() else []
 

@@ -249,6 +249,6 @@ def counts(assembly: Assembly) -> str:
         "small gap": len(assembly.joints.gaps),
     }
     said = [counted(number, noun) for noun, number in numbers.items() if number or noun == "joint"]
-    if touched := len(assembly.filled_pieces):
+    if touched := len({piece.edge for piece in assembly.filled_pieces}):
         said.append(f"{counted(touched, 'edge')} touched by fill")
     return ", ".join(said)

@@ -23,7 +23,7 @@ from masonry_opt.drawing.colours import BLOCK, FIXED, HATCH
 from masonry_opt.drawing.elements import legend
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.errors import OptionError, printable
-from masonry_opt.files import picture_metadata, refuse_unwritable, write_whole
+from masonry_opt.files import image_source, picture_metadata, refuse_unwritable, write_whole
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -68,6 +68,10 @@ class Picture(Figure):
         with style():
             self.savefig(stream, format=kind, dpi=160, metadata=picture_metadata(kind))
         return stream.getvalue()
+
+    def source(self, kind: str = "png") -> str:
+        """That content as the address of an image in HTML."""
+        return image_source(self.image(kind), kind)
 
     def save(self, path: str | Path, force: bool = False) -> None:
         """Write the figure whole to ``path`` (.png, .svg or .pdf); raises as :meth:`Result.save`."""

@@ -2,7 +2,6 @@
 
 import json
 import re
-from base64 import b64encode
 from html import escape
 from importlib.metadata import version
 from importlib.resources import files
@@ -138,7 +137,7 @@ def _space(result: Outcome, elements: Elements, view: ViewAngles | None, way: Wa
     moves: list[dict[str, list[float | None]] | None] = [None] * len(elements.motion)
     for row, block in enumerate(result.assembly.movable if elements.movement else ()):
         moves[block] = {kind: of[3 * row : 3 * row + 3] for kind, of in zip("vw", rates, strict=True)}
-    source = b64encode(result_picture(result, view=view).image("png")).decode()
+    source = result_picture(result, view=view).source()
     fixed = np.setdiff1d(np.arange(len(moves)), result.assembly.movable)
     values = {"source": source, "view": "{:g} {:g}".format(*view), "library": f"<script>{three()}</script>\n"}
     drawn = Figure(elements)
@@ -186,8 +185,7 @@ def _curve(result: Outcome) -> str:
     """λ over displacement, if it was asked for, as a picture that brings nothing into the page but itself."""
     if result.curve is None or result.curve.empty:
         return ""
-    source = b64encode(curve_picture(result).image("svg")).decode()
-    return f'<img class="curve" alt="λ over displacement" src="data:image/svg+xml;base64,{source}">\n'
+    return f'<img class="curve" alt="λ over displacement" src="{curve_picture(result).source("svg")}">\n'
 
 
 def _foot(result: Outcome) -> str:
@@ -314,8 +312,8 @@ def notebook_html(result: Outcome) -> str:
 
 def _image(result: Outcome) -> str:
     """The picture of solids, with its own title and legend."""
-    source = b64encode(result_picture(result).image("png")).decode()
-    return f'<img alt="picture of the mechanism" style="width:100%" src="data:image/png;base64,{source}">'
+    source = result_picture(result).source()
+    return f'<img alt="picture of the mechanism" style="width:100%" src="{source}">'
 
 
 def _picture(elements: Elements) -> str:

@@ -12,7 +12,9 @@ const way = (() => {
   if (!given) return null;
   const slider = document.getElementById("pushed"), chart = document.querySelector(".chart");
   const {displacement: us, load_factor: loads, expected} = given;
-  const [left, top, right, bottom] = [40, 12, 328, 118];
+  const minus = (value) => String(+value.toPrecision(4)).replaceAll("-", "−");
+  const peak = minus(+expected.toPrecision(3));
+  const [left, top, right, bottom] = [Math.max(40, 8 + 7 * peak.length), 12, 328, 118];
   const least = Math.min(0, ...loads, expected), most = Math.max(0, ...loads, expected);
   // Beyond the displacement at which λ is half its highest by the logarithm.
   const highest = Math.max(...loads.map(Math.abs)), half = Math.abs(us[loads.findIndex((load) => Math.abs(load) >= highest / 2)]) || 1;
@@ -22,7 +24,6 @@ const way = (() => {
   const x = us.map(along);
   const height = (load) => bottom - ((load - least) / (most - least || 1)) * (bottom - top);
   const y = loads.map(height);
-  const minus = (value) => String(+value.toPrecision(4)).replaceAll("-", "−");
   const text = (at, down, words, anchor = "end") => `<text x="${at}" y="${down}" text-anchor="${anchor}">${words}</text>`;
   const starts = given.events.map((event, at) => at > 0 && event !== given.events[at - 1]);
   const dots = x.map((_, at) => (starts[at] ? `<circle class="start" cx="${x[at]}" cy="${y[at]}" r="2.6"/>` : "")).join("");
@@ -33,7 +34,7 @@ const way = (() => {
     `<path class="axes" d="M${left} ${top - 6}V${bottom}M${left} ${height(0)}H${right}${ticks.map((u) => `M${along(u)} ${bottom}v4`).join("")}"/>` +
     `<path class="expected" d="M${left} ${height(expected)}H${right}"/>` +
     `<polyline points="${x.map((at, number) => `${at},${y[number]}`).join(" ")}"/>${dots}<circle class="at" r="5.5"/>` +
-    text(left - 5, height(expected) + 4, minus(+expected.toPrecision(3))) + text(left - 5, height(0) + 4, 0) +
+    text(left - 5, height(expected) + 4, peak) + text(left - 5, height(0) + 4, 0) +
     text(left - 5, (height(0) + height(expected)) / 2, "λ") + ticks.map((u) => text(along(u), bottom + 16, minus(u), along(u) > right - 20 ? "end" : "middle")).join("") +
     text((left + right) / 2, bottom + 30, "displacement of the live load", "middle");
   const marker = chart.querySelector(".at");

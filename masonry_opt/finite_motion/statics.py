@@ -78,8 +78,11 @@ def least_missed(
         columns={},
         rows={},
     )
-    session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12)
-    if session.solve() is not Verdict.OPTIMAL:
+    for presolve in ("choose", "off"):  # of what presolve leaves HiGHS' simplex may end in an error
+        session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12, presolve=presolve)
+        if session.solve() is Verdict.OPTIMAL:
+            break
+    else:
         return None
     *q, value = session.point()
     below, above = session.multipliers()[: 2 * rows].reshape(2, rows)

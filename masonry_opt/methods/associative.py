@@ -33,7 +33,6 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
         of_dual, beside, _ = _solved(task, problem, dual)
         if not _is_short(of_dual, beside):
             answer, found = of_dual, beside
-            reasons.append(reason(Code.BY_DUAL, formulation=dual))
     if found is None:
         status, why = no_optimum(task.problem, answer.solved.status, task.solver, task.effort)
         reasons = [why]

@@ -103,11 +103,8 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
         path.begin_again()
     state = path.last
     assert state is not None
-    reasons = [reason(Code.LOCAL_MINIMUM, epsilon=options.epsilon_min)]
-    if epsilon < options.epsilon:
-        reasons.append(reason(Code.RELAXED_FROM, epsilon=epsilon))
     found = certified(task.problem, state.load_factor, state.q, state.d)
-    return path.ended(Status.CONVERGED, reasons, found)
+    return path.ended(Status.CONVERGED, [reason(Code.LOCAL_MINIMUM, epsilon=options.epsilon_min)], found)
 
 
 class _Path:
@@ -173,16 +170,11 @@ class _Path:
 
 
 def _stopped(task: Task, path: _Path, start: State | None) -> Solution:
-    failed, found = path.history[-1], Found()
+    failed = path.history[-1]
     reasons = [reason(Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)]
     if path.last is not None:
-        step = [each for each in path.history if not math.isnan(each.load_factor)][-1]
-        told = {"epsilon": step.epsilon, "load_factor": step.load_factor, "gap": step.gap}
         found = Found(q=path.last.q, d=path.last.d, slope=task.problem.dilatancy)
-        reasons.append(reason(Code.KEPT_RELAXATION, **told))
-    elif start is not None:
-        found = Found(q=start.q, d=start.d)
-        reasons.append(reason(Code.KEPT_START))
     else:
+        found = Found() if start is None else Found(q=start.q, d=start.d)
         reasons.append(reason(Code.NOTHING_SOLVED))
     return path.ended(Status.HOMOTOPY, reasons, found)

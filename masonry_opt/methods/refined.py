@@ -94,7 +94,7 @@ def refined(task: Task) -> Solution:
             while lowest.state is None or lowest.state.load_factor > until:
                 lowest.see(next(candidates))
     except OutOfTime:
-        refiner.why = Code.NO_TIME
+        lowest.missed = Code.NO_TIME
     except KeyboardInterrupt:
         if options.search is None or lowest.state is None:
             raise
@@ -110,6 +110,7 @@ class _Lowest:
     stationary: whether nothing that was tried lowers it; None in space, where that is not known.
     met: the states of all candidates.
     interrupted: whether the user ended the search.
+    missed: why there is no state, if there is none.
     """
 
     def __init__(self, task: Task, refiner: StateFinder) -> None:
@@ -117,6 +118,7 @@ class _Lowest:
         self.state: ExactState | None = None
         self.stationary: bool | None = None
         self.interrupted = False
+        self.missed = Code.NOT_REFINED
         self.history: list[Refinement] = []
         self.met = Met()
 
@@ -140,23 +142,15 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: StateFinder
     """The lowest state as a solution; the first solution where there is none."""
     best = lowest.state
     if best is None or best.answer is None:
-        residuals = {"residuals": refiner.left} if refiner.left else {}
-        why = str(Code.RESIDUAL if residuals else refiner.why)
-        return first.telling(reason(Code.NOT_REFINED, why=why, **residuals))
+        return first.telling(reason(lowest.missed))
     same_law = first.found.forms == best.answer.forms
     # Programs begun anew from the first state may end above it.
     kept = first.answer if same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     if is_kept := answer is kept:
         lowest.met.count(kept)
-    # The parabola's load factor is none of this law.
-    known = first.load_factor if same_law else None
-    fall = None if known is None else known - answer.load_factor
     lowest.met.lowest = min(lowest.met.lowest, first.below_zero)
-    reasons = [reason(Code.EXACT, fall=fall), *lowest.met.reasons]
-    stationary = None if is_kept else lowest.stationary
-    if stationary is not None:
-        reasons.append(reason(Code.STATIONARY if stationary else Code.UNDECIDED))
+    reasons = [*lowest.met.reasons]
     if task.options is not None and task.options.search is not None:
         told = {"candidates": lowest.met.candidates, "interrupted": lowest.interrupted}
         reasons.append(reason(Code.SEARCHED, **told))
@@ -167,7 +161,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: StateFinder
         answer,
         flow_rule_matters=first.flow_rule_matters,
         history=tuple(lowest.history),
-        stationary=stationary,
+        stationary=None if is_kept else lowest.stationary,
         size=refiner.size,
         solver=task.solver,
     )

@@ -25,7 +25,7 @@ class FilledPiece:
 
     Attributes
     ----------
-    fill, block: indices into the scene's fills and blocks.
+    fill, block, edge: indices into the scene's fills and blocks, and the geometry's edges.
     ends: of the piece, relative to the geometry's origin, the block to its left, shape (2, 2).
     depth: of these ends below the road, shape (2,).
     stress: what stands on these ends per unit of plan, σ, shape (2,).
@@ -34,6 +34,7 @@ class FilledPiece:
 
     fill: int
     block: int
+    edge: int
     ends: np.ndarray
     depth: np.ndarray
     stress: np.ndarray
@@ -77,15 +78,16 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     for number in range(len(scene.fills)):
         profile = profile_of(scene, shapes, number)
         ends = np.stack([profile.x, profile.y], axis=2)[:, ::-1]
-        below = zip(profile.block.tolist(), ends, profile.depth[:, ::-1], strict=True)
+        below = zip(profile.edge.tolist(), ends, profile.depth[:, ::-1], strict=True)
         touched = [*below, *_beside(profile, shapes)]
         zones = scene.fills[number].zones
+        owner, weight = shapes.edges[2].tolist(), zones[0].unit_weight
         pieces = [
             piece
-            for block, ends, depth in touched
+            for edge, ends, depth in touched
             if depth.max() > shapes.tolerance
             for piece in _in_zones(
-                FilledPiece(number, block, ends, depth, zones[0].unit_weight * depth), zones, shapes
+                FilledPiece(number, owner[edge], edge, ends, depth, weight * depth), zones, shapes
             )
         ]
         if all(scene.blocks[piece.block].fixed for piece in pieces):
@@ -130,7 +132,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
 
 
 def _beside(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Pieces of upright edges between those below a fill, and at its ends: block, ends, depth of these."""
+    """Pieces of upright edges between those below a fill, and at its ends: edge, ends, depth of these."""
     edges = Segments(*shapes.edges)
     up = edges.tip[:, 1] > edges.tail[:, 1]
     # Beyond the ends of the road there is no fill.
@@ -144,10 +146,10 @@ def _beside(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarra
         edge, spans = edges.along(foot, np.array([x[k], top[k]]), shapes.tolerance)
         # The block lies to the left of its edges: seen from a fill to their right they run upwards.
         facing = up[edge] == (right[k] < left[k])
-        for block, span in zip(edges.owner[edge[facing]].tolist(), spans[facing], strict=True):
+        for number, span in zip(edge[facing].tolist(), spans[facing], strict=True):
             height = bottom[k] + (span if right[k] < left[k] else span[::-1])
             ends = np.column_stack([np.full(2, x[k]), height])
-            yield block, ends, np.maximum(road[k] - height, 0.0)
+            yield number, ends, np.maximum(road[k] - height, 0.0)
 
 
 def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:

@@ -20,12 +20,13 @@ class Profile:
     ----------
     x, y: of the edges; y is NaN where there is none.
     line: height of the line.
-    block: index of the edge's block in the scene, shape (pieces,); -1 where there is none.
+    edge, block: index of the edge, and of its block in the scene, shape (pieces,); -1 where there is none.
     """
 
     x: np.ndarray
     y: np.ndarray
     line: np.ndarray
+    edge: np.ndarray
     block: np.ndarray
 
     @property
@@ -46,7 +47,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     """
     _refuse_through(scene, shapes, points, where)
     tail, tip, owner = shapes.edges
-    upper = tip[:, 0] < tail[:, 0]  # of an edge with the block to its left
+    upper = np.flatnonzero(tip[:, 0] < tail[:, 0])  # of an edge with the block to its left
     tail, tip, owner = tail[upper], tip[upper], owner[upper]
     at = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))
     at = at[(at >= points[0, 0]) & (at <= points[-1, 0])]
@@ -62,7 +63,8 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     y = tail[:, 1:] + (x - tail[:, :1]) * ((tip - tail)[:, 1:] / (tip - tail)[:, :1])
     found = edge >= 0
     line = np.interp(x, points[:, 0], points[:, 1])
-    return Profile(x, np.where(found[:, None], y, np.nan), line, np.where(found, owner[edge], -1))
+    numbers = (np.where(found, of[edge], -1) for of in (upper, owner))
+    return Profile(x, np.where(found[:, None], y, np.nan), line, *numbers)
 
 
 def _uppermost(

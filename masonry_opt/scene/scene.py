@@ -1,13 +1,14 @@
 """The scene: blocks, joint properties and gravity, before any mathematics; in one of its load cases."""
 
 from collections.abc import Iterator
+from html import escape
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, PrivateAttr
 
-from masonry_opt.errors import CaseError, OptionError, counted
+from masonry_opt.errors import CaseError, MasonryError, OptionError, counted
 from masonry_opt.scene.blocks import Block, Body
 from masonry_opt.scene.keys import SceneKeys, inconsistencies, wrong_direction
 from masonry_opt.scene.loads import Earthquake, Kind, LoadCase
@@ -15,6 +16,9 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import Solid
 
 _B = TypeVar("_B", bound=Body)
+
+#: Blocks above which a notebook, which keeps all that it shows, shows no drawing.
+_DRAWN = 2000
 
 
 class Scene(SceneKeys):
@@ -100,6 +104,20 @@ class Scene(SceneKeys):
         return f"<Scene {self.called!r} in {where}\n {', '.join(said)}>"
 
     __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: these lines, and what ``mo.draw`` draws."""
+        # By way of the package, which imports names when they are wanted: what draws stands above scenes.
+        import masonry_opt as mo
+
+        said, drawn = repr(self), ""
+        try:
+            if len(self.blocks) > _DRAWN:
+                raise OptionError(f"its blocks are more than {_DRAWN}; mo.draw(scene) draws them")
+            drawn = f'<img alt="{escape(self.called)}" style="max-width:100%" src="{mo.draw(self).source()}">'
+        except MasonryError as error:
+            said += f"\n not drawn: {error}"
+        return f'<pre style="white-space:pre-wrap">{escape(said)}</pre>{drawn}'
 
     def replace(self, **changes: Any) -> Self:
         """A scene with other values, checked as a call checks them, read from the same file and in the same

@@ -132,7 +132,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
 
 
 def _as_proven(solution: Solution) -> Solution:
-    """A solution with what is proven as status and reasons; the associative load factor bounds the rest."""
+    """A solution with what is proven as status and reasons."""
     found = solution.infeasibility
     proven = found.existence if found else None
     if proven is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
@@ -143,6 +143,4 @@ def _as_proven(solution: Solution) -> Solution:
         solution = replace(solution, status=status).telling_first(reason(Code.NO_COLLAPSE, **counts))
     elif proven is Existence.UNBOUNDED:
         solution = solution.telling(reason(Code.CARRIES_ANY))
-    if solution.proven_none or solution.associative is None:
-        return solution
-    return solution.telling(reason(Code.AT_MOST, associative=solution.associative))
+    return solution

@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib
 
 from masonry_opt.errors import OptionError
+from masonry_opt.files import image_source
 from masonry_opt.studies.writing import NEEDED, render, write_files
 
 try:
@@ -117,6 +118,11 @@ def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
         files[f"{drawing.name}.png"] = vl_convert.vegalite_to_png(described, scale=2)
         files[f"{drawing.name}.svg"] = vl_convert.vegalite_to_svg(described)
     return files
+
+
+def source(drawing: NamedChart) -> str:
+    """A chart as the address of an image in HTML."""
+    return image_source(pictures([drawing])[f"{drawing.name}.svg"], "svg")
 
 
 def script() -> str:

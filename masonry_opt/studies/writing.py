@@ -4,8 +4,9 @@ HTML pages from the templates of this folder."""
 import json
 import math
 from abc import ABC, abstractmethod
-from base64 import b64encode
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,14 @@ import pandas as pd
 
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import OptionError, OutputError, printable
-from masonry_opt.files import WRITER, write_whole
+from masonry_opt.files import WRITER, image_source, write_whole
 from masonry_opt.words.names import labelled, some
 
 #: Message where a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
+
+#: Rows of a table that a notebook shows.
+_SHOWN = 30
 
 
 class StudyAnswer(ABC):
@@ -31,8 +35,32 @@ class StudyAnswer(ABC):
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
 
+    @property
+    @abstractmethod
+    def told(self) -> pd.DataFrame:
+        """The table that a notebook shows."""
+
+    def plot(self) -> Any:
+        """Draw it. Raises OptionError if there is nothing to draw."""
+        raise OptionError("there is nothing to draw")
+
     def __str__(self) -> str:
+        return self._said()
+
+    def _said(self) -> str:
+        """What stands above its tables."""
         return printable(labelled(self.facts()))
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: facts, a table, a picture."""
+        source = ""
+        with suppress(OptionError):  # nothing to draw, or a library for charts is missing
+            source = self._source()
+        return notebook_html(self._said(), self.told, source)
+
+    def _source(self) -> str:
+        """Its picture, as the address of an image."""
+        return str(self.plot().source())
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
@@ -99,6 +127,15 @@ def frame_table(
     return table(named.values(), words.to_numpy(), numbers)
 
 
+def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
+    """What a notebook shows of a study: words, a table, and a picture by the address of an image."""
+    numbers = dict.fromkeys(map(str, frame.select_dtypes("number")), "{:.6g}")
+    rows = in_words(frame.head(_SHOWN), numbers).to_html(index=False, border=0) if len(frame) else ""
+    more = f"<div>and {len(frame) - _SHOWN} more rows</div>\n" if len(frame) > _SHOWN else ""
+    drawn = f'<img alt="" style="max-width:100%" src="{source}">' if source else ""
+    return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{more}{drawn}'
+
+
 def study_page(
     title: str,
     facts: Mapping[str, str],
@@ -110,12 +147,6 @@ def study_page(
     HTML that stands by itself; raises as :func:`render`.
     """
     return render("study.html", title=title, facts=facts, pictures=pictures, parts=parts, tables=tables)
-
-
-def source(picture: bytes, kind: str = "svg") -> str:
-    """A picture as the source of an image of HTML."""
-    mime = {"png": "image/png", "svg": "image/svg+xml"}[kind]
-    return f"data:{mime};base64,{b64encode(picture).decode()}"
 
 
 def render(template: str, **values: object) -> str:
@@ -134,4 +165,4 @@ def render(template: str, **values: object) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(template).render({"writer": WRITER, "source": source} | values)
+    return environment.get_template(template).render({"writer": WRITER, "source": image_source} | values)

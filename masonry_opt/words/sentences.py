@@ -5,7 +5,7 @@ from math import inf
 from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason, Status
-from masonry_opt.answer.thresholds import LOWER, PLATEAU
+from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 from masonry_opt.words.names import blocks, do, pairs, verb
@@ -154,14 +154,6 @@ def _least_borne_out(v: dict[str, Any]) -> str:
     return f"the lowest load factor met that its own state bears out is {numeral(v['load_factor'], '.6g')}"
 
 
-def _exact(v: dict[str, Any]) -> str:
-    fall = v["fall"]
-    if fall is None or abs(fall) <= LOWER:
-        return "exact"
-    than = "below its start" if fall >= 0 else "above its start, which is not as exact"
-    return f"exact, {abs(fall):.1e} {than}"
-
-
 def _bracket(v: dict[str, Any]) -> str:
     # Of λ ≥ 0: what is less is rounding.
     return f"{max(v['bound'], 0.0) + 0.0:.6g} ≤ λ ≤ {max(v['load_factor'], 0.0) + 0.0:.6g}"
@@ -190,7 +182,6 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"a state found has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, not above zero: the scene "
         "carries its dead load from rest, but with the forces of that state it would fall by itself"
     ),
-    Code.BY_DUAL: "the solver ended short, and answered the dual, '{formulation}'",
     Code.STOPPED_SHORT: (
         "the solver stopped short of its tolerance ('{word}'): the certificate says what is left"
     ),
@@ -223,14 +214,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + ", has taken enough pressure off the joints"
         + ("; statics fix all forces, so there is no other load factor" if v["fixed"] else "")
     ),
-    Code.AT_MOST: lambda v: (
-        f"the scene collapses at no more than the associative load factor, "
-        f"{numeral(v['associative'], '.6g')}: beyond it no forces are in equilibrium"
-    ),
     Code.NOT_CERTIFIED: _not_certified,
-    Code.SUB_PROBLEMS: lambda v: f"in {counted(v['count'], 'sub-problem')}",
-    Code.EXACT_END: "with an exact state on their mechanism",
-    Code.NO_EXACT_END: "no state on their mechanism is exact: the certificate says what is left",
     Code.ABOVE_ASSOCIATIVE: "ended {by:.1e} above the associative bound, reported here",
     Code.FLOW_RULE_IDLE: (
         "the associative answer already obeys the joints' own flow rule (option 'always' looks for a lower "
@@ -256,17 +240,11 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "have locked; use an interior-point solver, or lower 'alpha'"
     ),
     Code.BEGAN_AGAIN: _began_again,
-    Code.LOCKED_ALL_THE_SAME: (
-        "sliding joints that dilate jam the blocks, so that they carry any multiple of the live load; "
-        "without dilatancy they can move, but no run of the loop tells at which load"
-    ),
     Code.LEAST_BORNE_OUT: _least_borne_out,
-    Code.ONE_PASS: lambda v: f"from a push in {counted(v['steps'], 'step')}",
     Code.PUSH_STOPPED: (
         "pushed from rest the scene came to no state ({word}; {steps} steps): method 'nonassociative' goes "
         "another way"
     ),
-    Code.TOO_LARGE: lambda v: f"with {_joints_or_points(v)} the loop is quicker than a push",
     Code.DILATANCY_FALLS: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
@@ -305,32 +283,16 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "(the last λ was {load_factor:.4g}): that is no collapse"
     ),
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
-    Code.RELAXED_FROM: "relaxed from ε = {epsilon:.0e}, larger ones could not be followed",
     Code.START_FAILED: "the loop to start from failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
-    Code.KEPT_RELAXATION: lambda v: (
-        f"forces and velocities kept are those of ε = {v['epsilon']:.0e}, λ = "
-        f"{numeral(v['load_factor'], '.6g')}, which is no answer: its complementarity gap is {v['gap']:.1e}"
-    ),
-    Code.KEPT_START: (
-        "no relaxation was solved; forces and velocities kept are those of the start: begin with a "
-        "smaller 'epsilon'"
-    ),
     Code.NOTHING_SOLVED: "no relaxation was solved: start from the loop, or with a smaller 'epsilon'",
-    Code.EXACT: _exact,
-    Code.STATIONARY: "stationary: no mechanism tried among the faces at yield lowers it",
-    Code.UNDECIDED: "for some mechanisms the solver could not tell whether they lower it",
     Code.STATES_MET: _states_met,
     Code.SEARCHED: lambda v: (
         f"searched for from {counted(v['candidates'], 'start')}"
         + (", interrupted" if v["interrupted"] else "")
     ),
-    Code.NOT_REFINED: lambda v: f"not refined: {_sentence(Code(v['why']), v)}",
-    Code.NO_STATICS: "no statics bring every face of a mechanism to yield",
-    Code.RESIDUAL: lambda v: f"the state found leaves residuals up to {max(v['residuals'].values()):.1e}",
-    Code.NO_KINEMATICS: "kinematics allow no mechanism",
-    Code.NO_PROGRAM: "no program of cones for its mechanism ended",
-    Code.NO_TIME: "the time was over before an exact state was found",
+    Code.NOT_REFINED: "not refined: no exact state was found",
+    Code.NO_TIME: "not refined: the time was over before an exact state was found",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",

@@ -166,7 +166,7 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         below = [piece for piece in pieces if piece.weight and piece.block in movable]
         weight = scene.thickness * sum(piece.weight for piece in below)
         blocks = counted(len({piece.block for piece in below}), "block")
-        said = [f"touches {counted(len(pieces), 'edge')}"]
+        said = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
         said.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
         spread = f"loads on the road spread by {fill.spread:g}° to the vertical"
         said.append("loads go straight down" if fill.spread is False else spread)
@@ -179,7 +179,8 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         else:
             said.append("no pressure")
         if fill.backing:
-            said.append(f"its backing touches {counted(sum(piece.zone for piece in pieces), 'edge')}")
+            backed = {piece.edge for piece in pieces if piece.zone}
+            said.append(f"its backing touches {counted(len(backed), 'edge')}")
         if fill.backing and fill.pressure:
             active, _, passive = fill.zones[1].coefficients
             said[-1] += f", pressure between {active:.4g} σ and {passive:.4g} σ, σ of both"

@@ -108,7 +108,7 @@ def test_a_state_below_zero_alone_is_no_load_factor_of_a_scene_that_rests():
     result = mo.solve(scene)
     assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)
     assert values_of(result, Code.BELOW_ZERO)["load_factor"] < 0
-    assert values_of(result, Code.AT_MOST)["associative"] == result.associative
+    assert f"upper bound {result.associative:.5g}" in result.summary
     assert Code.BELOW_ZERO in [said.code for said in result.expected_reasons]
     half = result.associative / 2
     assert load_carried(result.assembly.problem, [half]) == half

@@ -165,7 +165,7 @@ def test_nothing_is_claimed_where_the_live_load_works() -> None:
     """A loop that is stopped has no load factor, and the associative one is no answer."""
     result = mo.solve(WALLS[0], "nonassociative", max_iterations=2, remedies="none")
     assert (result.load_factor, values_of(result, Code.NO_WORK)) == (None, None)
-    assert values_of(result, Code.AT_MOST)["associative"] == pytest.approx(0.64286, abs=5e-6)
+    assert "upper bound 0.64286" in result.summary
 
 
 def test_what_barely_stands_is_not_wedged() -> None:

@@ -26,6 +26,7 @@ class Expectation:
     source: of λ: a closed form, another formulation, or what is wrong with it.
     why: a reason that must be given, such as the remedy that was taken: its code, and of its values what the
         text of the value must contain.
+    exact: whether it must be an exact state; of the loop, whether it must end with exact forces.
     names: what the error must name, where the scene must be refused.
     """
 
@@ -38,6 +39,7 @@ class Expectation:
     tolerance: float = 1e-6
     source: str = ""
     why: Reason | None = None
+    exact: bool = False
     names: str = ""
 
     @property
@@ -112,6 +114,8 @@ class Observation:
             return f"the error does not name {self.run.names}: {self.message}" if unnamed else ""
         if self.run.why and not any(map(self._shows, self.result.reasons)):
             return f"not given as a reason: {self.run.why.as_dict()}; given: {self.message}"
+        if self.run.exact and not (self.result.exact or self.result.solution.exact_end):
+            return f"no exact state: {self.result.certificate}"
         found, interval = self.result.load_factor, self.run.interval
         if interval and (found is None or not interval[0] <= found <= interval[1]):
             return f"λ = {found}, expected {interval[0]:.7g} to {interval[1]:.7g} ({self.run.source})"

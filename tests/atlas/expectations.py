@@ -81,9 +81,7 @@ def default(load_factor: float | tuple[float, float], source: str, only: bool = 
     if not (only or isinstance(load_factor, tuple)):
         load_factor = load_factor * (1 - LEAST), load_factor * (1 + PASS)
         source = f"{source}, to {100 * PASS:g} % above"
-    return Expectation(
-        Status.CONVERGED, "mcp", load_factor=load_factor, source=source, why=reason(Code.EXACT)
-    )
+    return Expectation(Status.CONVERGED, "mcp", load_factor=load_factor, source=source, exact=True)
 
 
 def references(

@@ -177,7 +177,7 @@ ENTRIES: tuple[Entry, ...] = (
         pebble(1e4, push_both=False),
         (
             *associative(Status.OPTIMAL, 0.4, "μ"),
-            *loops(Status.CONVERGED, 0.4, "μ", why=reason(Code.EXACT_END)),
+            *loops(Status.CONVERGED, 0.4, "μ", exact=True),
             Expectation(
                 Status.CONVERGED,
                 options={"start": "cohesive"},
@@ -186,7 +186,7 @@ ENTRIES: tuple[Entry, ...] = (
                 source="μ",
                 why=reason(Code.BEGAN_AGAIN, remedies="solver=highs-ipm"),
             ),
-            Expectation(Status.CONVERGED, "refined", load_factor=0.4, source="μ", why=reason(Code.EXACT)),
+            Expectation(Status.CONVERGED, "refined", load_factor=0.4, source="μ", exact=True),
             default(0.4, "μ", only=True),
             Expectation(Status.SOLVER_FAILED, "mpec", why=reason(Code.NOT_CERTIFIED)),
             Expectation(

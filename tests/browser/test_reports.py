@@ -4,6 +4,7 @@ import itertools
 
 import pytest
 from comparisons import made_up
+from loads.overhang import OVERHANG, axles
 from pages import sticking_out
 from scenes import block_on_floor
 from selenium.webdriver.support.wait import WebDriverWait
@@ -129,3 +130,47 @@ def test_nothing_of_a_report_moves_sideways(browser, tmp_path, width):
     chromium.get((tmp_path / "report.html").as_uri())
     assert sticking_out(chromium) == []
     assert all(image.get_property("naturalWidth") for image in chromium.find_elements("css selector", "img"))
+
+
+@pytest.fixture
+def on_paper(browser):
+    """Lays a page out as a printer would, on A4 upright or across."""
+    chromium = browser(1280)
+
+    def laid(path, across=False):
+        chromium.get(path.as_uri())
+        size = {"width": 1017 if across else 688, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+        chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        return chromium
+
+    yield laid
+    chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+    chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_pages_print_whole(on_paper, comparison_page, tmp_path):
+    """No table is cut or rolled, no control printed."""
+    mo.report(mo.solve(block_on_floor(), "static"), tmp_path / "report.html")
+    scene, _ = OVERHANG, mo.settle(OVERHANG, "support -0.5", (0, -1)).save(tmp_path / "settle.html")
+    mo.crossing(scene, axles(3.0), method="static").save(tmp_path / "crossing.html")
+    for path in (comparison_page, *sorted(tmp_path.glob("*.html"))):
+        printed = on_paper(path, across=path == comparison_page)
+        assert sticking_out(printed) == [], path
+        rolled = (
+            "return [...document.querySelectorAll('.table')].filter(box =>"
+            "box.scrollHeight > box.clientHeight + 1).length"
+        )
+        assert printed.execute_script(rolled) == 0
+        assert printed.execute_script(_BOXES, "input") in ([], [[0, 0, 0, 0]])
+
+
+def test_a_picture_stands_for_what_turns_on_paper(on_paper, tmp_path):
+    mo.solve(mo.extrude(block_on_floor(), 1.0), "static").save(tmp_path / "space.html")
+    printed = on_paper(tmp_path / "space.html")
+    assert sticking_out(printed) == []
+    assert printed.execute_script("return document.querySelectorAll('.solids canvas').length") == 1
+    shown = "return [...document.querySelectorAll(arguments[0])].filter(one => one.offsetHeight).length"
+    hidden = (".solids canvas", ".controls", ".keys", ".joint")
+    assert [printed.execute_script(shown, part) for part in hidden] == [0] * len(hidden)
+    assert printed.execute_script(shown, ".solids img") == 1

@@ -75,6 +75,14 @@ def test_what_is_drawn_at_a_floor_is_told(drawn):
     assert "drawn there" not in gap.notes
 
 
+def test_without_a_yardstick_there_is_no_chart_of_accuracy():
+    """None of a question of which no scene has one, and no panel of a scene that has none."""
+    rows = [line(scene=scene, method="mcp", load_factor=0.8) for scene in "ab"]
+    assert charts(frames.summary(rows, {}, {}, {})) == []
+    (drawing,) = charts(frames.summary(rows, {}, {"a": BestKnown(0.8, "refined")}, {}))
+    assert {*drawing.chart.data["scene"]} == {"a"}
+
+
 def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
     rows = [
         line(scene="a", method="mcp", load_factor=0.8),

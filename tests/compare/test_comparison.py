@@ -95,7 +95,7 @@ def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
     killed = TaskEnd(TIME_LIMIT, "over 30 s", seconds=30.0, peak=100.0)
     _, result = run(tmp_path, monkeypatch, end=killed)
     assert set(result.summary["reason"]) == {"time limit: over 30 s"}
-    assert all(drawing.on_page() for drawing in charts(result.summary))  # of failures alone
+    assert charts(result.summary) == []  # failures alone have no accuracy
     machine, _ = run(tmp_path, monkeypatch)
     assert machine.runs == []
     machine, _ = run(tmp_path, monkeypatch, limits=RunLimits(time=60, memory=4000, repeats=1))

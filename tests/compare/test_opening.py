@@ -95,8 +95,9 @@ def test_the_page_opens_with_the_table_and_ends_with_definitions(comparison):
 
 def test_a_scene_in_space_has_numbers(tmp_path):
     """A box slides at friction, which feasible points of the cone say from both sides."""
-    mo.save(pushed_box((2.0, 2.0, 1.0), 0.5, 7.5), tmp_path / "slides.toml")
-    found = mo.compare([tmp_path / "slides.toml"], methods=["static"], solvers=["clarabel"], repeats=1)
+    case = tmp_path / "slides.toml"
+    mo.save(pushed_box((2.0, 2.0, 1.0), 0.5, 7.5), case)
+    found = mo.compare([case], methods=["static"], solvers=["clarabel"], repeats=1, out=tmp_path)
     (bounds,) = found.bounds.values()
     assert bounds.middle == pytest.approx(0.5, rel=1e-8)
     assert bounds.width < 1e-8

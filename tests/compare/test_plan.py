@@ -3,6 +3,7 @@
 import dataclasses
 
 import pytest
+from scenes import two_blocks
 
 import masonry_opt as mo
 from masonry_opt.solvers.registry import SOLVERS
@@ -62,3 +63,8 @@ def test_a_solver_that_is_not_installed_is_left_out_with_what_to_install(monkeyp
 def test_wrong_names_are_refused(arguments, message):
     with pytest.raises(mo.OptionError, match=message):
         plan(*arguments)
+
+
+def test_a_scene_made_in_python_is_to_be_saved_first():
+    with pytest.raises(mo.OptionError, match=r"mo\.save"):
+        mo.compare([two_blocks()])

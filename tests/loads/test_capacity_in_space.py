@@ -11,6 +11,8 @@ from scenes import CASES, block_on_floor, run_command, solved
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import OptionError
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import Verdict
 
 SPECTRUM = ((0.0, 0.2), (0.15, 0.5), (4.0, 0.03))
 #: Of a curve against a closed form, and of the onset that a solver found.
@@ -54,6 +56,22 @@ def test_as_the_plane_s_on_extruded_scenes(scene):
     assert (last.x, last.z) == pytest.approx((0.6, 0.0), abs=CLOSE)
     assert last.angle == pytest.approx(space.table["rotation"].iloc[-1])
     assert {*space.joints()["state"]} <= {"hinged", "closed"}
+
+
+def test_statics_are_asked_again_without_presolve(monkeypatch):
+    """Of a front of 91 stones simplex ended in an error on what presolve had left."""
+    scene = mo.extrude(block_on_floor(0.6, 3.0, friction=3.0), 0.5)
+    whole, run, asked = followed(scene), HighsSession.run, []
+
+    def fails(session, *given):
+        asked.append(session._highs.getOptionValue("presolve")[1])
+        return run(session, *given) if asked[-1] == "off" else Verdict.FAILED
+
+    monkeypatch.setattr(HighsSession, "run", fails)
+    again = mo.capacity(solved(scene, "static"), steps=10)
+    assert {*asked} == {"choose", "off"}
+    assert again.end.code is Code.REACHES_ZERO
+    assert again.table["load_factor"].to_numpy() == pytest.approx(whole.table["load_factor"].to_numpy())
 
 
 @pytest.mark.parametrize("plan", [0.0, 0.7], ids=["along x", "oblique"])

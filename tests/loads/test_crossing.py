@@ -7,6 +7,7 @@ import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, interrupts, slab, support
 
 import masonry_opt as mo
+from masonry_opt.analysis import Session
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.solution import Solution
@@ -60,6 +61,30 @@ def test_interrupted_it_keeps_the_positions_solved_by_then(method):
     assert sorted(found.table["position"]) == sorted(told)
     assert found.bound is None
     assert found.as_dict()["interrupted"]
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, monkeypatch):
+    """The worst position is solved once more, for the load to expect, which is then missing."""
+    whole = mo.crossing(OVERHANG, axles(3.0), method=method, expected=False)
+    solve, asked = Session.solve, []
+
+    def ends(session, scene, *given):
+        asked.append(scene)
+        if len(asked) == len(first):
+            raise KeyboardInterrupt
+        return solve(session, scene, *given)
+
+    first = ["stands", "first look", "last"] if method == "static" else ["stands", "last"]
+    monkeypatch.setattr(Session, "solve", ends)
+    found = mo.crossing(OVERHANG, axles(3.0), method=method)
+    assert len(asked) == len(first)
+    assert found.load_factor == pytest.approx(whole.load_factor, rel=1e-9) == pytest.approx(WEIGHT / 3)
+    assert (found.position, found.bound, found.interrupted) == (whole.position, whole.bound, False)
+    assert found.worst.expected is None
+    assert found.worst.joints["n"].to_numpy() == pytest.approx(whole.worst.joints["n"].to_numpy(), abs=1e-6)
+    assert found.worst.assembly.scene == whole.worst.assembly.scene
+    assert "least λ" in str(found)
 
 
 def test_positions_without_an_answer_are_told_and_end():

@@ -255,6 +255,8 @@ def test_a_wall_that_retains_fill_over_backing(push, factor):
             assert ("of the load case" in summary(found)) == (factor != 1)
     alone = mo.solve(made, "mcp", load_case="b")
     assert alone.load_factor == pytest.approx(expected, rel=1e-7)
+    # The wall's face is cut at the backing's line, and is one edge, as is the ground beside.
+    assert "touches 2 edges" in summary(alone)
     assert "its backing touches 2 edges" in summary(alone)
 
 

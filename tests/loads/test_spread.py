@@ -118,7 +118,7 @@ def test_rays_one_by_one_come_to_the_same():
         count = int(rng.integers(1, 7))
         x, line = np.sort(rng.uniform(-2, 2, count + 1)), rng.uniform(0.6, 1.0, count + 1)
         pairs = [np.column_stack([of[:-1], of[1:]]) for of in (x, line)]
-        profile = Profile(pairs[0], rng.uniform(-2, 0.5, (count, 2)), pairs[1], np.arange(count))
+        profile = Profile(pairs[0], rng.uniform(-2, 0.5, (count, 2)), pairs[1], *(2 * [np.arange(count)]))
         tangent, at = rng.uniform(0.2, 1.5), rng.uniform(x[0], x[-1])
         share, moment = spread(profile, np.array([at]), tangent)
         by_rays = rays(profile, at, tangent, float(np.interp(at, x, line)))

@@ -92,7 +92,7 @@ def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
     if reference.wall.__name__ == "corner_wall":
         # Of these walls the flow rule decides: nothing associative is called Coulomb's.
         assert result.load_factor < result.expected < 0.95 * result.associative
-        assert Code.EXACT in [reason.code for reason in result.reasons]
+        assert result.exact
         if known:
             assert result.load_factor <= 1.10 * known
 

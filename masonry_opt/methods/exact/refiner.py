@@ -19,7 +19,6 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
-from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import WEIGHT, alternated
@@ -114,8 +113,6 @@ class StateFinder(ABC):
     Attributes
     ----------
     deadline: time of ``time.perf_counter`` from which every program raises OutOfTime.
-    why: why forces last led to no state.
-    left: residuals too large for the state that forces last led to; empty if it was taken.
     undecided: programs of the last descent that the solver neither solved nor found infeasible. With any of
         them it is not known that nothing lowers λ; None where nothing is known of what does.
     size: of a linear program that is solved again and again.
@@ -123,8 +120,6 @@ class StateFinder(ABC):
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort, self.deadline = problem, effort, inf
-        self.why = Code.NO_STATICS
-        self.left: dict[str, float | None] = {}
         self.undecided: int | None = None
         self.size: LpSize | None = None
 
@@ -221,7 +216,6 @@ class Refiner(StateFinder):
         None if they lead to none, or its certificate does not bear it out: a joint without normal force that
         contracts in both senses at once meets every row of the programs, and no flow rule.
         """
-        self.left = {}
         state, lower = None, self.first(q)
         while lower is not None and (state is None or not lower.load_factor <= ZERO < state.load_factor):
             state, lower = lower, self._lower(lower)
@@ -229,10 +223,10 @@ class Refiner(StateFinder):
             return None
         answer, below = self._certified(state), inf
         left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-        self.left = answer.failing(Kind.ONE_PASS if self._roughly and left <= _LEFT else Kind.EXACT)
+        failing = answer.failing(Kind.ONE_PASS if self._roughly and left <= _LEFT else Kind.EXACT)
         if lower is not None and self._certified(lower).exact:
             below = inf if weightless(self.problem, lower.load_factor, lower.d) else lower.load_factor
-        return None if self.left else replace(state, answer=answer, below=below)
+        return None if failing else replace(state, answer=answer, below=below)
 
     def _certified(self, state: ExactState) -> Answer:
         return certified(self.problem, state.load_factor, state.q, state.d)
@@ -244,12 +238,10 @@ class Refiner(StateFinder):
         choose faces whose yield is one condition but for rounding, and then from the forces that come nearest
         (least p·z).
         """
-        self.why = Code.NO_STATICS
         for at_random in (*[True] * self._small, *[False] * _REPAIRS):
             cost = np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep
             found = self.mechanism(cost + cost.mean() * self._random if at_random else cost)
             if found is None:
-                self.why = Code.NO_KINEMATICS
                 return None
             d, p = found
             exact = self.least(p, d)
@@ -329,15 +321,8 @@ class ConeRefiner(StateFinder):
     """By alternation: what holds λ up is not known, states have no neighbours."""
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        self.why = Code.NO_PROGRAM
-        answer = alternated(self.problem, q, None, self.effort, self._follow)
-        if answer:
-            self.left = answer.failing(Kind.EXACT)
-        if answer is None or self.left:
+        answer = alternated(self.problem, q, None, self.effort, lambda _: self.check_time())
+        if answer is None or answer.failing(Kind.EXACT):
             return None
         nothing = np.zeros(self.problem.faces)
         return ExactState(answer.load_factor, answer.q, answer.d, nothing, nothing, nothing, answer)
-
-    def _follow(self, last: Answer | None) -> None:
-        self.left = last.failing(Kind.EXACT) if last else {}
-        self.check_time()

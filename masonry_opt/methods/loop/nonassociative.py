@@ -195,7 +195,7 @@ def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution
         solution = solution.telling(least)
     if remedies:
         if kept.failure is Status.LOCKED:
-            solution = replace(solution, reasons=(reason(Code.LOCKED_ALL_THE_SAME),))
+            solution = replace(solution, reasons=(reason(Code.DILATANCY_LOCKS),))
         again = reason(Code.BEGAN_AGAIN, first=str(runs[0].failure), remedies=remedies, in_vain=not decided)
         solution = solution.telling_first(again) if decided else solution.telling(again)
     history = tuple(entry for ran in runs for entry in ran.solution.history)

@@ -198,16 +198,13 @@ class _Run:
                 end = rough_end(problem, state, solver, effort)
         if end is None:
             return None
-        ended = self.ending.ended(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(self.load_factors))
-        return replace(ended, found=end, exact_end=True).telling(reason(Code.EXACT_END))
+        return replace(self.ending, status=Status.CONVERGED, found=end, exact_end=True)
 
     def _converged(self, last: SubProblem) -> Solution:
         """The end where λ stood still, with step 6's correction."""
         state = last.optimum
-        ended = self.ending.ended(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(self.load_factors))
+        ended = replace(self.ending, status=Status.CONVERGED)
         load_factor = corrected(self.problem, last)
-        if self.parameters.finish:
-            ended = ended.telling(reason(Code.NO_EXACT_END))
         # No state with less dilatancy exceeds the associative load factor, where that is known.
         known = self.parameters.start == "associative" and self.parameters.tolerance is None
         if known and load_factor > self.load_factors[0]:

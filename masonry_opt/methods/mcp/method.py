@@ -8,7 +8,7 @@ from pydantic import Strict
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.infeasibility import Existence
-from masonry_opt.answer.reasons import Code, Status, reason, size_of
+from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.associative import associative, with_associative
@@ -52,17 +52,9 @@ def mcp(task: Task) -> Solution:
     Scenes of more than 3000 joints (in space contact points) are for the loop, and those whose dilatancy
     falls with stress.
     """
-    if task.problem.dilatancy_depends_on_stress:
-        return _by_loop(task, Code.DILATANCY_FALLS)
-    if task.problem.joints > PUSHED_UP_TO:
-        return _by_loop(task, Code.TOO_LARGE)
+    if task.problem.dilatancy_depends_on_stress or task.problem.joints > PUSHED_UP_TO:
+        return nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
     return _by_push(task)
-
-
-def _by_loop(task: Task, code: Code) -> Solution:
-    """The loop's solution; the code, with the number of joints, tells why it was asked."""
-    solution = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
-    return solution.telling_first(reason(code, **size_of(task.problem)))
 
 
 def _by_push(task: Task) -> Solution:
@@ -101,14 +93,9 @@ def _by_push(task: Task) -> Solution:
     answer = states.answer
     if answer is None:
         return _without(task, known, states.met.lowest, expected)
-    solution = replace(known, found=answer)
-    solution = solution.ended(Status.CONVERGED, Code.ONE_PASS, steps=len(expected.history))
-    if not solution.is_exact(task.problem):
-        solution = replace(solution, kind=Kind.ONE_PASS)
-    else:
-        fall = None if (first := expected.load_factor) is None else first - answer.load_factor
-        solution = solution.telling(reason(Code.EXACT, fall=fall))
-    return solution.telling(*states.met.reasons) if states.met.load_factors else solution
+    met = tuple(states.met.reasons) if states.met.load_factors else ()
+    solution = replace(known, found=answer, status=Status.CONVERGED, reasons=met)
+    return solution if solution.is_exact(task.problem) else replace(solution, kind=Kind.ONE_PASS)
 
 
 class _States:

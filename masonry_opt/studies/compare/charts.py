@@ -45,17 +45,19 @@ _FADED = alt.when(_CHOSEN[0], _CHOSEN[1]).then(alt.value(1)).otherwise(alt.value
 
 
 def charts(summary: pd.DataFrame) -> list[NamedChart]:
-    """Every chart of a summary (see :func:`~.frames.summary`); none of an empty one."""
+    """Every chart of a summary (see :func:`~.frames.summary`) that has errors to show."""
     if summary.empty:
         return []
-    asked = {*summary["question"]}
+    asked = {*summary["question"][summary["error"].notna()]}
     return [_time_error(summary, of) for of in _ERRORS if of in asked]
 
 
 def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
-    """Time against error, a panel a scene; runs that are not certified are letters in a band at the top."""
+    """Time against error, a panel a scene that has any; runs that are not certified are letters in a band at
+    the top."""
     summary = summary.assign(engine=summary["model"] + " · " + summary["solver"])
     rows = summary[summary["question"] == question]
+    rows = rows[rows["scene"].isin(rows["scene"][rows["error"].notna()])]
     certified = rows["verdict"] == judge.CERTIFIED
     low, high = _decades(rows[certified]["error"])
     first, last = _decades(rows["time"])

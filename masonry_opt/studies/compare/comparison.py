@@ -4,7 +4,7 @@ summary.csv, pictures, report.html."""
 import contextlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -84,7 +84,7 @@ def compare(
     found = find_scenes(named, folder)
     comparison = run_plan(found, planned, limits, out, progress, judge.best_known(found, folder))
     progress("report")
-    write_report(comparison, out)
+    comparison = replace(comparison, files=tuple(write_report(comparison, out)))
     ended = comparison.results["ended"]
     if len(ended) and ended.isin((CRASHED, DIED)).all() and not comparison.interrupted:
         ends = Counter(zip(ended, comparison.results["message"], strict=True))

@@ -1,7 +1,8 @@
 """What a comparison found, and the tables behind its charts and reports: medians, Pareto fronts, success."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,11 @@ import pandas as pd
 
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import counted, printable
+from masonry_opt.files import image_source
 from masonry_opt.studies.compare import judge
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.runs import RESIDUALS, CaseScene, RunPlan
-from masonry_opt.studies.writing import in_words
+from masonry_opt.studies.writing import in_words, notebook_html
 
 _PAIR = ["method", "model", "solver", "tolerance"]
 
@@ -135,6 +137,7 @@ class Comparison:
     summary: one row a scene and pair (see :func:`summary`).
     notes: further remarks, a line each.
     interrupted: whether runs are missing.
+    files: what was written: tables, charts, the report.
     """
 
     scenes: tuple[CaseScene, ...]
@@ -146,14 +149,26 @@ class Comparison:
     summary: pd.DataFrame
     notes: tuple[str, ...] = ()
     interrupted: bool = False
+    files: tuple[Path, ...] = field(default=(), repr=False, compare=False)
+
+    @property
+    def told(self) -> pd.DataFrame:
+        """The success table, in words."""
+        columns = ("method", "model", "solver", "tolerance", "scenes", *SUCCESS[1:])
+        return in_words(success(self.summary), FORMATS, columns).rename(columns=HEADINGS)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: notes, the success table, the first chart."""
+        charts = [file.read_bytes() for file in self.files if file.suffix == ".svg" and file.is_file()]
+        source = image_source(charts[0], "svg") if charts else ""
+        told = self.told if len(self.summary) else self.summary
+        return notebook_html(printable("\n".join(self.notes)), told, source)
 
     def __str__(self) -> str:
         """The success table, combinations left out, notes."""
         lines = []
         if len(self.summary):
-            columns = ("method", "model", "solver", "tolerance", "scenes", *SUCCESS[1:])
-            ended = in_words(success(self.summary), FORMATS, columns)
-            lines.append(ended.rename(columns=HEADINGS).to_string(index=False))
+            lines.append(self.told.to_string(index=False))
             lines.append(
                 f"\n{counted(len(self.scenes), 'scene')}; success: certified or named correctly;\n"
                 "median time and largest error: of the certified answers, each a median of "

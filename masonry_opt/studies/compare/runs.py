@@ -101,6 +101,8 @@ def content_of(scene: Scene) -> str:
 
 
 def _path(case: str | Path, folder: Path) -> Path:
+    if not isinstance(case, str | Path):
+        raise OptionError("compare takes case files, which each run reads: mo.save(scene, 'scene.toml')")
     path = Path(case)
     if path.exists() or path.suffix:
         return path

@@ -49,7 +49,8 @@ class Crossing(StudyAnswer):
     Attributes
     ----------
     worst: result at the worst position, as of :func:`~masonry_opt.analysis.solve` of a scene with the axles
-        there as loads of its blocks; of a scene that does not stand, that. It has the mechanism.
+        there as loads of its blocks; of a scene that does not stand, that. It has the mechanism. If that
+        last solve is interrupted it is what is known of the position, without a load to expect.
     passages: each group of axles in each direction in which it travelled.
     interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
     cases, left_out: names of load cases that name axles, and of those that leave them out.

@@ -119,8 +119,13 @@ def crossing(
             no_default = "interrupted"
         except MasonryError as error:
             no_default = str(error)
+    try:
+        result = session.solve(at_worst)
+    except KeyboardInterrupt:
+        known = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=at_worst)
+        result = session.result(known, worst.answers[worst.position], effort)
     return Crossing(
-        worst=session.solve(at_worst),
+        worst=result,
         passages=tuple(crossed),
         interrupted=interrupted,
         cases=cases,

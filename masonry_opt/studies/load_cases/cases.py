@@ -77,6 +77,10 @@ class Cases(StudyAnswer):
         numbers = dict.fromkeys(("load_factor", "expected", "associative"), "float64")
         return pd.DataFrame(rows).astype(numbers | {"status": "str"})
 
+    @property
+    def told(self) -> pd.DataFrame:
+        return self.table
+
     @cached_property
     def governing(self) -> str | None:
         found = {
@@ -106,14 +110,17 @@ class Cases(StudyAnswer):
     def details(self) -> str:
         return self._told([result.details for result in self.results.values()])
 
-    def _told(self, results: Iterable[str]) -> str:
+    def _said(self) -> str:
         of = self.to_draw
         head = f"{of.case}: {counted(len(self.results), self.what)}"
         governs = f"'{self.governing}' governs: {told_factor(of)}" if self.governing else "none governs"
         if self.left_out:
             governs += f"\nleft out: {', '.join(map(repr, self.left_out))}, for axles move: see 'crossing'"
+        return printable(f"{head}\n{governs}")
+
+    def _told(self, results: Iterable[str]) -> str:
         table = frame_text(self.table, "").strip("\n")
-        return printable("\n\n".join([f"{head}\n{governs}", table, *results]))
+        return printable("\n\n".join([self._said(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""

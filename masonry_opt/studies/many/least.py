@@ -100,6 +100,10 @@ class Threshold(StudyAnswer):
         return framed(rows, _OWN).astype({"holds": bool})
 
     @property
+    def told(self) -> pd.DataFrame:
+        return self.history[[*_OWN]]
+
+    @property
     def _kind(self) -> str:
         return "least" if self.least else "greatest"
 

@@ -211,6 +211,16 @@ class Sample(StudyAnswer):
         """Quantiles, fragility and sensitivity, by these names."""
         return {name: getattr(self, name)() for name in ("quantiles", "fragility", "sensitivity")}
 
+    @property
+    def told(self) -> pd.DataFrame:
+        return self.quantiles()
+
+    def _source(self) -> str:
+        # As above.
+        from masonry_opt.studies.charts import source
+
+        return source(self.drawing(KINDS[0]))
+
     def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
         """Draw the "fragility" curve or the "sensitivity" to what was drawn, as a chart of Altair.
 

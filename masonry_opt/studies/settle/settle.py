@@ -93,6 +93,10 @@ class Settlement(StudyAnswer):
         return pd.DataFrame(rows, columns=["end", *COLUMNS]).astype({"reaction": float})
 
     @property
+    def told(self) -> pd.DataFrame:
+        return self.table
+
+    @property
     def openings(self) -> pd.DataFrame:
         """A row a joint that opens or slides at the least reaction, the widest first: ``joint`` (its row in
         the result's ``joints``), ``first``, ``second``, ``x``, ``y`` (``z``) where it opens most, ``opening``

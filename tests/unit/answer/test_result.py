@@ -51,18 +51,15 @@ def test_overturning_block_turns_about_its_toe():
     assert block[["vx", "vy", "omega"]].to_numpy(float) == pytest.approx([1, 0.5, -1], abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("method", "kind", "code", "steps"),
-    [("nonassociative", "loop", "sub-problems", "count"), ("mcp", "exact", "one pass", "steps")],
-)
-def test_json_is_everything_a_result_says(method, kind, code, steps):
+@pytest.mark.parametrize(("method", "kind"), [("nonassociative", "loop"), ("mcp", "exact")])
+def test_json_is_everything_a_result_says(method, kind):
     result = mo.solve(two_blocks(), method)
     text = result.to_json()
     assert "NaN" not in text
     assert "Infinity" not in text
     answer = json.loads(text)
     assert answer["reasons"] == [reason.as_dict() for reason in result.reasons]
-    assert (answer["reasons"][0]["code"], answer["reasons"][0][steps]) == (code, len(result.history))
+    assert len(answer["history"]) == len(result.history)
     assert answer["kind"] == kind
     assert answer["solvers"] == result.solvers
     assert answer["certificate"] == result.certificate.as_dict()

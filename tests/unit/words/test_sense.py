@@ -79,6 +79,14 @@ def test_supports_that_touch_nothing():
     assert warned(block_on_floor(), Code.IDLE_SUPPORTS) == []
 
 
+def test_ground_below_a_fill_is_no_idle_support():
+    """It bears the fill, as the message on a fill above nothing asks for."""
+    scene = with_blocks(block_on_floor(), rectangle("ground", 6, -1, 15, 0))
+    fill = mo.Fill(road=[(0, 3), (15, 3)], unit_weight=18, pressure=False)
+    assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["ground"]}]
+    assert warned(scene.replace(fills=[fill]), Code.IDLE_SUPPORTS) == []
+
+
 #: Diagonal of the box round the block on a floor, 11 by 3.
 SIZE = 130**0.5
 
