@@ -82,7 +82,7 @@ class Code(StrEnum):
     # it first falls deep before the highest, and the largest share, or None.
     RAY = "ray"
     JAMS = "jams"  # the same
-    STILL_ELASTIC = "still elastic"  # give, load_factor, elastic: share of the work
+    GROWN = "grown"  # beyond: under which load blocks do not come to rest; None where not known; steps
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a push
     # Draws of stiffness and of self-stress, each range of loads to expect or None, without: pushes to no ray.
     SPREAD = "spread"

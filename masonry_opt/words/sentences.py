@@ -278,9 +278,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"of contacts, {_ranged(v['stress'])} from other self-stress"
         + (f" ({v['without']} of these pushes came to no collapse)" if v["without"] else "")
     ),
-    Code.STILL_ELASTIC: (
-        "with contacts that give by {give:.0e} of the motion {elastic:.0%} of the load's work is elastic "
-        "(the last λ was {load_factor:.4g}): that is no collapse"
+    Code.GROWN: lambda v: (
+        "a growing load is carried so far, with contacts that remember slip"
+        + ("" if v["beyond"] is None else f"; under {numeral(v['beyond'], '.4g')} blocks do not come to rest")
     ),
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
     Code.START_FAILED: "the loop to start from failed",

@@ -28,7 +28,7 @@ _BOUNDS = (
 )
 
 #: Codes that tell what was tried, and nothing of the scene.
-_TRIED = (Code.STILL_ELASTIC, Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
+_TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
 #: Ties and props that are told of.
 _TIES = 4

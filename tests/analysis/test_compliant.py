@@ -12,8 +12,8 @@ from scenes_in_space import box_on_floor
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.push import compliant
-from masonry_opt.methods.push.push import Elastic, Ended
+from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.push.pushed import Ended
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import State
@@ -66,20 +66,14 @@ def without_ray(monkeypatch):
 
 
 @pytest.mark.parametrize("scene", [two_blocks(), box_on_floor((2, 2, 1), 0.5)], ids=["plane", "space"])
-def test_without_a_ray_the_state_that_it_came_to_is_compared_with_a_softer_one(request, scene):
+def test_without_a_ray_the_load_grows_as_far(request, scene):
+    """To where blocks move on, at a λ that stays."""
     ray = solved(scene, "compliant").load_factor
     request.getfixturevalue("without_ray")
-    result = mo.solve(scene, "compliant", expected=False)
-    told = values_of(result, Code.PLATEAU)
-    assert (told["give"], told["softer"], told["steps"]) == (1e-6, 10, len(result.history))
-    assert result.load_factor == pytest.approx(ray, rel=1e-5)
-
-
-def test_where_nearly_all_work_stays_elastic_that_is_the_reason(monkeypatch, without_ray):
-    monkeypatch.setattr(compliant, "_elastic_share", lambda _: 0.9)
-    result = mo.solve(two_blocks(), "compliant")
-    assert (result.load_factor, code(result)) == (None, Code.STILL_ELASTIC)
-    assert values_of(result, Code.STILL_ELASTIC)["elastic"] == 0.9
+    result = mo.solve(scene, "compliant")
+    told = values_of(result, Code.GROWN)
+    assert (told["beyond"], told["steps"]) == (None, len(result.history))
+    assert result.load_factor == pytest.approx(ray, rel=1e-6)
     assert result.associative is not None
 
 

@@ -24,7 +24,8 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import alternated
 from masonry_opt.methods.mcp import method
-from masonry_opt.methods.push.push import Elastic, Ended, Pushed
+from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.push.pushed import Ended, Pushed
 
 WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
 #: What "exact" means: every part of the certificate.

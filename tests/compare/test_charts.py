@@ -104,10 +104,3 @@ def test_pictures_hold_every_point_and_are_the_same_from_run_to_run(drawn):
         points = int((marks["letter"] == "").sum() + marks["below"].sum())
         assert files[f"{name}.svg"].count('aria-roledescription="point"') == points
     assert pictures([drawn[names[0]]]).items() <= files.items()
-
-
-def test_pictures_show_runs_of_which_none_is_certified():
-    """The legend of methods would be empty, and the picture of no finite size."""
-    rows = [line(scene="a", wall=1.0, ended="time limit") | {"load_factor": None}]
-    (drawing,) = charts(frames.summary(rows, {}, {}, {}))
-    assert ">T</text>" in pictures([drawing])["time_error_associative.svg"]

@@ -30,7 +30,8 @@ from masonry_opt.errors import OptionError
 from masonry_opt.methods.push import matrix
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
-from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep
+from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.push.pushed import Ended, Pushed, PushStep
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble

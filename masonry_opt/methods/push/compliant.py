@@ -13,13 +13,14 @@ from typing import Annotated, Any
 
 from pydantic import Field, Strict, model_validator
 
-from masonry_opt.answer.acceptance import SMALLEST, Kind, over_load_factor
+from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
-from masonry_opt.answer.solution import GivingState, Solution
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.push.keyframes import way
-from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elastic_of
+from masonry_opt.methods.push.push import Elastic, elastic_of
+from masonry_opt.methods.push.pushed import Ended, Pushed, PushStep
 from masonry_opt.methods.push.spread import spread
 from masonry_opt.methods.task import Options, Task
 
@@ -29,15 +30,8 @@ PUSHED_UP_TO = 3000
 #: Displacement at which contacts are soft still: in space alone their forces lead to lower states at times.
 SOFT = 3e1
 
-#: Displacements at which a state is looked for where the push comes to no ray, in turn: at the first contacts
-#: of large façades give too much still.
-_TRIED = 1e6, 1e7, 1e5, 1e4, 1e3, 1e2
-
 #: How much softer contacts are with which a state is compared, and the states of a curve at most.
 _SOFTER, _ON_CURVE = 10.0, 100
-
-#: Elastic share of the live load's work above which a state is of no collapse.
-_ELASTIC = 0.5
 
 
 class CompliantOptions(Options):
@@ -112,15 +106,15 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
         peak = pushed.peak or 0.0
         told["peak"] = peak if peak > answer.load_factor * (1 + PLATEAU) + ZERO else None
         return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told)
-    tried = [asked] if asked else _TRIED if pushed.ended is not Ended.BACK else ()
-    found_at = (elastic.at(pushed, u) for u in tried)
-    state = next((one for one in found_at if one and not one.answer.failing(Kind.COMPLIANT)), None)
-    if state is None:
+    growth = pushed.growth
+    state = elastic.at(pushed, asked) if asked else elastic.carried(growth) if growth else None
+    if state is None or state.answer.failing(Kind.COMPLIANT):
         return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=str(pushed.ended), steps=steps)
-    found, elastic_share = state.answer, _elastic_share(state)
-    if asked is None and elastic_share > _ELASTIC:
-        said = {"load_factor": found.load_factor, "give": state.give, "elastic": elastic_share}
-        return solution.ended(Status.SOLVER_FAILED, Code.STILL_ELASTIC, **said)
+    found = state.answer
+    if growth is not None:
+        known = growth.beyond is not None and growth.beyond > growth.carried
+        beyond = growth.beyond / elastic.problem.live_norm if known else None
+        return replace(solution, found=found).ended(Status.CONVERGED, Code.GROWN, beyond=beyond, steps=steps)
     before = elastic.at(pushed, 1 / (_SOFTER * state.give))
     change = None
     if before is not None:
@@ -144,11 +138,3 @@ def _with_curve(elastic: Elastic, pushed: Pushed, ending: Solution) -> Solution:
     load_factors = [state.answer.load_factor for state in curve]
     told = {"peak": max(load_factors), "last": load_factors[-1], "left_out": len(states) - len(curve)}
     return ending.telling(reason(Code.CURVE, states=len(curve), **told))
-
-
-def _elastic_share(state: GivingState) -> float:
-    """Elastic energy E (q - q₀)·(q - q₀), over the live load's work."""
-    answer, problem = state.answer, state.problem
-    work = max(abs(answer.load_factor), SMALLEST) * problem.live_norm
-    more = answer.q if problem.settled is None else answer.q - problem.settled
-    return float(more @ (problem.compliance * more)) / work

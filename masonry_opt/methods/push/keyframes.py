@@ -7,7 +7,8 @@ import numpy as np
 from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.solution import Way
 from masonry_opt.answer.thresholds import PLATEAU
-from masonry_opt.methods.push.push import Elastic, Pushed
+from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.push.pushed import Pushed
 
 #: Keyframes, and how many times as far a path is shown as up to where λ stays.
 KEYFRAMES, _AGAIN = 60, 3.0

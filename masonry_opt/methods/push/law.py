@@ -22,6 +22,9 @@ _STEPS, _FOUND = 60, 1e-13
 #: least slack over strength that numbers still tell.
 _FALLS, _SHARE, _SLACK = 0.1, 0.95, 1e-12
 
+#: Slip that is not past, in roundings of the law: with less, forces that hardly slip would fade.
+_CORNER = 10.0
+
 #: Added to the diagonal of B Bᵀ, for blocks that some motion finds no force against.
 _REGULARISATION = 1e-12
 
@@ -120,6 +123,15 @@ class Rounded:
             below, under = self._positive(self.lowest - trial[2, c:])
             forces[2, c:], rates[2, 2, c:] = trial[2, c:] - above + below, 1 - over - under
         return forces, rates
+
+    def without_slip(self, trial: np.ndarray) -> np.ndarray:
+        """Trial forces, shape (3, m), that lead to the same forces without a slip but in rounded corners."""
+        held, joints = trial.copy(), slice(self.joints)
+        limit = self.cohesion + self.friction * self.forces(trial)[0][: self.points, joints].sum(axis=0)
+        shears = held[self.points :, joints]
+        size, most = np.sqrt((shears**2).sum(axis=0)), limit + _CORNER * self.rounding
+        shears *= np.where(self.slides & (size > most), most / np.maximum(size, most), 1.0)
+        return held
 
     def _positive(self, of: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The positive part of numbers, rounded, and its derivative."""

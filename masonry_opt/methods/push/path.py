@@ -40,6 +40,9 @@ _ROUND = 2.0
 #: Newton's steps to a state at most, and the shortest share of one; and steps uphill at most.
 _STEPS, _SHORTEST, _UPHILL = 60, 1e-6, 20
 
+#: Steps in which a state must come nearer by this share, or is given up.
+_PATIENCE, _NEARER = 8, 0.3
+
 #: Rounding, in mean forces, falls to the last by a factor, or else by its roots up to another.
 _FALLS, _GENTLE, _LAST = 0.1, 0.4, 1e-9
 
@@ -75,6 +78,7 @@ class Curve:
     rest: forces that contacts give from, shape (3, m).
     dead, live: loads, shape (3b,).
     unit: mean force.
+    damping: what resists a displacement beside the contacts, over their stiffness.
     """
 
     law: Rounded
@@ -83,6 +87,7 @@ class Curve:
     dead: np.ndarray
     live: np.ndarray
     unit: float
+    damping: float = 0.0
 
     def rounded_by(self, rounding: float) -> "Curve":
         """The same, its law rounded by so many mean forces."""
@@ -123,6 +128,14 @@ class Curve:
         """The same, its displacements counted from there: trial forces keep their digits far from rest."""
         return replace(self, rest=self.rest + self._moves(d))
 
+    def slipped(self, d: np.ndarray) -> "Curve":
+        """The same, its slip past too: what moves back does not slip back."""
+        return replace(self, rest=self.law.without_slip(self.rest + self._moves(d)))
+
+    def moves(self, d: np.ndarray) -> float:
+        """How far contacts move, in motions under the mean force."""
+        return self._size(self._moves(d))
+
     def along(self, d: np.ndarray) -> np.ndarray:
         """d' and λ' per unit of u, shape (3b + 1,), once more of what the joints' own equations leave: S, a
         sum over joints, has lost what is small beside their stiffnesses."""
@@ -147,9 +160,16 @@ class Curve:
         """What is left of equilibrium, shape (3b,)."""
         return self._at(d, load_factor)[0]
 
+    def unbalanced(self, d: np.ndarray, load_factor: float) -> float:
+        """Its mean size, in mean forces."""
+        return self._size(self.left(d, load_factor))
+
     def _at(self, d: np.ndarray, load_factor: float) -> tuple[np.ndarray, np.ndarray]:
         """What is left of equilibrium, and stiffnesses, shape (3, 3, m)."""
-        forces, rates = self.law.forces(self.rest + self._moves(d))
+        moves = self._moves(d)
+        forces, rates = self.law.forces(self.rest + moves)
+        if self.damping:
+            forces, rates = forces + self.damping * moves, rates + self.damping * np.eye(3)[:, :, None]
         left = self.matrix.B @ forces.ravel() + load_factor * self.live + self.dead
         return left, rates * self.law.stiffness
 
@@ -198,8 +218,9 @@ class Curve:
         steps, each as long as it lowers what is left; None if that ends before nothing is."""
         live = None if row is None else self.live
         left, stiffness = self._at(d, load_factor)
-        size, done = self._size(np.append(left, short)), 0
-        while size > _EXACT and done < _STEPS:
+        size, sizes = self._size(np.append(left, short)), list[float]()
+        enough, found = (_ON_PATH, _ON_PATH) if self.damping else (_EXACT, _STATE)
+        while size > enough and len(sizes) < _STEPS:
             step, length = self.matrix.factors(stiffness, live, row).solve(np.append(left, short)), 1.0
             while length > _SHORTEST:
                 further, load = d + length * step[:-1], load_factor + length * step[-1]
@@ -210,11 +231,12 @@ class Curve:
                 length /= 2
             else:
                 break
-            slow = size < _STATE and after > size / 4
-            d, load_factor, size, done = further, load, after, done + 1
-            if slow:
+            slow = size < found and after > size / 4
+            d, load_factor, size = further, load, after
+            sizes.append(size)
+            if slow or (len(sizes) > _PATIENCE and size > _NEARER * sizes[-_PATIENCE]):
                 break
-        return (d, load_factor) if size < _STATE else None
+        return (d, load_factor) if size <= found else None
 
     def points(self, d: np.ndarray, load_factor: float, most: int) -> Iterator[Point]:
         """Points from one on, λ growing at first, until steps are too short, or the way is too long."""

@@ -6,34 +6,31 @@ changes along the path, on a ray, its direction is a collapse mechanism, and the
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import count, pairwise
 from math import inf
 
 import numpy as np
 
+from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.solution import GivingState
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.effort import Effort
+from masonry_opt.methods.push.growth import Growth, grown
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
 from masonry_opt.methods.push.path import Curve, Point
+from masonry_opt.methods.push.pushed import Ended, Pushed, PushStep
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 
 #: Roundings of the law on paths, in mean forces, in turn where one stops short; in searches, and on scenes of
-#: more than 500 joints: of 88 scenes the rougher path leads to the rays of the other in .57 of the time, but
-#: where it folds its highest λ is lower. And of more joints still, by dimension, where sharper corners turn
-#: a path thousands of times: on walls of 800 blocks, with openings or without, and on the façade of 2 × 6
-#: these come in 110 to 450 points to a plateau, others in 680 and more or not; on rubble it is others that
-#: come to an end, and in space λ is nearer to contact dynamics by these. ``_LARGE`` has both numbers
-#: of joints, in the plane and in space.
-_ROUNDINGS, _ROUGHER, _ROUGHEST = (0.01, 0.1, 0.3), (0.1, 0.01), (1.0, 0.1)
-_LARGE = {2: (500, 1900), 3: (500, 3000)}
+#: more joints than follow: of 88 scenes the rougher path leads to the rays of the other in .57 of the time,
+#: but where it folds its highest λ is lower. A load that grows is asked for at the end.
+_ROUNDINGS, _ROUGHER, _LARGE, _GROWN = (0.01, 0.1), (0.1, 0.01), 500, 0.03
 _SETTLING = (0.01, 0.1)  # settle 37 and 40 of 40 rubble walls of 60 and 200 stones, and the same small scenes
 
 #: Roundings under which hardly any path stops; to which one's state is sharpened, by which factor at least,
@@ -46,9 +43,9 @@ _BLURRED, _WELL = 1e-5, 1e-11
 #: Rounding to which the highest λ on the way is followed, and from how many of its turns.
 _SHARP, _TURNS = 1e-4, 3
 
-#: Points of a path at most; how many times as far the end is looked for again, and how often: the stiffness
-#: that gives directions falls as 1/u². And displacement to which a load is drawn back.
-_POINTS, _FURTHER, _LOOKS, _BACK = 1500, 3, 8, -1e6
+#: Points of a path at most, of large scenes too; how many times as far the end is looked for again, and how
+#: often: the stiffness that gives directions falls as 1/u². And displacement to which a load is drawn back.
+_POINTS, _OF_LARGE, _FURTHER, _LOOKS, _BACK = 1500, 300, 3, 8, -1e6
 
 #: Displacement under the dead load from which on nothing comes to carry it.
 _FALLEN = 1e10
@@ -61,79 +58,6 @@ _END_AND_FAR, _NO_EVENT, _LEFT = {2: (1e4, 1e3), 3: (1e6, 1.0)}, 1e-9, 0.1
 #: Elasticity of λ in u from which on it grows without end; how many times as far the path must go straight on
 #: then, and what it may leave there, over the forces there.
 _GROWS, _FAR_AND_WIDE, _STRAIGHT = 0.5, 1e3, 1e-9
-
-#: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load
-#: brings three down in contact dynamics at less than .92 of the highest λ; of 31 others none. And share of
-#: the largest λ below which no fall is.
-_DEEP, _TRIFLE = 0.1, 1e-2
-
-
-class Ended(StrEnum):
-    """How a push ends: on a ray on which the scene collapses, or friction jams, or the live load is drawn
-    back; without a state under the dead load; before an end is found."""
-
-    RAY = "ray"
-    JAM = "jam"
-    BACK = "the live load is drawn back"
-    NOT_SETTLED = "its contacts do not come to carry the dead load"
-    STOPPED = "no end was found"
-
-
-@dataclass(frozen=True)
-class PushStep:
-    """A point of the push.
-
-    Attributes
-    ----------
-    iteration: counted from 1.
-    displacement: u, in motions of a contact of mean size under the mean force.
-    load_factor: λ.
-    corrections: Newton's steps from the tangent onto the path.
-    """
-
-    iteration: int
-    displacement: float
-    load_factor: float
-    corrections: int
-
-
-@dataclass(frozen=True)
-class Pushed:
-    """A push from rest.
-
-    Attributes
-    ----------
-    ended: how.
-    steps, points: that it went through.
-    answer: the exact state at the ray.
-    peak: largest λ on the way, to which a load comes that grows, if it is above the end by more than load
-        factors that are the same differ by, else λ there; None without a load factor.
-    rounding: of the law, in mean forces.
-    """
-
-    ended: Ended
-    steps: tuple[PushStep, ...] = ()
-    points: tuple[Point, ...] = ()
-    answer: Answer | None = None
-    peak: float | None = None
-    rounding: float = 0.0
-
-    @property
-    def folds(self) -> int:
-        """How often the displacement turned."""
-        moves = np.diff([step.displacement for step in self.steps])
-        way = np.sign(moves[moves != 0])
-        return int((way[1:] != way[:-1]).sum())
-
-    @property
-    def deep_fall(self) -> tuple[float, float] | None:
-        """λ from which it first falls deep, to come higher later, and the largest share by which it does."""
-        path = np.array([0.0, *(step.load_factor for step in self.steps)])
-        path = path[: path.argmax() + 1]
-        path = path[np.maximum.accumulate(path) > _TRIFLE * path[-1]]
-        highest = np.maximum.accumulate(path)
-        deep = 1 - path / highest > _DEEP
-        return (float(highest[deep.argmax()]), float((1 - path / highest).max())) if deep.any() else None
 
 
 class Elastic:
@@ -221,16 +145,30 @@ class Elastic:
         its end counts."""
         if self.settled is None:
             return Pushed(Ended.NOT_SETTLED)
-        of_this = _LARGE[self.problem.layout.dimension]
-        large, very_large = (self.problem.joints > most for most in of_this)
-        enough = min(until, self._end_from) if very_large else until
-        for rounding in _ROUGHEST if very_large else _ROUGHER if rougher or large else _ROUNDINGS:
+        large = self.problem.joints > _LARGE
+        most = _OF_LARGE if large and until == inf else _POINTS
+        for rounding in _ROUGHER[: 1 if large else 2] if rougher or large else _ROUNDINGS:
             curve = self.curve.rounded_by(rounding)
-            found = self._followed(curve, self._at_rest(curve), follow, until)
-            came = bool(found.steps) and found.steps[-1].displacement >= enough
-            if found.ended is not Ended.STOPPED or came or len(found.steps) == _POINTS:
+            found = self._followed(curve, self._at_rest(curve), follow, until, most)
+            if found.ended is not Ended.STOPPED or len(found.steps) == most:
                 break
+        if found.ended is Ended.STOPPED and until == inf:
+            return self._grown(found, follow)
         return replace(found, peak=self._peak(curve, found))
+
+    def _grown(self, path: Pushed, follow: Callable[[PushStep], None]) -> Pushed:
+        """What becomes of a path that stops as the load grows all the same."""
+        unit, number = self.problem.live_norm, count(len(path.steps) + 1)
+        growth = grown(
+            self.curve.rounded_by(_GROWN), lambda u, load: follow(PushStep(next(number), u, load / unit, 0))
+        )
+        if growth is None:
+            return path
+        ended, answer, u = path.ended, None, float(self.curve.live @ growth.d)
+        if growth.beyond == growth.carried:
+            along = np.append(growth.d, 0.0) / growth.before.moves(growth.d)
+            ended, answer = self._end(growth.before, Point(growth.d, growth.carried, along, 1), u)
+        return replace(path, ended=ended, answer=answer, peak=growth.carried / unit, growth=growth)
 
     def beside(self) -> Iterator[Answer]:
         """States to which contacts of much rounder corners lead where a push stops, of each path an exact one
@@ -383,14 +321,25 @@ class Elastic:
 
     def _giving_state(self, rounding: float, point: Point, u: float) -> GivingState | None:
         """The state at u next to a point of the path, certified for its contacts."""
-        curve, still = self.curve.rounded_by(rounding).moved(point.d), np.zeros_like(point.d)
         short = u - float(self.curve.live @ point.d)
-        *_, last = (None, *curve.states(still, point.load_factor, short))
+        return self._sharpened(self.curve.rounded_by(rounding), point.d, point.load_factor, short, u)
+
+    def carried(self, growth: Growth) -> GivingState | None:
+        """The last state of a load that grows, certified for contacts that give from those before."""
+        curve = growth.before
+        return self._sharpened(curve, growth.d, growth.carried, 0.0, max(curve.moves(growth.d), SMALLEST))
+
+    def _sharpened(
+        self, curve: Curve, near: np.ndarray, load: float, short: float | None, unit: float
+    ) -> GivingState | None:
+        rest, curve = self._law.of_problem(curve.rest), curve.moved(near)
+        *_, last = (None, *curve.states(np.zeros_like(near), load, short))
         if last is None:
             return None
         curve, d, load = last
-        q, moved, gives = self._law.of_problem(curve.forces(d)), (point.d + d) / u, self.giving(1 / u)
-        return GivingState(1 / u, gives, certified(gives, load / self.problem.live_norm, q, moved))
+        gives = replace(self.giving(1 / unit), settled=rest)
+        q, moved = self._law.of_problem(curve.forces(d)), (near + d) / unit
+        return GivingState(1 / unit, gives, certified(gives, load / self.problem.live_norm, q, moved))
 
 
 def elastic_of(task: Task) -> Elastic:

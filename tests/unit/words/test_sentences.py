@@ -14,6 +14,7 @@ from masonry_opt.words.sentences import message, numeral
 VALUES = {
     "above": 1.44,
     "associative": 0.6,
+    "beyond": 0.6,
     "blocks": ["A"],
     "bound": 0.25,
     "by": 1e-6,

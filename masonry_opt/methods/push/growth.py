@@ -1,0 +1,117 @@
+"""A load that grows until blocks do not come to rest under it, where a path is too long to be followed.
+
+Contacts remember slip. The live load's displacement grows by steps as long as λ does. Where it would not, as
+at the edge of a jump, the load grows, and blocks move until they come to rest under it, or on for ever:
+
+    B (q - η k Bᵀd) + λ f + f_D = 0
+
+in steps d from where they are, of a damping η that falls (a proximal point method, by Newton's steps).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from masonry_opt.methods.push.path import Curve
+
+#: First step, in motions of a contact under the mean force; how many times as long each is as the one before;
+#: how many times shorter one becomes that does not succeed, and how often; and steps at most.
+_FIRST, _LONGER, _SHORTER, _TRIES, _MOST = 0.3, 2.0, 4.0, 2, 600
+
+#: By how much a load grows that blocks are to come to rest under, over it.
+_APART = 2e-3
+
+#: Damping at first, what it falls by after a step, and rises by where one fails; and steps at most.
+_DAMPING, _LESS, _MORE, _DAMPED = 1.0, 0.25, 4.0, 300
+
+#: Force out of balance, in mean forces, from which on rest is looked for. Motion from which on blocks move
+#: for ever, unless that force is halved on the way to ten times as far; and share of λ that is no growth.
+_RESTS, _FAR, _STAYS = 1e-4, 1e3, 1e-6
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How far a load grew.
+
+    Attributes
+    ----------
+    carried: the largest load under which blocks come to rest, in units of forces.
+    beyond: one under which they do not; None where none is known, the same where λ stays as they move on.
+    before, d: contacts before the last step, and displacements in it, shape (3b,).
+    """
+
+    carried: float
+    beyond: float | None
+    before: Curve
+    d: np.ndarray
+
+
+def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None:
+    """How far the load grows from rest; None if nothing comes to rest without it. Each displacement and load
+    that is come to is told."""
+    rest = curve.state(np.zeros_like(curve.dead), 0.0, None)
+    if rest is None:
+        return None
+    before, (d, load) = curve, rest
+    here, u = curve.slipped(d), float(curve.live @ d)
+    way, length, tries = _ahead(here), _FIRST, 0
+    for _ in range(_MOST):
+        towards = length * way
+        found = here.state(towards[:-1], load + towards[-1], float(here.live @ towards[:-1]))
+        if found is not None and found[1] > load - _STAYS * abs(load):
+            d, more = found
+            moved, stays = here.moves(d), more - load < _STAYS * abs(load)
+            way, length, tries = np.append(d, more - load) / moved, _LONGER * moved, 0
+        elif tries < _TRIES:
+            length, tries = length / _SHORTER, tries + 1
+            continue
+        else:
+            more = load + _APART * max(abs(load), _APART * curve.unit)
+            found = _come_to_rest(here, more)
+            if found is None:
+                return Growth(load, more, before, d)
+            here, d = found
+            way, length, tries, stays = _ahead(here.slipped(d)), _FIRST, 0, False
+        before, here, load, u = here, here.slipped(d), more, u + float(here.live @ d)
+        follow(u, load)
+        if stays and moved > _FAR**2:
+            return Growth(load, load, before, d)
+    return Growth(load, None, before, d)
+
+
+def _ahead(curve: Curve) -> np.ndarray:
+    """d' and λ', shape (3b + 1,), of a motion of one, as the load grows."""
+    along = curve.along(np.zeros_like(curve.dead))
+    found: np.ndarray = along / np.copysign(curve.moves(along[:-1]), along[-1])
+    return found
+
+
+def _come_to_rest(curve: Curve, load: float) -> tuple[Curve, np.ndarray] | None:
+    """Contacts before the last step to where blocks come to rest under a load, and displacements in it; None
+    if they do not."""
+    still = np.zeros_like(curve.dead)
+    damping, eased, rests, gone, far, left = _DAMPING, True, np.inf, 0.0, _FAR, np.inf
+    size = curve.unbalanced(still, load)
+    for _ in range(_DAMPED):
+        if size < rests:
+            found = curve.state(still, load, None)
+            if found is not None:
+                return curve, found[0]
+            rests = min(_RESTS, size / 10)
+        found = replace(curve, damping=damping).state(still, load, None)
+        if found is not None:
+            d = found[0]
+            size, gone = curve.unbalanced(d, load), gone + curve.moves(d)
+            curve = curve.slipped(d)
+            damping *= _LESS if eased else 1.0
+        elif gone > _FAR:
+            return None
+        else:
+            damping *= _MORE
+        eased = found is not None
+        if gone > far:
+            if size > left / 2:
+                return None
+            left, far = size, 10 * gone
+    return None

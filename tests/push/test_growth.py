@@ -1,0 +1,80 @@
+"""The load that grows until blocks do not come to rest: against closed forms and contact dynamics."""
+
+import numpy as np
+import pytest
+from atlas.large_scenes import rubble
+from residuals import residuals
+from scenes import block_on_floor
+from scenes_in_space import corner_wall
+
+from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.methods.push.growth import grown
+from masonry_opt.methods.push.push import Elastic
+from masonry_opt.models.pyomo_mcp import PyomoMcp
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.problem import State
+
+
+def load_grown(scene):
+    """The scene's contacts, their growth, and the load factors that it tells."""
+    elastic = Elastic(assemble(scene).problem)
+    told = []
+    growth = grown(elastic.curve.rounded_by(0.03), lambda u, load: told.append(load))
+    return elastic, growth, np.array(told) / elastic.problem.live_norm
+
+
+@pytest.mark.parametrize(("friction", "expected"), [(0.3, 0.3), (0.7, 0.5)])
+def test_a_block_slides_or_rocks(friction, expected):
+    """A block of weight 1 and twice as high as wide, pushed at its centroid: at μ, or at b/h."""
+    _, growth, told = load_grown(block_on_floor(1.0, 2.0, friction))
+    assert growth.beyond == growth.carried
+    assert np.diff(told).min() > -1e-6 * expected
+    assert told[-1] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("scene", "brought_down", "within"),
+    [
+        (corner_wall(3, 2, 4, 0.6), 0.35125, 0.005),
+        (corner_wall(4, 3, 6, 0.6), 0.28125, 0.005),
+        (corner_wall(4, 3, 6, 0.4), 0.24438, 0.005),
+        (rubble(60, 341000), 0.340, 0.02),
+        (rubble(60, 341002), 0.365, 0.02),
+        (rubble(60, 341004), 0.385, 0.04),
+        pytest.param(rubble(200, 750003), 0.34566, 0.03, marks=pytest.mark.slow),
+        pytest.param(rubble(200, 750004), 0.25914, 0.03, marks=pytest.mark.slow),
+    ],
+    ids=["corner 20", "corner 42", "corner 42, .4", "60, 0", "60, 2", "60, 4", "200, 3", "200, 4"],
+)
+def test_the_load_comes_as_far_as_in_contact_dynamics(scene, brought_down, within):
+    """Stored loads at which ``contact_dynamics`` brought the scenes down, those of 200 stones where it waits
+    for 10⁶ steps, with a damping of .998."""
+    elastic, growth, _ = load_grown(scene)
+    assert growth.carried / elastic.problem.live_norm == pytest.approx(brought_down, rel=within)
+
+
+def test_the_last_state_is_one_of_contacts_that_give_from_those_before():
+    """By the declared equations with E (q - q₀), which it leaves nothing of."""
+    elastic, growth, _ = load_grown(rubble(60, 341002))
+    state = elastic.carried(growth)
+    assert state.answer.load_factor == pytest.approx(growth.carried / elastic.problem.live_norm, rel=3e-3)
+    assert not LIMITS[Kind.COMPLIANT].failing(state.answer.residuals)
+    problem, found = state.problem, state.answer
+    p = problem.rates(found.d, problem.dilatancy, found.q)
+    left = residuals(PyomoMcp(elastic.problem), State(found.load_factor, found.q, found.d, p)).compatibility
+    gives = problem.compliance * (found.q - problem.settled)
+    np.testing.assert_allclose(left, -gives, atol=1e-8 * np.abs(found.d).max())
+
+
+def test_slip_that_is_past_changes_no_force():
+    """But by what is left of rounded corners; and what did not slip is as it was."""
+    elastic, growth, _ = load_grown(rubble(60, 341002))
+    law = elastic.curve.rounded_by(0.01).law
+    trial = growth.before.rest * np.exp(np.random.default_rng(0).normal(size=growth.before.rest.shape))
+    held = law.without_slip(trial)
+    assert (np.abs(held) <= np.abs(trial)).all()
+    changed = np.abs(held - trial).max(axis=0) > 0
+    assert 0 < changed.sum() < len(changed)
+    forces, after = (law.forces(of)[0] for of in (trial, held))
+    np.testing.assert_allclose(after, forces, atol=0.2 * law.rounding)
+    np.testing.assert_array_equal(after[:, ~changed], forces[:, ~changed])
