@@ -112,8 +112,8 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
         return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=str(pushed.ended), steps=steps)
     found = state.answer
     if growth is not None:
-        known = growth.beyond is not None and growth.beyond > growth.carried
-        beyond = growth.beyond / elastic.problem.live_norm if known else None
+        falls = growth.beyond is not None and growth.beyond > growth.carried
+        beyond = (growth.beyond or 0.0) / elastic.problem.live_norm if falls else None
         return replace(solution, found=found).ended(Status.CONVERGED, Code.GROWN, beyond=beyond, steps=steps)
     before = elastic.at(pushed, 1 / (_SOFTER * state.give))
     change = None

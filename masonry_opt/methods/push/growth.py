@@ -50,11 +50,11 @@ class Growth:
 def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None:
     """How far the load grows from rest; None if nothing comes to rest without it. Each displacement and load
     that is come to is told."""
-    rest = curve.state(np.zeros_like(curve.dead), 0.0, None)
+    rest = _come_to_rest(curve, 0.0)
     if rest is None:
         return None
-    before, (d, load) = curve, rest
-    here, u = curve.slipped(d), float(curve.live @ d)
+    (before, d), load = rest, 0.0
+    here, u = before.slipped(d), float(before.live @ d)
     way, length, tries = _ahead(here), _FIRST, 0
     for _ in range(_MOST):
         towards = length * way
@@ -68,10 +68,10 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
             continue
         else:
             more = load + _APART * max(abs(load), _APART * curve.unit)
-            found = _come_to_rest(here, more)
-            if found is None:
+            rest = _come_to_rest(here, more)
+            if rest is None:
                 return Growth(load, more, before, d)
-            here, d = found
+            here, d = rest
             way, length, tries, stays = _ahead(here.slipped(d)), _FIRST, 0, False
         before, here, load, u = here, here.slipped(d), more, u + float(here.live @ d)
         follow(u, load)
