@@ -141,7 +141,6 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
         for name, of, value in (
             ("one-rounding", "push:_ROUNDINGS", (0.01,)),
             ("rougher-corners", "push:_ROUNDINGS", (0.1, 0.01)),
-            ("sharp-settling", "push:_SETTLING", (0.01,)),
             ("sharpened-by-hundreds", "path:_FALLS", 0.01),
             ("no-roots-of-falls", "path:_GENTLE", 0.01),
             ("digits-of-trial-forces", "path:_DIGITS", 0.0),

@@ -4,14 +4,17 @@ rows of the table in benchmarks/README.md, of walls 1 to 6, then of rubble walls
     python benchmarks/push.py --stones 60 --seed 341000
     python benchmarks/push.py --table 60:341000-341007 100:26 200:0 200:180001
     python benchmarks/push.py --table 60:733000-733019
+    python benchmarks/push.py --sizes 20 40 80 160 320 640 --seed 752000
 
 λ over the displacement of the live load, each step a point: wall 6 of Ferris & Tin-Loi, and a rubble wall
-(tests/atlas/large_scenes.py).
+(tests/atlas/large_scenes.py). With --sizes docs/push_sizes.png: time of path, of a load that grows and of the
+associative program, of three rubble walls of each number of stones.
 """
 
 import argparse
 import sys
 import time
+from itertools import product
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -24,7 +27,8 @@ from atlas.large_scenes import rubble  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.answer.thresholds import PLATEAU  # noqa: E402
-from masonry_opt.drawing.colours import BLACK, BLUE  # noqa: E402
+from masonry_opt.drawing.colours import BLACK, BLUE, ORANGE  # noqa: E402
+from masonry_opt.methods.push.growth import grown  # noqa: E402
 from masonry_opt.methods.push.push import Elastic  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
 
@@ -69,13 +73,52 @@ def table(rubble_walls: list[str]) -> None:
             row(rubble(int(stones), seed), f"{stones} stones, {seed}")
 
 
+def sizes(stones: list[int], first: int) -> None:
+    """Draw times over joints of three rubble walls each, and print them."""
+    ways = {"path": (BLUE, "o"), "a load that grows": (ORANGE, "s"), "associative program": (BLACK, "x")}
+    figure, axes = plt.subplots(figsize=(6.5, 4.2), layout="constrained")
+    print("| stones, seed | joints | path, s | ends | grows, s | λ carried, and not | associative, s |")
+    for number, seed in product(stones, range(first, first + 3)):
+        scene, times = rubble(number, seed), []
+        elastic = Elastic(assemble(scene).problem)
+        if elastic.settled is None:
+            continue
+        began = time.process_time()
+        found = elastic.pushed(until=1e12)
+        times.append(time.process_time() - began)
+        growth = grown(elastic.curve.rounded_by(0.03), lambda u, load: None)
+        times.append(time.process_time() - began - times[0])
+        began = time.process_time()
+        mo.solve(scene, "static")
+        times.append(time.process_time() - began)
+        joints, unit = elastic.problem.joints, elastic.problem.live_norm
+        for (colour, mark), seconds, filled in zip(
+            ways.values(), times, (found.answer, True, True), strict=True
+        ):
+            axes.plot(joints, seconds, mark, color=colour, mfc=colour if filled else "white", markersize=5)
+        loads = (growth.carried, growth.beyond) if growth else (None, None)
+        told = [f"{number}, {seed}", joints, f"{times[0]:.2f}", found.ended, f"{times[1]:.2f}"]
+        told += [" ".join("–" if of is None else f"{of / unit:.5f}" for of in loads), f"{times[2]:.2f}"]
+        print("| " + " | ".join(map(str, told)) + " |", flush=True)
+    for name, (colour, mark) in ways.items():
+        axes.plot([], [], mark, color=colour, label=name)
+    axes.plot([], [], "o", color=BLUE, mfc="white", label="path that came to no ray")
+    axes.set(xscale="log", yscale="log", xlabel="joints", ylabel="processor time, s")
+    axes.legend()
+    figure.savefig(ROOT / "docs" / "push_sizes.png", dpi=150)
+
+
 def main() -> None:
     """Draw both walls, or print the table."""
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     options.add_argument("--stones", type=int, default=60)
     options.add_argument("--seed", type=int, default=341000)
     options.add_argument("--table", nargs="+", metavar="STONES:SEEDS")
+    options.add_argument("--sizes", nargs="+", type=int, metavar="STONES")
     chosen = options.parse_args()
+    if chosen.sizes:
+        sizes(chosen.sizes, chosen.seed)
+        return
     if chosen.table:
         table(chosen.table)
         return

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from atlas.large_scenes import rubble
+from atlas.random_scenes import random_scene
 from residuals import residuals
 from scenes import block_on_floor
 from scenes_in_space import corner_wall
@@ -51,6 +52,26 @@ def test_the_load_comes_as_far_as_in_contact_dynamics(scene, brought_down, withi
     for 10⁶ steps, with a damping of .998."""
     elastic, growth, _ = load_grown(scene)
     assert growth.carried / elastic.problem.live_norm == pytest.approx(brought_down, rel=within)
+
+
+@pytest.mark.parametrize(
+    ("scene", "rests"),
+    [
+        (random_scene("tessellation", 751001), True),
+        (random_scene("tessellation", 751066), False),
+        (random_scene("tessellation", 751087), False),
+        (rubble(600, 751000), True),
+    ],
+    ids=["rests", "falls", "falls slowly", "600 stones"],
+)
+def test_what_rests_under_its_dead_load_in_contact_dynamics_settles(scene, rests):
+    """Of 19 tessellations from seed 751000 on of which a dead load that grows along a path tells of none,
+    dynamics bring one to rest; and both walls of 600 and 640 stones that were asked."""
+    elastic = Elastic(assemble(scene).problem)
+    assert (elastic.settled is not None) == rests
+    if rests:
+        left = np.abs(elastic.problem.unbalanced(0.0, elastic.settled)).max()
+        assert left < 1e-8 * np.abs(elastic.problem.dead).max()
 
 
 def test_the_last_state_is_one_of_contacts_that_give_from_those_before():

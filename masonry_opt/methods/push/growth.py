@@ -50,7 +50,7 @@ class Growth:
 def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None:
     """How far the load grows from rest; None if nothing comes to rest without it. Each displacement and load
     that is come to is told."""
-    rest = _come_to_rest(curve, 0.0)
+    rest = come_to_rest(curve, 0.0)
     if rest is None:
         return None
     (before, d), load = rest, 0.0
@@ -68,7 +68,7 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
             continue
         else:
             more = load + _APART * max(abs(load), _APART * curve.unit)
-            rest = _come_to_rest(here, more)
+            rest = come_to_rest(here, more)
             if rest is None:
                 return Growth(load, more, before, d)
             here, d = rest
@@ -87,7 +87,7 @@ def _ahead(curve: Curve) -> np.ndarray:
     return found
 
 
-def _come_to_rest(curve: Curve, load: float) -> tuple[Curve, np.ndarray] | None:
+def come_to_rest(curve: Curve, load: float) -> tuple[Curve, np.ndarray] | None:
     """Contacts before the last step to where blocks come to rest under a load, and displacements in it; None
     if they do not."""
     still = np.zeros_like(curve.dead)

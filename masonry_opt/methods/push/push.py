@@ -1,8 +1,8 @@
 """The load that a scene bears as it is pushed from rest: it settles, then a live load grows with its
 displacement until blocks move on for ever.
 
-Both are paths of contacts that give: the dead load grows from nothing, then the live load. Where λ no longer
-changes along the path, on a ray, its direction is a collapse mechanism, and the state is exact.
+Contacts give: under the dead load blocks come to rest, from there the live load follows a path. Where λ no
+longer changes along it, on a ray, its direction is a collapse mechanism, and the state is exact.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.solution import GivingState
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.effort import Effort
-from masonry_opt.methods.push.growth import Growth, grown
+from masonry_opt.methods.push.growth import Growth, come_to_rest, grown
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
 from masonry_opt.methods.push.path import Curve, Point
@@ -29,9 +29,8 @@ from masonry_opt.problem.problem import Problem
 
 #: Roundings of the law on paths, in mean forces, in turn where one stops short; in searches, and on scenes of
 #: more joints than follow: of 88 scenes the rougher path leads to the rays of the other in .57 of the time,
-#: but where it folds its highest λ is lower. A load that grows is asked for at the end.
-_ROUNDINGS, _ROUGHER, _LARGE, _GROWN = (0.01, 0.1), (0.1, 0.01), 500, 0.03
-_SETTLING = (0.01, 0.1)  # settle 37 and 40 of 40 rubble walls of 60 and 200 stones, and the same small scenes
+#: but where it folds its highest λ is lower. And of a load that grows, and of settling.
+_ROUNDINGS, _ROUGHER, _LARGE, _GROWN, _SETTLING = (0.01, 0.1), (0.1, 0.01), 500, 0.03, 0.01
 
 #: Roundings under which hardly any path stops; to which one's state is sharpened, by which factor at least,
 #: points of a path from there, and how many times as far as ends are looked for it leads without.
@@ -46,9 +45,6 @@ _SHARP, _TURNS = 1e-4, 3
 #: Points of a path at most, of large scenes too; how many times as far the end is looked for again, and how
 #: often: the stiffness that gives directions falls as 1/u². And displacement to which a load is drawn back.
 _POINTS, _OF_LARGE, _FURTHER, _LOOKS, _BACK = 1500, 300, 3, 8, -1e6
-
-#: Displacement under the dead load from which on nothing comes to carry it.
-_FALLEN = 1e10
 
 #: By dimension: displacement from which on the end is looked for, and how many times as far a ray must go
 #: straight on; in space slip turns for longer. And what it may leave there of equilibrium, over the way, and
@@ -96,29 +92,15 @@ class Elastic:
             return problem.settled
         if not problem.dead.any():
             return np.zeros(problem.B.shape[1])
-        found = (self._settled_by(rounding) for rounding in _SETTLING)
-        return next((forces for forces in found if forces is not None), None)
-
-    def _settled_by(self, rounding: float) -> np.ndarray | None:
-        problem, still = self.problem, np.zeros_like(self.problem.dead)
-        nothing = np.zeros_like(self._law.stiffness)
-        curve = Curve(self._law, self._matrix, nothing, still, problem.dead, self._unit).rounded_by(rounding)
-        # Rounded forces of nothing are in equilibrium with a little load.
-        curve = replace(curve, dead=-curve.left(still, 0.0))
-        before, whole = None, replace(curve, dead=problem.dead, live=still)
-        for point in curve.points(still, 0.0, _POINTS):
-            if float(problem.dead @ point.d) > _FALLEN * np.abs(problem.dead).sum():
-                return None
-            if point.load_factor >= 1:
-                # On the tangent at either side of the whole load.
-                for near in filter(None, (point, before)):
-                    d = near.d + (1 - near.load_factor) / near.along[-1] * near.along[:-1]
-                    *_, last = (None, *whole.rounded_by(rounding).states(d, 0.0, None))
-                    if last is not None:
-                        return self._law.of_problem(last[0].forces(last[1]))
-                return None
-            before = point
-        return None
+        # The whole dead load at once, from contacts without forces: blocks move, damped, until they rest.
+        still, nothing = np.zeros_like(problem.dead), np.zeros_like(self._law.stiffness)
+        whole = Curve(self._law, self._matrix, nothing, problem.dead, still, self._unit)
+        rest = come_to_rest(whole.rounded_by(_SETTLING), 0.0)
+        if rest is None:
+            return None
+        curve, d = rest
+        *_, last = (None, *curve.states(d, 0.0, None))
+        return None if last is None else self._law.of_problem(last[0].forces(last[1]))
 
     @cached_property
     def falls(self) -> Answer | None:
