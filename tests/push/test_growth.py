@@ -66,7 +66,7 @@ def test_the_load_comes_as_far_as_in_contact_dynamics(scene, brought_down, withi
 )
 def test_what_rests_under_its_dead_load_in_contact_dynamics_settles(scene, rests):
     """Of 19 tessellations from seed 751000 on of which a dead load that grows along a path tells of none,
-    dynamics bring one to rest; and both walls of 600 and 640 stones that were asked."""
+    dynamics bring this one to rest; and walls of 600 stones."""
     elastic = Elastic(assemble(scene).problem)
     assert (elastic.settled is not None) == rests
     if rests:
