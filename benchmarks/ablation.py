@@ -165,7 +165,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
 @dataclass(frozen=True)
 class Measured:
     """One run; value is λ (of "global" the proven bound), None without an answer; exact: of "compliant"
-    whether it is on a plateau; processor time."""
+    whether it is at a ray; processor time."""
 
     value: float | None
     exact: bool
@@ -178,7 +178,7 @@ def measured(scene: mo.Scene, name: str) -> Measured:
     began = time.process_time()
     result = mo.solve(scene, **{"method": name, "expected": False} | MEASURED[name])
     value = result.bound if name == "global" else result.load_factor
-    exact = result.exact or any(reason.code in (Code.RAY, Code.PLATEAU) for reason in result.reasons)
+    exact = result.exact or any(reason.code is Code.RAY for reason in result.reasons)
     return Measured(value, exact, result.expected is not None, result.iterations, time.process_time() - began)
 
 

@@ -82,7 +82,7 @@ class Code(StrEnum):
     # it first falls deep before the highest, and the largest share, or None.
     RAY = "ray"
     JAMS = "jams"  # the same
-    GROWN = "grown"  # beyond: under which load blocks do not come to rest; None where not known; steps
+    GROWN = "grown"  # beyond: under which load blocks do not come to rest; None where λ stays; steps
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a push
     # Draws of stiffness and of self-stress, each range of loads to expect or None, without: pushes to no ray.
     SPREAD = "spread"

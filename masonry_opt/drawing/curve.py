@@ -1,4 +1,4 @@
-"""A picture of λ over displacement: the plateau, and where joints start to slide and to open."""
+"""A picture of λ over displacement, and where joints start to slide and to open."""
 
 from typing import Any
 
@@ -61,9 +61,8 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
     """Draw the load factors beside a curve that comes so high; what a legend shows, and the highest."""
     handles: list[Handle] = []
     top = highest
-    plateau = "plateau" if result.reasons[0].code is Code.PLATEAU else "load factor"
     for value, what, colour, dashes in (
-        (result.load_factor, plateau, BLACK, (4, 2)),
+        (result.load_factor, "load factor", BLACK, (4, 2)),
         (result.associative, "associative", HATCH, ()),
     ):
         if value is None:

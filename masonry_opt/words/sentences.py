@@ -280,7 +280,11 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.GROWN: lambda v: (
         "a growing load is carried so far, with contacts that remember slip"
-        + ("" if v["beyond"] is None else f"; under {numeral(v['beyond'], '.4g')} blocks do not come to rest")
+        + (
+            ", and stays as blocks move on"
+            if v["beyond"] is None
+            else f"; under {numeral(v['beyond'], '.4g')} blocks do not come to rest"
+        )
     ),
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
     Code.START_FAILED: "the loop to start from failed",

@@ -286,6 +286,8 @@ def _doubt(result: Outcome) -> str:
     for why in result.expected_reasons:
         if why.code is Code.NO_PLATEAU:
             return message([why])
+        if why.code is Code.GROWN:
+            return "no collapse proves it"
         if why.code is Code.RAY and why.values["peak"] is not None:
             return f"{_known(result.end) if result.end is not None else 'nothing'} as it moves on"
     return ""

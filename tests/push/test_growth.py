@@ -8,6 +8,7 @@ from residuals import residuals
 from scenes import block_on_floor
 from scenes_in_space import corner_wall
 
+import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.methods.push.growth import grown
 from masonry_opt.methods.push.push import Elastic
@@ -28,7 +29,7 @@ def load_grown(scene):
 def test_a_block_slides_or_rocks(friction, expected):
     """A block of weight 1 and twice as high as wide, pushed at its centroid: at μ, or at b/h."""
     _, growth, told = load_grown(block_on_floor(1.0, 2.0, friction))
-    assert growth.beyond == growth.carried
+    assert growth.beyond is None
     assert np.diff(told).min() > -1e-6 * expected
     assert told[-1] == pytest.approx(expected, rel=1e-3)
 
@@ -72,6 +73,25 @@ def test_what_rests_under_its_dead_load_in_contact_dynamics_settles(scene, rests
     if rests:
         left = np.abs(elastic.problem.unbalanced(0.0, elastic.settled)).max()
         assert left < 1e-8 * np.abs(elastic.problem.dead).max()
+
+
+def rougher(kind, seed, friction, **keys):
+    scene = random_scene(kind, seed)
+    return scene.replace(joints=scene.joints.replace(friction=friction, **keys))
+
+
+def test_a_load_that_grows_for_ever_is_no_load_factor():
+    """Friction jams these blocks, as is proven."""
+    elastic = Elastic(assemble(rougher("wall", 1007, 1.5)).problem)
+    assert grown(elastic.curve.rounded_by(0.03), lambda *_: None) is None
+    result = mo.solve(rougher("tessellation", 3103, 1.5, cohesion=0), "compliant")
+    assert (result.load_factor, result.status) == (None, mo.Status.JAMMED)
+
+
+def test_a_growth_that_is_not_done_is_no_load_to_expect():
+    """In contact dynamics 5.5 is carried, and ``refined`` finds an exact state at 5.87245."""
+    result = mo.solve(rougher("tessellation", 3070, 1.0, cohesion=0), "compliant", expected=False)
+    assert result.load_factor == pytest.approx(5.87245, rel=1e-5)
 
 
 def test_the_last_state_is_one_of_contacts_that_give_from_those_before():

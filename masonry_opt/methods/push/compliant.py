@@ -60,8 +60,8 @@ class CompliantOptions(Options):
 
 
 def compliant(task: Task) -> Solution:
-    """Load factor at the ray that the path from rest ends in; where none is come to, or contacts are to give
-    so much, of a state on the way."""
+    """Load factor at the ray that the path from rest ends in; where it comes to none, the largest that blocks
+    come to rest under; where contacts are to give so much, of the state there."""
     options, effort = task.options or CompliantOptions(), task.effort
     effort.begins("pushed from rest")
     effort.uses(task.solver.name, "complementarity problem")
@@ -86,7 +86,9 @@ def compliant(task: Task) -> Solution:
             solution = solution.telling(spread(elastic, options.spread))
         softer = elastic.at(pushed, SOFT) if task.problem.layout.round else None
     along = partial(way, elastic, pushed)
-    return replace(solution, history=pushed.steps, way=along, softer=softer, solver=task.solver)
+    return replace(
+        solution, history=(*pushed.steps, *pushed.grown), way=along, softer=softer, solver=task.solver
+    )
 
 
 def jams(task: Task) -> Reason | None:
@@ -98,22 +100,22 @@ def jams(task: Task) -> Reason | None:
 def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution:
     """How a push ends: on a ray, in a jam, or in the state that it came to, or was asked for at a u."""
     solution, answer = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT), pushed.answer
-    steps = len(pushed.steps)
+    growth, steps = pushed.growth, len(pushed.steps) + len(pushed.grown)
     told: dict[str, Any] = {"steps": steps, "folds": pushed.folds, "deep_fall": pushed.deep_fall}
+    if growth is not None:
+        told = {"steps": steps, "folds": 0, "deep_fall": None}
     if asked is None and pushed.ended is Ended.JAM:
         return solution.ended(Status.SOLVER_FAILED, Code.JAMS, **told)
     if asked is None and answer is not None and elastic.tells(answer.load_factor, answer.d):
         peak = pushed.peak or 0.0
         told["peak"] = peak if peak > answer.load_factor * (1 + PLATEAU) + ZERO else None
         return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told)
-    growth = pushed.growth
     state = elastic.at(pushed, asked) if asked else elastic.carried(growth) if growth else None
     if state is None or state.answer.failing(Kind.COMPLIANT):
         return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=str(pushed.ended), steps=steps)
     found = state.answer
     if growth is not None:
-        falls = growth.beyond is not None and growth.beyond > growth.carried
-        beyond = (growth.beyond or 0.0) / elastic.problem.live_norm if falls else None
+        beyond = growth.beyond and growth.beyond / elastic.problem.live_norm
         return replace(solution, found=found).ended(Status.CONVERGED, Code.GROWN, beyond=beyond, steps=steps)
     before = elastic.at(pushed, 1 / (_SOFTER * state.give))
     change = None

@@ -19,8 +19,9 @@ from masonry_opt.methods.push.path import Curve
 #: how many times shorter one becomes that does not succeed, and how often; and steps at most.
 _FIRST, _LONGER, _SHORTER, _TRIES, _MOST = 0.3, 2.0, 4.0, 2, 600
 
-#: By how much a load grows that blocks are to come to rest under, over it.
-_APART = 2e-3
+#: By how much a load grows that blocks are to come to rest under, over it; and by how much more it grows with
+#: motions of ``_FAR`` where friction jams the blocks.
+_APART, _JAMS = 2e-3, 0.25
 
 #: Damping at first, what it falls by after a step, and rises by where one fails; and steps at most.
 _DAMPING, _LESS, _MORE, _DAMPED = 1.0, 0.25, 4.0, 300
@@ -37,7 +38,7 @@ class Growth:
     Attributes
     ----------
     carried: the largest load under which blocks come to rest, in units of forces.
-    beyond: one under which they do not; None where none is known, the same where λ stays as they move on.
+    beyond: one under which they do not; None where λ stays as they move on.
     before, d: contacts before the last step, and displacements in it, shape (3b,).
     """
 
@@ -48,8 +49,8 @@ class Growth:
 
 
 def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None:
-    """How far the load grows from rest; None if nothing comes to rest without it. Each displacement and load
-    that is come to is told."""
+    """How far the load grows from rest, each displacement and load that is come to being told; None if it
+    grows on, as where friction jams, or nothing rests without it."""
     rest = come_to_rest(curve, 0.0)
     if rest is None:
         return None
@@ -59,10 +60,15 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
     for _ in range(_MOST):
         towards = length * way
         found = here.state(towards[:-1], load + towards[-1], float(here.live @ towards[:-1]))
-        if found is not None and found[1] > load - _STAYS * abs(load):
+        least = load - (_STAYS * abs(load) if length > _FAR else 0.0)
+        if found is not None and found[1] >= least:
             d, more = found
-            moved, stays = here.moves(d), more - load < _STAYS * abs(load)
-            way, length, tries = np.append(d, more - load) / moved, _LONGER * moved, 0
+            moved, grows = here.moves(d), more - load
+            if moved > _FAR and grows > _JAMS * abs(load):
+                return None
+            if moved > _FAR**2 and grows < _STAYS * abs(load):
+                return Growth(float(more), None, here, d)
+            way, length, tries = np.append(d, grows) / moved, _LONGER * moved, 0
         elif tries < _TRIES:
             length, tries = length / _SHORTER, tries + 1
             continue
@@ -70,14 +76,12 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
             more = load + _APART * max(abs(load), _APART * curve.unit)
             rest = come_to_rest(here, more)
             if rest is None:
-                return Growth(load, more, before, d)
+                return Growth(float(load), float(more), before, d)
             here, d = rest
-            way, length, tries, stays = _ahead(here.slipped(d)), _FIRST, 0, False
+            way, length, tries = _ahead(here.slipped(d)), _FIRST, 0
         before, here, load, u = here, here.slipped(d), more, u + float(here.live @ d)
         follow(u, load)
-        if stays and moved > _FAR**2:
-            return Growth(load, load, before, d)
-    return Growth(load, None, before, d)
+    return None
 
 
 def _ahead(curve: Curve) -> np.ndarray:

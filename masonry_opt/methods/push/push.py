@@ -8,7 +8,7 @@ longer changes along it, on a ray, its direction is a collapse mechanism, and th
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from itertools import count, pairwise
+from itertools import pairwise
 from math import inf
 
 import numpy as np
@@ -132,7 +132,7 @@ class Elastic:
         for rounding in _ROUGHER[: 1 if large else 2] if rougher or large else _ROUNDINGS:
             curve = self.curve.rounded_by(rounding)
             found = self._followed(curve, self._at_rest(curve), follow, until, most)
-            if found.ended is not Ended.STOPPED or len(found.steps) == most:
+            if found.ended is not Ended.STOPPED:
                 break
         if found.ended is Ended.STOPPED and until == inf:
             return self._grown(found, follow)
@@ -140,17 +140,21 @@ class Elastic:
 
     def _grown(self, path: Pushed, follow: Callable[[PushStep], None]) -> Pushed:
         """What becomes of a path that stops as the load grows all the same."""
-        unit, number = self.problem.live_norm, count(len(path.steps) + 1)
-        growth = grown(
-            self.curve.rounded_by(_GROWN), lambda u, load: follow(PushStep(next(number), u, load / unit, 0))
-        )
+        unit, steps = self.problem.live_norm, list[PushStep]()
+
+        def told(u: float, load: float) -> None:
+            steps.append(PushStep(len(path.steps) + len(steps) + 1, u, load / unit, 0))
+            follow(steps[-1])
+
+        growth = grown(self.curve.rounded_by(_GROWN), told)
         if growth is None:
             return path
         ended, answer, u = path.ended, None, float(self.curve.live @ growth.d)
-        if growth.beyond == growth.carried:
+        if growth.beyond is None and u > 0:
             along = np.append(growth.d, 0.0) / growth.before.moves(growth.d)
             ended, answer = self._end(growth.before, Point(growth.d, growth.carried, along, 1), u)
-        return replace(path, ended=ended, answer=answer, peak=growth.carried / unit, growth=growth)
+        peak, told_of = growth.carried / unit, tuple(steps)
+        return replace(path, ended=ended, answer=answer, peak=peak, growth=growth, grown=told_of)
 
     def beside(self) -> Iterator[Answer]:
         """States to which contacts of much rounder corners lead where a push stops, of each path an exact one

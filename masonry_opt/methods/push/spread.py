@@ -36,7 +36,7 @@ def _stressed(elastic: Elastic, number: int, rng: np.random.Generator) -> Elasti
 def _range(drawn: Iterable[Elastic | None]) -> tuple[tuple[float, float] | None, int]:
     """Least and largest load to expect, and of how many."""
     pushes = (one.pushed() for one in drawn if one is not None)
-    peaks = [float(pushed.peak) for pushed in pushes if pushed.answer is not None and pushed.peak is not None]
+    peaks = [float(pushed.peak) for pushed in pushes if pushed.peak is not None]
     return ((min(peaks), max(peaks)) if peaks else None), len(peaks)
 
 

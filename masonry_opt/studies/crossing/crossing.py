@@ -122,6 +122,7 @@ def crossing(
     try:
         result = session.solve(at_worst)
     except KeyboardInterrupt:
+        interrupted = True
         known = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=at_worst)
         result = session.result(known, worst.answers[worst.position], effort)
     return Crossing(
