@@ -13,14 +13,17 @@ with --rubble walls of 60 and 200 stones; with --space random ones in space, fro
 Printed of each name, against the methods as they are: answers, loads to expect and exact states lost (and
 gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb answer that is
 lower is better), and steps and processor time over those of the methods as they are.
+--constants makes each number that the push, exact states and "mcp" name three times smaller and larger.
 """
 
 import argparse
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from math import inf
 from pathlib import Path
@@ -42,10 +45,12 @@ import masonry_opt as mo  # noqa: E402
 from masonry_opt.answer.acceptance import SMALLEST  # noqa: E402
 from masonry_opt.answer.reasons import Code  # noqa: E402
 from masonry_opt.answer.thresholds import SAME  # noqa: E402
+from masonry_opt.methods.push.growth import grown  # noqa: E402
+from masonry_opt.methods.push.push import _GROWN, Elastic, Ended  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
 
-#: First seed of the random scenes, above all that anything was tuned on.
-FIRST_SEED, FIRST_SEED_IN_SPACE = 90_000, 97_000
+#: First seeds of the random scenes, above all that anything was tuned on; and of those for constants.
+FIRST_SEED, FIRST_SEED_IN_SPACE, FIRST_FOR_CONSTANTS = 90_000, 97_000, 780_000
 
 #: Blocks along x, along y, and courses of the corner walls, and frictions of each.
 CORNERS, CORNER_FRICTIONS = ((2, 2, 3), (3, 3, 3), (3, 2, 5)), (0.45, 0.7)
@@ -142,7 +147,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
             ("one-rounding", "push:_ROUNDINGS", (0.01,)),
             ("rougher-corners", "push:_ROUNDINGS", (0.1, 0.01)),
             ("sharpened-by-hundreds", "path:_FALLS", 0.01),
-            ("no-roots-of-falls", "path:_GENTLE", 0.01),
+            ("no-roots-of-falls", "path:Curve.sharper.__defaults__", (1e-9, 0.01)),
             ("digits-of-trial-forces", "path:_DIGITS", 0.0),
             ("turns-that-are-told", "push:_TURNS", 0),
         )
@@ -165,13 +170,14 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
 @dataclass(frozen=True)
 class Measured:
     """One run; value is λ (of "global" the proven bound), None without an answer; exact: of "compliant"
-    whether it is at a ray; processor time."""
+    whether it is at a ray; processor time; of a push the highest λ on its way."""
 
     value: float | None
     exact: bool
     expected: bool
     steps: int
     seconds: float
+    peak: float | None = None
 
 
 def measured(scene: mo.Scene, name: str) -> Measured:
@@ -215,6 +221,20 @@ def _of_frictions(title: str, blocks: list[mo.Block]) -> Iterator[mo.Scene]:
         yield mo.Scene(title=f"{title}, friction {friction}", joints=joints, blocks=blocks)
 
 
+def changed(changes: dict[str, Any]) -> ExitStack:
+    """Attributes, as in ``ABLATIONS``, changed until the end."""
+    with ExitStack() as stack:
+        for where, value in changes.items():
+            module, path = where.split(":")
+            *owners, attribute = path.split(".")
+            of: Any = import_module(f".{module}", "masonry_opt.methods")
+            for owner in owners:
+                of = getattr(of, owner)
+            new = value(getattr(of, attribute)) if callable(value) else value
+            stack.enter_context(patch.object(of, attribute, new))
+        return stack.pop_all()
+
+
 def lost(before: list[Measured], after: list[Measured]) -> str:
     pairs = list(zip(before, after, strict=True))
     both = [(old.value, new.value) for old, new in pairs if None not in (old.value, new.value)]
@@ -249,21 +269,112 @@ def main(asked: argparse.Namespace) -> None:
         method, changes = ABLATIONS[name]
         if method not in before:
             before[method] = [measured(scene, method) for scene in chosen]
-        with ExitStack() as stack:
-            for where, value in changes.items():
-                module, path = where.split(":")
-                *owners, attribute = path.split(".")
-                of: Any = import_module(f".{module}", "masonry_opt.methods")
-                for owner in owners:
-                    of = getattr(of, owner)
-                new = value(getattr(of, attribute)) if callable(value) else value
-                stack.enter_context(patch.object(of, attribute, new))
+        with changed(changes):
             after = [measured(scene, method) for scene in chosen]
         print(f"{name} ({method}): {lost(before[method], after)}", flush=True)
         if asked.verbose:
             for scene, old, new in zip(chosen, before[method], after, strict=True):
                 if old.value != new.value:
                     print(f"    {scene.title}: {old} -> {new}")
+
+
+#: Where else a constant stands, as in ``ABLATIONS``: imported, or as a default, and which.
+ELSEWHERE: dict[str, tuple[Any, ...]] = {
+    "_LAST": ("push.path:Curve.sharper.__defaults__", 0),
+    "_GENTLE": ("push.path:Curve.sharper.__defaults__", 1),
+    "_POINTS": ("push.push:Elastic._followed.__defaults__", 2),
+    "SMALL": ("mcp.method:SMALL",),
+    "WEIGHT": ("exact.refiner:WEIGHT",),
+}
+
+#: Stands for a constant: whatever is done with it fails.
+UNREAD = type("Unread", (), {"__eq__": None})()
+
+
+def constants(modules: list[str]) -> Iterator[tuple[str, str, tuple[Any, ...], Any]]:
+    """Module, name, place in tuples and value of each number that these modules name, and do not import."""
+    for path in sorted((ROOT / "masonry_opt" / "methods").glob("*/*.py")):
+        module, source = f"{path.parent.name}.{path.stem}", path.read_text()
+        if module.startswith(("push.", "exact.", "mcp.")) and module.startswith(tuple(modules)):
+            of = vars(import_module(f"masonry_opt.methods.{module}"))
+            for line in re.findall(r"^_?[A-Z][^=(\n]* = ", source, re.MULTILINE):
+                for name in re.findall(r"\b_?[A-Z][_A-Z]+\b", line):
+                    yield from ((module, name, *found) for found in _numbers(of[name]))
+
+
+def _numbers(of: Any, *place: Any) -> Iterator[tuple[tuple[Any, ...], Any]]:
+    if isinstance(of, int | float):
+        yield place, of
+    for key, part in of.items() if isinstance(of, dict) else enumerate(of) if isinstance(of, tuple) else ():
+        yield from _numbers(part, *place, key)
+
+
+def _with(number: Any, place: tuple[Any, ...], of: Any) -> Any:
+    if not place:
+        return number
+    parts = dict(of if isinstance(of, dict) else enumerate(of))
+    parts[place[0]] = _with(number, place[1:], parts[place[0]])
+    return parts if isinstance(of, dict) else tuple(parts.values())
+
+
+def around(number: Any) -> tuple[Any, Any]:
+    """Three times smaller and larger, tolerances ten times; a share stays below one."""
+    factor, most = 10 if abs(number) < 1e-5 else 3, 0.99 if 0 < number < 1 else inf
+    less, more = number / factor, min(number * factor, most)
+    return (round(less), round(more)) if isinstance(number, int) else (less, more)
+
+
+def _pushed(problem: Any) -> Measured:
+    began, pushed = time.process_time(), Elastic(problem).pushed()
+    value, ended = pushed.answer and pushed.answer.load_factor, pushed.ended in (Ended.RAY, Ended.JAM)
+    return Measured(value, ended, value is not None, 0, time.process_time() - began, pushed.peak)
+
+
+def _grown(problem: Any) -> Measured:
+    began = time.process_time()
+    growth = grown(Elastic(problem).curve.rounded_by(_GROWN), lambda *_: None)
+    value, ended = growth and growth.carried / problem.live_norm, bool(growth and growth.beyond)
+    return Measured(value, ended, ended, 0, time.process_time() - began)
+
+
+def cells(*both: list[Measured]) -> list[str]:
+    """Runs that lose and gain an answer, λ or peaks that change, by how much at most, time over time."""
+    was, now = (np.array([[run.value, run.peak, run.exact or None] for run in of], float) for of in both)
+    less, more = ((np.isnan(b) > np.isnan(a)).any(axis=1).sum() for a, b in ((was, now), (now, was)))
+    change = np.nan_to_num(np.abs(now - was) / np.maximum(np.abs(was), SMALLEST)).max(axis=1)
+    before, after = (sum(run.seconds for run in of) for of in both)
+    counts = [f"{(change > least).sum()}" for least in (SAME, 1e-3)]
+    return [f"-{less} +{more}", *counts, f"{change.max():.0e}", f"{after / before:.2f}"]
+
+
+def through_constants(asked: argparse.Namespace) -> None:
+    walls = [mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml") for number in range(1, 7)]
+    seeds = range(FIRST_FOR_CONSTANTS, FIRST_FOR_CONSTANTS + asked.random)
+    small = [one for kind in KINDS for seed in seeds if _hangs_together(one := random_scene(kind, seed))]
+    stones = [rubble(60, FIRST_FOR_CONSTANTS + number) for number in (0, 1, 3, 4, 5, 2)]  # 2 takes longest
+    corners = [corner_wall(3, 2, 4), corner_wall(4, 3, 6)]
+    few = [*corners[:1], *walls[:5], *(scene for scene in small if assemble(scene).problem.joints <= 60)]
+    runs: dict[str, tuple[Callable[[Any], Measured], list[Any]]] = {
+        "_IN_SPACE": (partial(measured, name="mcp"), few[:1]),
+        "push.growth": (_grown, [assemble(scene).problem for scene in (*stones, *corners)]),
+        "push.": (_pushed, [assemble(scene).problem for scene in (*walls, *small, *stones[:4], *corners)]),
+        "": (partial(measured, name="mcp"), few),
+    }
+    before = {part: [run(of) for of in chosen] for part, (run, chosen) in runs.items()}
+    print("| constant | is | tried | answers | λ > 1e-6 | > 1e-3 | most | time × |\n" + "|---" * 8 + "|")
+    for module, name, place, number in constants(asked.constants or [""]):
+        part, (run, chosen) = next(one for one in runs.items() if one[0] in f"{module}:{name}")
+        held = [(f"{module}:{name}",), *([ELSEWHERE[name]] if name in ELSEWHERE else [])]
+        label = f"| {module} `{name}{''.join(f'[{key}]' for key in place)}` | {number:g}"
+        for new in (UNREAD, *around(number)):
+            told = ["fails"]
+            with suppress(Exception), changed({to: partial(_with, new, (*at, *place)) for to, *at in held}):
+                told = cells(before[part], [run(of) for of in chosen])
+            if new is not UNREAD:
+                print(label, f"{new:.3g}", *told, "", sep=" | ", flush=True)
+            elif told != ["fails"]:
+                print(label, "is not read |", sep=" | ", flush=True)
+                break
 
 
 if __name__ == "__main__":
@@ -282,4 +393,6 @@ if __name__ == "__main__":
     parser.add_argument("--facades", action=argparse.BooleanOptionalAction, default=True)
     parser.add_argument("--large", action="store_true", help="scenes of more than 1000 joints too")
     parser.add_argument("--verbose", "-v", action="store_true", help="name each scene that ends elsewhere")
-    main(parser.parse_args())
+    parser.add_argument("--constants", nargs="*", metavar="MODULE", help="of modules, as push.path; or all")
+    asked = parser.parse_args()
+    main(asked) if asked.constants is None else through_constants(asked)
