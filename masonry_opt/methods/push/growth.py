@@ -87,7 +87,7 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
 def _ahead(curve: Curve) -> np.ndarray:
     """d' and λ', shape (3b + 1,), of a motion of one, as the load grows."""
     along = curve.along(np.zeros_like(curve.dead))
-    found: np.ndarray = along / np.copysign(curve.moves(along[:-1]), along[-1])
+    found: np.ndarray = along / np.copysign(curve.moves(along[:-1]) or 1.0, along[-1])
     return found
 
 

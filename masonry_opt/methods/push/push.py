@@ -132,7 +132,8 @@ class Elastic:
         for rounding in _ROUGHER[: 1 if large else 2] if rougher or large else _ROUNDINGS:
             curve = self.curve.rounded_by(rounding)
             found = self._followed(curve, self._at_rest(curve), follow, until, most)
-            if found.ended is not Ended.STOPPED:
+            came = bool(found.steps) and found.steps[-1].displacement >= until
+            if came or found.ended is not Ended.STOPPED:
                 break
         if found.ended is Ended.STOPPED and until == inf:
             return self._grown(found, follow)
@@ -153,8 +154,8 @@ class Elastic:
         if growth.beyond is None and u > 0:
             along = np.append(growth.d, 0.0) / growth.before.moves(growth.d)
             ended, answer = self._end(growth.before, Point(growth.d, growth.carried, along, 1), u)
-        peak, told_of = growth.carried / unit, tuple(steps)
-        return replace(path, ended=ended, answer=answer, peak=peak, growth=growth, grown=told_of)
+        found = replace(path, growth=growth, grown=tuple(steps))
+        return replace(found, ended=ended, answer=answer, peak=growth.carried / unit)
 
     def beside(self) -> Iterator[Answer]:
         """States to which contacts of much rounder corners lead where a push stops, of each path an exact one
