@@ -70,6 +70,13 @@ def test_the_default_solves_scenes_of_200_stones(family, seed):
     assert has_an_answer(family, 200, seed)
 
 
+@pytest.mark.slow
+def test_the_loop_answers_where_no_exact_state_is_found():
+    result = mo.solve(large_scene("rubble", 200, 751013), "mcp", expected=False)
+    assert (result.status, result.solution.kind) == (mo.Status.CONVERGED, Kind.LOOP)
+    assert result.certificate.complementarity < 1e-4 * result.load_factor < 1e-4 * result.associative
+
+
 @pytest.mark.parametrize("family", LARGE)
 def test_a_scene_comes_by_its_number_of_stones_and_its_seed(family):
     scene = large_scene(family, 60, 1)

@@ -49,12 +49,16 @@ class McpOptions(Options):
 def mcp(task: Task) -> Solution:
     """Load factor of an exact state that a push from rest leads to, on small scenes the lowest of several.
 
-    Scenes of more than 3000 joints (in space contact points) are for the loop, and those whose dilatancy
-    falls with stress.
+    Scenes of more than 3000 joints (in space contact points) are for the loop, those whose dilatancy falls
+    with stress, and those of more than 500 joints that stand and on which none is found.
     """
-    if task.problem.dilatancy_depends_on_stress or task.problem.joints > PUSHED_UP_TO:
-        return nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
-    return _by_push(task)
+    problem, found = task.problem, None
+    if not problem.dilatancy_depends_on_stress and problem.joints <= PUSHED_UP_TO:
+        found = _by_push(task)
+        if found.status is not Status.SOLVER_FAILED or problem.joints <= _SIMPLEX_UP_TO:
+            return found
+    by_loop = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
+    return by_loop if found is None or by_loop.answer is not None else found
 
 
 def _by_push(task: Task) -> Solution:
