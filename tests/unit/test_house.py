@@ -15,7 +15,7 @@ BUDGETS = {
     "scene": 8389,  # what help and a prompt show of records; nets of joint lines
     "problem": 2279,  # layouts of the plane and of space, and laws, as objects; zones of a fill
     "solvers": 1059,  # what is kept of programs, which problem held
-    "methods": 4748,  # keyframes of a push; states beside one that stops; a load that grows
+    "methods": 4751,  # keyframes of a push; states beside a stop; growth; the loop at last
     "standing": 691,
     "answer": 1770,
     "words": 1062,  # equal load factors said once; why none is lower

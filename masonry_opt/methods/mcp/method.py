@@ -52,13 +52,13 @@ def mcp(task: Task) -> Solution:
     Scenes of more than 3000 joints (in space contact points) are for the loop, those whose dilatancy falls
     with stress, and those of more than 500 joints that stand and on which none is found.
     """
-    problem, found = task.problem, None
-    if not problem.dilatancy_depends_on_stress and problem.joints <= PUSHED_UP_TO:
-        found = _by_push(task)
-        if found.status is not Status.SOLVER_FAILED or problem.joints <= _SIMPLEX_UP_TO:
-            return found
-    by_loop = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
-    return by_loop if found is None or by_loop.answer is not None else found
+    if task.problem.dilatancy_depends_on_stress or task.problem.joints > PUSHED_UP_TO:
+        return _by_loop(task)
+    return _by_push(task)
+
+
+def _by_loop(task: Task) -> Solution:
+    return nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
 
 
 def _by_push(task: Task) -> Solution:
@@ -203,15 +203,18 @@ def _looked_beside(task: Task, known: Solution) -> Solution:
 def _without(task: Task, solution: Solution, lowest: float, expected: Solution) -> Solution:
     """The end without a load factor: none was found, or all lie below zero, as the lowest; or friction jams
     the blocks, which is not proven; but from rest no multiple of the load brings them down. What does not
-    carry its dead load from rest does not stand."""
+    carry its dead load from rest does not stand. Where none was found of a large scene, the loop's."""
     found = solution.infeasibility
     endless = found is not None and found.existence is Existence.UNBOUNDED
     if endless and (grows := jams(replace(task, expected=expected))):
         return replace(solution, status=Status.JAMMED, reasons=(grows,))
     if lowest < -ZERO:
         return solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
-    status = Status.UNSTABLE if elastic_of(task).settled is None else Status.SOLVER_FAILED
-    return solution.ended(status, Code.PUSH_STOPPED, **_stopped(expected))
+    if elastic_of(task).settled is None:
+        return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, **_stopped(expected))
+    if task.problem.joints > _SIMPLEX_UP_TO and (by_loop := _by_loop(task)).answer is not None:
+        return by_loop
+    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **_stopped(expected))
 
 
 def _stopped(expected: Solution) -> dict[str, object]:

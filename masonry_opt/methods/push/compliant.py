@@ -87,7 +87,7 @@ def compliant(task: Task) -> Solution:
         softer = elastic.at(pushed, SOFT) if task.problem.layout.round else None
     along = partial(way, elastic, pushed)
     return replace(
-        solution, history=(*pushed.steps, *pushed.grown), way=along, softer=softer, solver=task.solver
+        solution, history=(*pushed.steps, *pushed.growth_steps), way=along, softer=softer, solver=task.solver
     )
 
 
@@ -100,7 +100,7 @@ def jams(task: Task) -> Reason | None:
 def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution:
     """How a push ends: on a ray, in a jam, or in the state that it came to, or was asked for at a u."""
     solution, answer = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT), pushed.answer
-    growth, steps = pushed.growth, len(pushed.steps) + len(pushed.grown)
+    growth, steps = pushed.growth, len(pushed.steps) + len(pushed.growth_steps)
     told: dict[str, Any] = {"steps": steps, "folds": pushed.folds, "deep_fall": pushed.deep_fall}
     if growth is not None:
         told = {"steps": steps, "folds": 0, "deep_fall": None}

@@ -129,7 +129,7 @@ class Elastic:
             return Pushed(Ended.NOT_SETTLED)
         large = self.problem.joints > _LARGE
         most = _OF_LARGE if large and until == inf else _POINTS
-        for rounding in _ROUGHER[: 1 if large else 2] if rougher or large else _ROUNDINGS:
+        for rounding in _ROUGHER[:1] if large else _ROUGHER if rougher else _ROUNDINGS:
             curve = self.curve.rounded_by(rounding)
             found = self._followed(curve, self._at_rest(curve), follow, until, most)
             came = bool(found.steps) and found.steps[-1].displacement >= until
@@ -154,7 +154,7 @@ class Elastic:
         if growth.beyond is None and u > 0:
             along = np.append(growth.d, 0.0) / growth.before.moves(growth.d)
             ended, answer = self._end(growth.before, Point(growth.d, growth.carried, along, 1), u)
-        found = replace(path, growth=growth, grown=tuple(steps))
+        found = replace(path, growth=growth, growth_steps=tuple(steps))
         return replace(found, ended=ended, answer=answer, peak=growth.carried / unit)
 
     def beside(self) -> Iterator[Answer]:

@@ -56,7 +56,7 @@ class Pushed:
     peak: largest λ on the way, to which a load comes that grows, if it is above the end by more than load
         factors that are the same differ by, else λ there; None without a load factor.
     rounding: of the law, in mean forces.
-    growth: of a load, where the path came to no end, and the steps of it, ``grown``.
+    growth: of a load, where the path came to no end, and its steps, ``growth_steps``.
     """
 
     ended: Ended
@@ -66,7 +66,7 @@ class Pushed:
     peak: float | None = None
     rounding: float = 0.0
     growth: Growth | None = None
-    grown: tuple[PushStep, ...] = ()
+    growth_steps: tuple[PushStep, ...] = ()
 
     @property
     def folds(self) -> int:
