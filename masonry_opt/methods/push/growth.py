@@ -8,7 +8,7 @@ at the edge of a jump, the load grows, and blocks move until they come to rest u
 in steps d from where they are, of a damping η that falls (a proximal point method, by Newton's steps).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +29,10 @@ _DAMPING, _LESS, _MORE, _DAMPED = 1.0, 0.25, 4.0, 300
 #: Force out of balance, in mean forces, from which on rest is looked for. Motion from which on blocks move
 #: for ever, unless that force is halved on the way to ten times as far; and share of λ that is no growth.
 _RESTS, _FAR, _STAYS = 1e-4, 1e3, 1e-6
+
+#: Roundings by which contacts are made sharp, over those of a load that grew; and by how much lower loads are
+#: at most that these carry, over it.
+_SHARPER, _LOWEST = (1.0, 0.1, 0.01), 0.1
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,27 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
         before, here, load, u = here, here.slipped(d), more, u + float(here.live @ d)
         follow(u, load)
     return None
+
+
+def last_steps(growth: Growth) -> Iterator[tuple[Curve, np.ndarray, float]]:
+    """Contacts before the last step of a load that grew, displacements in it, and the load; then of contacts
+    made sharp, which carry less where rounder ones hold by a corner, under loads ever lower."""
+    yield growth.before, growth.d, growth.carried
+    apart = _APART
+    while apart <= _LOWEST:
+        here = growth.before.slipped(growth.d)
+        for rounding in _SHARPER:
+            sharp = here.rounded_by(rounding * growth.before.rounding)
+            rest = come_to_rest(sharp, (1 - apart) * growth.carried)
+            if rest is None:
+                break
+            here = rest[0].slipped(rest[1])
+        else:
+            load = (1 - apart / 2) * growth.carried
+            rest = come_to_rest(here, load)
+            if rest is not None:
+                yield *rest, load
+        apart *= 2
 
 
 def _ahead(curve: Curve) -> np.ndarray:

@@ -13,13 +13,13 @@ from math import inf
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.solution import GivingState
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.effort import Effort
-from masonry_opt.methods.push.growth import Growth, come_to_rest, grown
+from masonry_opt.methods.push.growth import Growth, come_to_rest, grown, last_steps
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
 from masonry_opt.methods.push.path import Curve, Point
@@ -312,9 +312,13 @@ class Elastic:
         return self._sharpened(self.curve.rounded_by(rounding), point.d, point.load_factor, short, u)
 
     def carried(self, growth: Growth) -> GivingState | None:
-        """The last state of a load that grows, certified for contacts that give from those before."""
-        curve = growth.before
-        return self._sharpened(curve, growth.d, growth.carried, 0.0, max(curve.moves(growth.d), SMALLEST))
+        """The last state of a load that grows, certified for contacts that give from those before; None if
+        none is found that holds."""
+        for curve, d, load in last_steps(growth):
+            state = self._sharpened(curve, d, load, 0.0, max(curve.moves(d), SMALLEST))
+            if state is not None and not state.answer.failing(Kind.COMPLIANT):
+                return state
+        return None
 
     def _sharpened(
         self, curve: Curve, near: np.ndarray, load: float, short: float | None, unit: float
