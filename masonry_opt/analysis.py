@@ -17,7 +17,7 @@ from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.push.compliant import PUSHED_UP_TO
-from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.push.push import Elastic, elastic_of
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
@@ -131,6 +131,8 @@ class Session:
         # The result names the solver; its programs and time count as those of the check.
         with effort.measure("dead_load"), effort.beside() as own:
             try:
+                if self._pushes(problem) and self._comes_to_rest(problem, own):
+                    return None
                 falling = falling_mechanism(problem, solver, own, self.kept)
             except DeadLoadUndecided as stopped:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
@@ -146,6 +148,21 @@ class Session:
             holds = what_would_hold(assembly, falling, solver, own)
         found = Found(d=falling, forms=problem.by_cone.forms)
         return replace(solution, found=found, reasons=(falls, *holds))
+
+    def _pushes(self, problem: Problem) -> bool:
+        """Whether a scene is pushed from rest, by the method or beside it."""
+        asked = (self.how.expected and not self.method.associative) or self.method.name == _EXPECTED
+        return asked and problem.joints <= PUSHED_UP_TO and not problem.dilatancy_depends_on_stress
+
+    def _comes_to_rest(self, problem: Problem, effort: Effort) -> bool:
+        """Whether forces with which contacts come to rest, where a push begins, carry the dead load."""
+        from masonry_opt.standing.diagnosis import DEAD_LOAD, carries
+
+        rest = elastic_of(Task(problem, effort=effort, kept=self.kept)).settled
+        if rest is None or not carries(problem, rest):
+            return False
+        effort.uses(find_solver(MATRICES, None).name, DEAD_LOAD)
+        return True
 
     def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """What method "compliant" finds, or why it is not asked; None where nobody wants to know. Its steps

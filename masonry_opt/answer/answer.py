@@ -197,7 +197,7 @@ def certified(
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
     certificate = certify(problem, load_factor, q, d, slope)
     return Answer(
-        load_factor=load_factor + 0.0,  # no minus before a zero
+        load_factor=float(load_factor) + 0.0,  # no minus before a zero
         q=q,
         d=d,
         slope=slope,

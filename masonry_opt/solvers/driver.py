@@ -123,7 +123,7 @@ class Kept:
 
     Parameters
     ----------
-    keeps: whether anything is kept; for a single analysis nothing is.
+    keeps: whether anything is kept for other problems; in a single analysis, for its own alone.
     """
 
     def __init__(self, keeps: bool = False) -> None:
@@ -134,9 +134,8 @@ class Kept:
         """What is kept under a key, for this problem; built where there is nothing, or it is of other
         matrices, loads or strengths."""
         before, held = self._held.get(key, (None, None))
-        if before is not None and problem.same_program(before):
+        if before is problem or (self.keeps and before is not None and problem.same_program(before)):
             return cast(_T, held).again_for(problem, effort)
         built = build()
-        if self.keeps:
-            self._held[key] = problem, built
+        self._held[key] = problem, built
         return built

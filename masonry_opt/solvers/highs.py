@@ -2,6 +2,7 @@
 while their costs and bounds change."""
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
@@ -27,7 +28,7 @@ class LinearProgram:
     cost, low, high: shape (columns,).
     matrix: A, shape (rows, columns).
     row_lower, row_upper: shape (rows,).
-    columns, rows: of each variable, and of each constraint in CVXPY, in order, by its identity.
+    columns, rows: of each variable, and of each constraint in CVXPY, in order, by its identity, or by name.
     """
 
     cost: np.ndarray
@@ -36,8 +37,8 @@ class LinearProgram:
     row_upper: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    columns: dict[int, np.ndarray]
-    rows: dict[int, np.ndarray]
+    columns: Mapping[int | str, np.ndarray]
+    rows: Mapping[int | str, np.ndarray]
 
     @classmethod
     def of(cls, program: Any) -> "LinearProgram":
@@ -99,20 +100,6 @@ class LinearProgram:
             },
             rows={},
         )
-
-    def changed(
-        self, row: np.ndarray, column: np.ndarray, entries: np.ndarray, upper: np.ndarray
-    ) -> "LinearProgram":
-        """The same program with new ``entries`` at these rows and columns, and new upper bounds of the rows.
-        An entry that is zero now cannot change."""
-        height, width = self.matrix.shape
-        places = np.repeat(np.arange(width), np.diff(self.matrix.indptr)) * height + self.matrix.indices
-        order = np.argsort(places)
-        at = order[np.searchsorted(places, column.astype(np.int64) * height + row, sorter=order)]
-        data, row_upper = self.matrix.data.copy(), self.row_upper.copy()
-        data[at], row_upper[row] = entries, upper
-        matrix = sp.csc_array((data, self.matrix.indices, self.matrix.indptr), shape=self.matrix.shape)
-        return replace(self, matrix=matrix, row_upper=row_upper)
 
     @property
     def size(self) -> LpSize:
@@ -187,14 +174,14 @@ class HighsSession:
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
         """Lower bounds of rows, in order: so far below their upper bounds."""
-        rows = self.lp.rows[id(constraint)]
+        rows = self.rows(constraint)
         upper = self.lp.row_upper[rows]
         self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
 
     def set_column(self, variable: Any, constraint: Any, entries: np.ndarray) -> None:
         """Entries of a variable of one column in the rows of a constraint, in order. Bounds by multipliers
         (``least``, ``contradiction``) are those of the program as it was declared."""
-        column, rows = int(self.columns(variable)[0]), self.lp.rows[id(constraint)]
+        column, rows = int(self.columns(variable)[0]), self.rows(constraint)
         _, held, values = self._highs.getColEntries(column)
         now = np.zeros(self.lp.matrix.shape[0])
         now[held] = values
@@ -203,7 +190,11 @@ class HighsSession:
 
     def columns(self, variable: Any) -> np.ndarray:
         """Columns of a variable, in order."""
-        return self.lp.columns[id(variable)]
+        return self.lp.columns[variable if isinstance(variable, str) else id(variable)]
+
+    def rows(self, constraint: Any) -> np.ndarray:
+        """Rows of a constraint, in order."""
+        return self.lp.rows[constraint if isinstance(constraint, str) else id(constraint)]
 
     def solve(self, seconds: float = inf) -> Verdict:
         """Solve with the present parameters, within so many seconds."""
@@ -251,7 +242,7 @@ class HighsSession:
 
     def duals(self, constraint: Any) -> np.ndarray:
         """Duals of rows at the last optimum: change of the optimum per unit of bound."""
-        return self.multipliers()[self.lp.rows[id(constraint)]]
+        return self.multipliers()[self.rows(constraint)]
 
     def multipliers(self) -> np.ndarray:
         """Duals of all rows after the last run, shape (rows,); empty if there are none."""

@@ -10,7 +10,7 @@ from scenes_in_space import corner_wall
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.methods.push.growth import grown, last_steps
+from masonry_opt.methods.push.growth import grown, sharp_steps
 from masonry_opt.methods.push.push import Elastic
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
@@ -110,7 +110,7 @@ def test_the_last_state_is_one_of_contacts_that_give_from_those_before():
 def test_contacts_made_sharp_carry_what_round_ones_do_but_for_a_little():
     """Where a state of round contacts has no like among sharp ones, a step of these counts."""
     _, growth, _ = load_grown(rubble(60, 341002))
-    _, (curve, d, load), *_ = last_steps(growth)
+    curve, d, load = next(sharp_steps(growth))
     assert curve.rounding == pytest.approx(growth.before.rounding / 100)
     assert 0.99 * growth.carried <= load < growth.carried
     assert curve.unbalanced(d, load) < 1e-9

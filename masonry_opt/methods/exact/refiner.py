@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
+import scipy.sparse as sp
 
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
@@ -23,7 +24,7 @@ from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import WEIGHT, alternated
 from masonry_opt.methods.task import Task
-from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
+from masonry_opt.models.cvxpy_exact import energy_costs
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
@@ -98,13 +99,37 @@ class OutOfTime(Exception):
     """The deadline of a refiner has passed."""
 
 
-#: Declared and compiled: variables of the declared ones name columns of the compiled.
-_Programs = tuple[CvxpyForces, CvxpyMotion, LinearProgram, LinearProgram]
+def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
+    """:class:`~masonry_opt.models.cvxpy_exact.CvxpyForces` and ``CvxpyMotion`` without costs, as CVXPY
+    compiles them, but at once: columns "q" and "load_factor", rows "yield"; columns "p" and "d"."""
+    (height, width), faces, live = problem.B.shape, problem.faces, sp.csc_array(problem.live[:, None])
+    at_yield = sp.diags_array(-1 / problem.steep) @ problem.true_yield
+    forces = LinearProgram(
+        cost=np.zeros(width + 1),
+        matrix=sp.block_array([[problem.B, live], [at_yield, None]], format="csc"),
+        row_lower=np.r_[-problem.dead, np.full(faces, -inf)],
+        row_upper=np.r_[-problem.dead, problem.face_cohesion / problem.steep],
+        low=np.full(width + 1, -inf),
+        high=np.full(width + 1, inf),
+        columns={"q": _numbers(width), "load_factor": _numbers(1, width)},
+        rows={"yield": _numbers(faces, height)},
+    )
+    work = np.r_[np.zeros(width), problem.live_norm]
+    motion = LinearProgram(
+        cost=np.zeros(faces + height),
+        matrix=sp.block_array([[-problem.D(problem.dilatancy), problem.B.T], [None, live.T]], format="csc"),
+        row_lower=work,
+        row_upper=work,
+        low=np.r_[np.zeros(faces), np.full(height, -inf)],
+        high=np.full(faces + height, inf),
+        columns={"p": _numbers(faces), "d": _numbers(height, faces)},
+        rows={},
+    )
+    return forces, motion
 
 
-def _programs(problem: Problem) -> _Programs:
-    forces, motion = CvxpyForces(problem), CvxpyMotion(problem)
-    return forces, motion, LinearProgram.of(forces.program), LinearProgram.of(motion.program)
+def _numbers(count: int, first: int = 0) -> np.ndarray:
+    return np.arange(first, first + count, dtype=np.int32)
 
 
 class StateFinder(ABC):
@@ -148,9 +173,11 @@ class Refiner(StateFinder):
 
     undecided: int
 
-    def __init__(self, problem: Problem, effort: Effort, programs: _Programs | None = None) -> None:
+    def __init__(
+        self, problem: Problem, effort: Effort, given: tuple[LinearProgram, LinearProgram] | None = None
+    ) -> None:
         super().__init__(problem, effort)
-        self._forces, self._motion, forces, motion = programs or _programs(problem)
+        forces, motion = given or programs(problem)
         self._small = small = problem.joints <= SMALL
         hardly = (problem.dilatancy != 0) & (np.abs(problem.dilatancy) < _HARDLY_DILATES)
         self._roughly = small and not hardly.any()
@@ -164,44 +191,33 @@ class Refiner(StateFinder):
         self.undecided = 0
 
     def again_for(self, problem: Problem, effort: Effort) -> "Refiner":
-        """A refiner of a problem that differs in friction, cohesion and dilatancy alone. It shares the
-        declared programs, unless dilatancy or steepness differs, or a friction is zero, which has no entry in
-        the matrix."""
-        same = [np.array_equal(getattr(self.problem, n), getattr(problem, n)) for n in ("dilatancy", "steep")]
-        if not (all(same) and problem.friction.all() and self.problem.friction.all()):
-            return Refiner(problem, effort)
-        lp, slides = self._statics.lp, problem.table.slides
-        at_points = problem.joints * np.arange(problem.layout.points)
-        faces = lp.rows[id(self._forces.within_yield)][slides]
-        normal = lp.columns[id(self._forces.statics.q)][np.add.outer(at_points, problem.face_joint[slides])]
-        friction, cohesion = problem.limit_factors @ problem.friction, problem.face_cohesion
-        limits = ((of / problem.steep)[slides] for of in (-friction, cohesion))
-        forces = lp.changed(*(np.broadcast_to(of, normal.shape).ravel() for of in (faces, normal, *limits)))
-        return Refiner(problem, effort, (self._forces, self._motion, forces, self._kinematics.lp))
+        """A refiner of a problem that differs in friction, cohesion and dilatancy alone; of the same problem
+        with its programs."""
+        same = problem is self.problem
+        return Refiner(problem, effort, (self._statics.lp, self._kinematics.lp) if same else None)
 
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray] | None:
         """(a): velocities (3b,) and rates (faces,) of the mechanism of least cost·p in which the banned faces
         are at rest; None if there is none."""
-        mechanism = self._motion.mechanism
-        self._kinematics.set_costs(mechanism.p, cost)
+        self._kinematics.set_costs("p", cost)
         at_rest = np.zeros(len(cost), dtype=bool) if banned is None else banned
-        self._kinematics.set_most(mechanism.p, np.where(at_rest, 0.0, inf))
+        self._kinematics.set_most("p", np.where(at_rest, 0.0, inf))
         if not self._solved(self._kinematics):
             return None
-        return self._kinematics.values(mechanism.d), self._kinematics.values(mechanism.p)
+        return self._kinematics.values("d"), self._kinematics.values("p")
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
         """(b)."""
-        statics, support = self._forces.statics, rates > (_AT_WORK * rates.max() if self._roughly else _RESTS)
+        support = rates > (_AT_WORK * rates.max() if self._roughly else _RESTS)
         small = np.where(support, 0.0, rates) * self._roughly
         if not self._forces_at(*energy_costs(self.problem, small, _SMALL_RATES), support):
             return None
-        strength = np.where(support, np.abs(self._statics.duals(self._forces.within_yield)), 0.0)
-        q = self._statics.values(statics.q)
+        strength = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
+        q = self._statics.values("q")
         return ExactState(
-            load_factor=float(self._statics.values(statics.load_factor)[0]),
+            load_factor=float(self._statics.values("load_factor")[0]),
             q=q,
             d=d,
             slack=self.problem.slacks(q) / self.problem.steep,
@@ -283,21 +299,18 @@ class Refiner(StateFinder):
         problem = self.problem
         if not self._forces_at(-problem.live_norm, problem.N.T @ cost):
             return None
-        forces = self._forces
-        rates = np.abs(self._statics.duals(forces.within_yield)) / problem.steep
-        return self._statics.values(forces.statics.q), rates
+        return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
 
     def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
         solved = self._forces_at(*energy_costs(self.problem, rates, WEIGHT))
-        return self._statics.values(self._forces.statics.q) if solved else None
+        return self._statics.values("q") if solved else None
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | None = None) -> bool:
         """Whether there are forces of least cost with the held faces, if any, at yield."""
-        statics = self._forces.statics
-        self._statics.set_costs(statics.load_factor, np.array([load_cost]))
-        self._statics.set_costs(statics.q, force_cost + self._random_of_forces)
+        self._statics.set_costs("load_factor", np.array([load_cost]))
+        self._statics.set_costs("q", force_cost + self._random_of_forces)
         held = np.zeros(self.problem.faces, dtype=bool) if held is None else held
-        self._statics.set_room(self._forces.within_yield, np.where(held, 0.0, inf))
+        self._statics.set_room("yield", np.where(held, 0.0, inf))
         return self._solved(self._statics)
 
     def _solved(self, session: HighsSession) -> bool:

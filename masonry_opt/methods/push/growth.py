@@ -88,10 +88,9 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
     return None
 
 
-def last_steps(growth: Growth) -> Iterator[tuple[Curve, np.ndarray, float]]:
-    """Contacts before the last step of a load that grew, displacements in it, and the load; then of contacts
-    made sharp, which carry less where rounder ones hold by a corner, under loads ever lower."""
-    yield growth.before, growth.d, growth.carried
+def sharp_steps(growth: Growth) -> Iterator[tuple[Curve, np.ndarray, float]]:
+    """Contacts made sharp, which carry less where rounder ones hold by a corner, before a step to where they
+    come to rest under a load; displacements in it, and the load, lower and lower."""
     apart = _APART
     while apart <= _LOWEST:
         here = growth.before.slipped(growth.d)

@@ -8,7 +8,7 @@ longer changes along it, on a ray, its direction is a collapse mechanism, and th
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 from math import inf
 
 import numpy as np
@@ -19,7 +19,7 @@ from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.solution import GivingState
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.effort import Effort
-from masonry_opt.methods.push.growth import Growth, come_to_rest, grown, last_steps
+from masonry_opt.methods.push.growth import Growth, come_to_rest, grown, sharp_steps
 from masonry_opt.methods.push.law import Rounded, compliance
 from masonry_opt.methods.push.matrix import BlockMatrix
 from masonry_opt.methods.push.path import Curve, Point
@@ -73,7 +73,7 @@ class Elastic:
 
     def again_for(self, problem: Problem, effort: Effort | None = None) -> "Elastic":
         """The same of a problem of other loads, law or forces at rest."""
-        return Elastic(problem, self._matrix)
+        return self if problem is self.problem else Elastic(problem, self._matrix)
 
     def drawn(self, deviation: float, rng: np.random.Generator) -> "Elastic":
         """The same, the stiffness of each contact changed by a random factor, its logarithm's standard
@@ -312,9 +312,10 @@ class Elastic:
         return self._sharpened(self.curve.rounded_by(rounding), point.d, point.load_factor, short, u)
 
     def carried(self, growth: Growth) -> GivingState | None:
-        """The last state of a load that grows, certified for contacts that give from those before; None if
-        none is found that holds."""
-        for curve, d, load in last_steps(growth):
+        """The last state of a load that grows, certified for contacts that give from those before; of large
+        scenes else one of sharp contacts. None if none is found that holds."""
+        own = (growth.before, growth.d, growth.carried)
+        for curve, d, load in chain([own], sharp_steps(growth) if self.problem.joints > _LARGE else ()):
             state = self._sharpened(curve, d, load, 0.0, max(curve.moves(d), SMALLEST))
             if state is not None and not state.answer.failing(Kind.COMPLIANT):
                 return state

@@ -6,6 +6,7 @@ import pyomo.environ as pyo
 import pytest
 from scenes import declared
 
+from masonry_opt.methods.exact.refiner import programs
 from masonry_opt.models.cvxpy_exact import CvxpyAtYield, CvxpyForces, CvxpyMotion
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
@@ -15,6 +16,7 @@ from masonry_opt.models.pyomo_mpec import PyomoGlobal, PyomoMpec
 from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.models.pyomo_terms import put
 from masonry_opt.problem.problem import ShearLimits
+from masonry_opt.solvers.highs import LinearProgram
 
 #: Models that have statics, by name, each of a problem and its true shear limits.
 STATIC = {
@@ -95,3 +97,20 @@ def test_size_of_eq_9_and_eq_10(language, problem):
     # CVXPY writes p ≥ 0 as rows.
     signs = faces if language == "cvxpy" else 0
     assert (kinematic.rows, kinematic.columns) == (3 * c + 1 + signs, 3 * b + faces)
+
+
+def test_what_exact_states_are_refined_by_is_what_cvxpy_compiles_of_the_models(problem):
+    """Column by column and row by row, to the last digit: simplex then ends in the same of many optima."""
+    forces, motion = CvxpyForces(problem), CvxpyMotion(problem)
+    statics, mechanism = forces.statics, motion.mechanism
+    names = [
+        {"q": statics.q, "load_factor": statics.load_factor, "yield": forces.within_yield},
+        {"p": mechanism.p, "d": mechanism.d},
+    ]
+    for model, made, of in zip((forces, motion), programs(problem), names, strict=True):
+        compiled = LinearProgram.of(model.program)
+        assert (compiled.matrix != made.matrix).nnz == 0
+        for array in ("cost", "low", "high", "row_lower", "row_upper"):
+            np.testing.assert_array_equal(getattr(made, array), getattr(compiled, array))
+        for name, place in (made.columns | made.rows).items():
+            np.testing.assert_array_equal(place, (compiled.columns | compiled.rows)[id(of[name])])
