@@ -122,6 +122,11 @@ class _Run:
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
         self.next_try = 0
 
+    @property
+    def _begins_associative(self) -> bool:
+        """Whether the first load factor is the associative one: rough sub-problems end up to .4 % from it."""
+        return self.parameters.start == "associative" and self.parameters.tolerance is None
+
     def follow(self, progress: Callable[[Iteration], None], revise: Revise) -> Solution:
         problem, parameters = self.problem, self.parameters
         loop = sub_problems(problem, self.driver, parameters, revise)
@@ -135,7 +140,7 @@ class _Run:
                 self.ending,
                 found=Found(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms),
                 history=(*self.ending.history, replace(entry, solved=None)),
-                associative=self.load_factors[0] + 0.0 if parameters.start == "associative" else None,
+                associative=self.load_factors[0] + 0.0 if self._begins_associative else None,
             )
             progress(entry)
             if ended := self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
@@ -206,8 +211,7 @@ class _Run:
         ended = replace(self.ending, status=Status.CONVERGED)
         load_factor = corrected(self.problem, last)
         # No state with less dilatancy exceeds the associative load factor, where that is known.
-        known = self.parameters.start == "associative" and self.parameters.tolerance is None
-        if known and load_factor > self.load_factors[0]:
+        if self._begins_associative and load_factor > self.load_factors[0]:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0]))
             load_factor = self.load_factors[0]
         found = certified(self.problem, load_factor, state.q, state.d)
