@@ -112,7 +112,7 @@ def export(
     moved: float | None = None,
 ) -> tuple[Path, ...]:
     """Write the program that a method declares, for other solvers; or, in space, blocks, forces and motion,
-    for other programs.
+    for other programs. Returns the files written, each whole.
 
     Of programs rows and columns are named by kind and blocks, units are those of
     :class:`~masonry_opt.problem.problem.Problem`, and λ is the scene's; see ``docs/solver_people.md``.
@@ -120,6 +120,11 @@ def export(
     Of solids, which are written in the case's own units, OBJ and glTF have one object a block; names of
     supports begin with ``fixed``. COMPAS JSON is an assembly of compas_assembly: blocks at rest, joints as
     interfaces with forces at their contact points, velocities as displacements.
+
+    Raises CaseError if the case file or scene is wrong, or nothing carries a live load; OptionError if the
+    method declares no single program or does not know the scene's joints, the format cannot carry its
+    program, the file cannot be written or replaced, or solids are asked of a scene in the plane; OutputError
+    if a file cannot be written; NoLoadFactorError if "global" has no associative load factor to bound λ with.
 
     Parameters
     ----------
@@ -134,23 +139,6 @@ def export(
     force: Whether to replace files that were not written here, which are known by a mark in them.
     moved: Of a result's meshes: how far its mechanism has moved, 0 at rest, 1 as far as pages move it
         (default: as pictures show it).
-
-    Returns
-    -------
-    tuple of Path
-        The files written, each whole.
-
-    Raises
-    ------
-    CaseError
-        If the case file or scene is wrong, or nothing carries a live load.
-    OptionError
-        If the method declares no single program or does not know the scene's joints, the format cannot carry
-        its program, or the file cannot be written or replaced; if solids are asked of a scene in the plane.
-    OutputError
-        If a file cannot be written.
-    NoLoadFactorError
-        If "global" has no associative load factor to bound λ with.
     """
     if not isinstance(path, str | Path):
         raise OptionError(f"the path of a file is text or a pathlib.Path (found {path!r})")

@@ -49,19 +49,11 @@ _SINGLE = ("load_factor", "live_work", "raising", "objective")
 
 @dataclass(frozen=True)
 class Labels:
-    """How joints and blocks are written in names, between brackets after the kind.
+    """How joints and blocks are written in names, between brackets after the kind; no two are the same."""
 
-    Attributes
-    ----------
-    joints: a different one for each of the problem's joints, in the order of ``Result.joints``, in space of
-        ``Result.contacts``.
-    blocks: a different one for each movable block, in the order of ``Result.blocks``.
-    limited: a different one for each limited force, in the order of ``Result.ties``.
-    """
-
-    joints: list[str]
-    blocks: list[str]
-    limited: list[str]
+    joints: list[str]  #: one for each of the problem's, ordered as ``Result.joints``, in space ``.contacts``
+    blocks: list[str]  #: one for each movable block, in the order of ``Result.blocks``
+    limited: list[str]  #: one for each limited force, in the order of ``Result.ties``
 
 
 def labels_of(assembly: Assembly, legal: bool) -> Labels:

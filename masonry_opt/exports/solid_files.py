@@ -1,6 +1,5 @@
 """Solids, their mechanism and forces as files for other programs: OBJ, glTF, COMPAS JSON."""
 
-import importlib
 import json
 import math
 from collections.abc import Callable, Iterable
@@ -30,12 +29,8 @@ _Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtyp
 
 
 def solid_file(what: Scene | Result, end: str, share: float | None) -> str | bytes:
-    """The content of a file of solids.
-
-    Parameters
-    ----------
-    end: of its name, one of ``SOLID_ENDS``.
-    share: of the full motion by which blocks are moved in meshes; None for the one that pictures show.
+    """The content of a file of solids with this end of its name, of ``SOLID_ENDS``. In meshes blocks are
+    moved by a share of the full motion, by default the one that pictures show.
 
     Raises OptionError if the scene is none in space, the share no number or one of what does not move, or
     trimesh is wanting.
@@ -122,16 +117,11 @@ def _gltf(bodies: list[_Body], binary: bool) -> str | bytes:
         mesh.visual = trimesh.visual.TextureVisuals(material=material)
         scene.add_geometry(mesh, node_name=name, geom_name=name, transform=_Y_UP)
 
-    def sign(tree: dict[str, Any]) -> None:
-        tree["asset"]["generator"] = WRITER
-
-    gltf = importlib.import_module("trimesh.exchange.gltf")
+    signed = {"tree_postprocessor": lambda tree: tree["asset"].update(generator=WRITER)}
     if binary:
-        return gltf.export_glb(scene, tree_postprocessor=sign)
-    (content,) = gltf.export_gltf(
-        scene, tree_postprocessor=sign, merge_buffers=True, embed_buffers=True
-    ).values()
-    return content.decode()
+        return scene.export(file_type="glb", **signed)
+    files = scene.export(file_type="gltf", merge_buffers=True, embed_buffers=True, **signed)
+    return files["model.gltf"].decode()
 
 
 _MESHES: dict[str, Callable[[list[_Body]], str | bytes]] = {

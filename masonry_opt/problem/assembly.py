@@ -29,31 +29,20 @@ _LARGEST = 1e9
 
 @dataclass(frozen=True)
 class Assembly:
-    """Problem with the scene it came from, which gives results their names.
-
-    Attributes
-    ----------
-    problem: the matrices.
-    scene: the blocks and their names.
-    geometry: the shapes of the blocks: polygons (:class:`~masonry_opt.scene.geometry.Geometry`), in space
-        solids (:class:`~masonry_opt.scene.space.shapes.Shapes`).
-    joints: the joints found.
-    movable: indices into the scene's blocks of the problem's blocks, shape (b,).
-    bare_edge_loads: length of each edge load's line that meets no free edge of a movable block.
-    loaded_pieces: pieces of edges on which edge loads act.
-    filled_pieces: pieces of edges that fills touch.
-    limited: the limited forces, in the order of their columns.
-    """
+    """Problem with the scene it came from, which gives results their names, the shapes of its blocks
+    (:class:`~masonry_opt.scene.geometry.Geometry`, in space :class:`~masonry_opt.scene.space.shapes.Shapes`),
+    and the joints found."""
 
     problem: Problem
     scene: Scene
     geometry: Any
     joints: Joints
-    movable: np.ndarray
+    movable: np.ndarray  #: indices into the scene's blocks of the problem's blocks, shape (b,)
+    #: Length of each edge load's line that meets no free edge of a movable block.
     bare_edge_loads: tuple[float, ...] = ()
-    loaded_pieces: tuple[LoadedPiece, ...] = ()
-    filled_pieces: tuple[FilledPiece, ...] = ()
-    limited: tuple[LimitedForce, ...] = ()
+    loaded_pieces: tuple[LoadedPiece, ...] = ()  #: pieces of edges on which edge loads act
+    filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch
+    limited: tuple[LimitedForce, ...] = ()  #: the limited forces, in the order of their columns
 
     def names(self, blocks: np.ndarray) -> list[str]:
         """Names of blocks by their indices in the scene."""
@@ -99,12 +88,8 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6).
 
     Raises CaseError if a block, joint, edge load or fill of the scene is wrong (see ``geometry``,
-    ``find_joints``, ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or loads differ by more than
-    double precision carries.
-
-    Parameters
-    ----------
-    floating: as of ``find_joints``.
+    ``find_joints``, also for ``floating``, ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or
+    loads differ by more than double precision carries.
     """
     found = shapes_of(scene)
     joints, movable = find_joints(scene, found, floating=floating), np.flatnonzero(~scene.fixed)
@@ -204,9 +189,8 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     if any(getattr(scene, name) != getattr(before, name) for name in _OF_LOADS):
         on_edges, bare, pieces = edge_forces(scene, assembly.geometry, assembly.joints)
         assembly = replace(assembly, bare_edge_loads=bare, loaded_pieces=pieces)
-        shapes, filled = assembly.geometry, assembly.filled_pieces
-        loaded = _loaded(scene, shapes, assembly.movable, problem.length_unit, on_edges, filled)
-        dead, live, force_unit = loaded
+        shapes, movable, filled = assembly.geometry, assembly.movable, assembly.filled_pieces
+        dead, live, force_unit = _loaded(scene, shapes, movable, problem.length_unit, on_edges, filled)
         earth = pressures(scene, filled)
         limited = [next(earth) if force.role is Role.EARTH else force for force in assembly.limited]
         assembly = replace(assembly, limited=tuple(limited))
@@ -223,13 +207,8 @@ def with_supports_freed(
     assembly: Assembly, scene: Scene, push: np.ndarray, restraints: Sequence[LimitedForce]
 ) -> Assembly:
     """Assembly of a scene that differs in that some fixed blocks can move, with the same joints (none between
-    these and other fixed blocks), dead loads (none on these) and limited forces.
-
-    Parameters
-    ----------
-    push: live load at the centroid of each of these, the only one, shape (2,) or (3,).
-    restraints: forces that act beside the scene's own.
-    """
+    these and other fixed blocks), dead loads (none on these) and limited forces, beside which restraints act.
+    A push at the centroid of each of these, shape (2,) or (3,), is the only live load."""
     before, movable, joints = assembly.problem, np.flatnonzero(~scene.fixed), assembly.joints
     shapes = assembly.geometry
     matrices = Matrices.of(joints, shapes, movable, before.length_unit)

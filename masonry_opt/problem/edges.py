@@ -19,14 +19,10 @@ class EdgeFactors:
     """Numbers of the factors of statics and of kinematics, and the rows that they meet.
 
     Statics: x₂ = n₁, x₃ = n₂ and z₀ (the shear s where a joint cannot slide) of each joint, then λ, then 1.
-    Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1, with u = 2 p of rocking rates p.
-
-    Attributes
-    ----------
-    forces, rates, velocities: numbers of the factors; only joints that slide have p₀ and p₁.
-    load_factor: number of λ.
-    signed: factors of statics that may be negative.
-    at_rest: pairs of factors whose product is zero in every Coulomb state.
+    Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1, with u = 2 p of rocking rates p; only joints
+    that slide have p₀ and p₁. ``forces``, ``load_factor``, ``rates`` and ``velocities`` number them.
+    ``signed`` are the factors of statics that may be negative, ``at_rest`` pairs whose product is zero in
+    every Coulomb state.
     """
 
     def __init__(self, problem: Problem) -> None:

@@ -41,13 +41,8 @@ MISSED = 0.0065
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     """Rates p ≥ 0 of all chords, shape (2, joints, chords), (+) and (−), that follow a motion and dissipate
-    least: only the chords whose normals enclose the motion have any.
-
-    Parameters
-    ----------
-    opening: negative where material is crushed, shape (joints,).
-    rotation: times L/2, shape (joints,).
-    """
+    least: only the chords whose normals enclose the motion have any. The motion is an opening, negative where
+    material is crushed, and a rotation times L/2, shape (joints,) each."""
     slope, joints, turning = CHORDS.slope, np.arange(len(opening)), np.abs(rotation)
     p = np.zeros((2, len(opening), len(slope)))
     sense = (rotation > 0).astype(int)
@@ -89,31 +84,20 @@ KINDS = 3
 @dataclass(frozen=True)
 class Layout:
     """What differs between the plane, of which this is, and space: rows of a block, points of a joint, and
-    senses of sliding.
+    senses of sliding."""
 
-    Attributes
-    ----------
-    senses: shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two
-        opposites, in space directions all round, at equal angles, the first half of one from the tangent.
-    factor: share of the shear limit that holds in each sense.
-    word: what results call the senses; nothing in the plane, where there are no others.
-    dimension: components of a force, on a block or in a joint.
-    rows: rows of a block in B: ``dimension`` forces, then moments about its centroid.
-    points: points at which a joint presses. Its kinds of force in q are a normal force at each, then
-        ``dimension`` − 1 shears: three in all.
-    round: whether the senses are sides inside a cone.
-    called: what results call the problem's joints.
-    """
-
+    #: Shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two opposites, in
+    #: space directions all round, at equal angles, the first half of one from the tangent.
     senses: np.ndarray
-    factor: float = 1.0
-    word: str = ""
+    factor: float = 1.0  #: share of the shear limit that holds in each sense
+    word: str = ""  #: what results call the senses; nothing in the plane, where there are no others
 
-    dimension: ClassVar[int] = 2
-    rows: ClassVar[int] = 3
+    dimension: ClassVar[int] = 2  #: components of a force, on a block or in a joint
+    rows: ClassVar[int] = 3  #: of a block in B: ``dimension`` forces, then moments about its centroid
+    #: At which a joint presses: of its three kinds of force in q a normal force at each, the rest shears.
     points: ClassVar[int] = 2
-    round: ClassVar[bool] = False
-    called: ClassVar[str] = "joints"
+    round: ClassVar[bool] = False  #: whether the senses are sides inside a cone
+    called: ClassVar[str] = "joints"  #: what results call the problem's joints
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
         """Rates, shape (senses, k), of the senses that together slip so, shape (dimension − 1, k)."""
@@ -173,17 +157,11 @@ class Faces:
     A *face* is one yield condition, and every array over faces has this order: sliding (+) of the k joints
     that can slide, sliding (−) of them, rocking (n₁ ≥ 0) of all c joints, rocking (n₂ ≥ 0) of them, then
     chords of crushing (``CHORDS``) at the first point and at the second of the joints of limited strength,
-    then T not below its lowest, and T not above its highest value of the limited forces that have one. The
-    slack of each is a force.
+    then T not below its lowest, and T not above its highest value of the limited forces that have one
+    (``bounded`` says which are so below, and which above, shape (t,) each). The slack of each is a force.
 
-    Parameters
-    ----------
-    bounded: which limited forces are bounded below, and which above, shape (t,) each.
-
-    Attributes
-    ----------
-    count: number of faces.
-    slides, rocks, chords, limits: where each of the four kinds is; ``rest``: all but those that slide.
+    ``count`` is the number of faces; ``slides``, ``rocks``, ``chords`` and ``limits`` say where each of the
+    four kinds is, ``rest`` where all but those that slide are.
     """
 
     def __init__(
@@ -249,17 +227,11 @@ class Faces:
         entries[..., :-shears] = self.layout.factor * slope[:, None]
         entries[..., -shears:] = -self.layout.senses[:, None, :]
         columns = np.add.outer(self.sliding, np.arange(KINDS) * self.joints)
-        matrix = sp.csr_array(
-            (
-                np.append(entries.ravel(), rest.data),
-                np.concatenate([np.tile(columns.ravel(), senses), rest.indices]),
-                np.append(
-                    np.arange(0, entries.size, KINDS, dtype=rest.indptr.dtype),
-                    entries.size + rest.indptr,
-                ),
-            ),
-            shape=(self.count, rest.shape[1]),
-        )
+        values = np.append(entries.ravel(), rest.data)
+        indices = np.concatenate([np.tile(columns.ravel(), senses), rest.indices])
+        starts = np.arange(0, entries.size, KINDS, dtype=rest.indptr.dtype)
+        parts = values, indices, np.append(starts, entries.size + rest.indptr)
+        matrix = sp.csr_array(parts, shape=(self.count, rest.shape[1]))
         matrix.eliminate_zeros()
         return matrix
 

@@ -10,7 +10,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import Segments, no_loads, resultant
 from masonry_opt.scene.geometry import Geometry
-from masonry_opt.scene.loads import Kind
+from masonry_opt.scene.loads import KINDS
 from masonry_opt.scene.profile import Profile, profile_below
 from masonry_opt.scene.road import Fill
 from masonry_opt.scene.scene import Scene
@@ -21,24 +21,15 @@ _LEVEL = 1e-9
 
 @dataclass(frozen=True)
 class FilledPiece:
-    """A straight piece of a block's edge that a fill touches, below a straight piece of its road.
+    """A straight piece of a block's edge that a fill touches, below a straight piece of its road."""
 
-    Attributes
-    ----------
-    fill, block, edge: indices into the scene's fills and blocks, and the geometry's edges.
-    ends: of the piece, relative to the geometry's origin, the block to its left, shape (2, 2).
-    depth: of these ends below the road, shape (2,).
-    stress: what stands on these ends per unit of plan, σ, shape (2,).
-    zone: in which of the fill's zones the piece lies.
-    """
-
-    fill: int
-    block: int
-    edge: int
-    ends: np.ndarray
-    depth: np.ndarray
-    stress: np.ndarray
-    zone: int = 0
+    fill: int  #: indices into the scene's fills,
+    block: int  #: the scene's blocks,
+    edge: int  #: and the geometry's edges
+    ends: np.ndarray  #: of the piece, relative to the geometry's origin, the block to its left, shape (2, 2)
+    depth: np.ndarray  #: of these ends below the road, shape (2,)
+    stress: np.ndarray  #: what stands on these ends per unit of plan, σ, shape (2,)
+    zone: int = 0  #: in which of the fill's zones the piece lies
 
     @property
     def height(self) -> float:
@@ -157,8 +148,7 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
     "dead" and "live", shape (blocks, 3), in the scene's units; in an earthquake its mass too, where it stands
     on the blocks."""
     forces = no_loads(shapes)
-    kinds: tuple[Kind, ...] = ("dead", "live")
-    factor = {kind: scene.factor(kind, "fill") for kind in kinds}
+    factor = {kind: scene.factor(kind, "fill") for kind in KINDS}
     per_weight = {kind: times * scene.down for kind, times in factor.items() if times}
     if (shaking := scene.shaking) is not None:
         per_weight["live"] = max(0.0, factor["dead"]) * shaking

@@ -13,14 +13,9 @@ from masonry_opt.problem.faces import CHORDS, Layout, chord_rates, crushing_ener
 
 
 class _Limited:
-    """A law of joints.
+    """A law of joints."""
 
-    Attributes
-    ----------
-    conic: whether it is a curve, for solvers of conic programs.
-    """
-
-    conic = False
+    conic = False  #: whether it is a curve, for solvers of conic programs
 
     def __init__(self, layout: Layout, law: "Law") -> None:
         self.layout, self.law = layout, law
@@ -123,31 +118,21 @@ BY_FACES = Forms()
 
 @dataclass(frozen=True)
 class Law:
-    """Friction and strength of the joints that have any limit, and limits of forces.
+    """Friction and strength of the joints that have any limit, and limits of forces."""
 
-    Attributes
-    ----------
-    sliding: indices of the joints that can slide (friction is limited), shape (k,).
-    friction, dilatancy: μ and tan φ₀ of the joints that can slide, shape (k,).
-    cohesion: of the joints that can slide, as a force (per unit length × L), shape (k,).
-    dilatancy_force: normal forces up to which the dilatancy is whole and from which there is none (``inf``
-        where it does not depend on them), shape (k, 2).
-    crushing: indices of the joints of limited strength, shape (l,).
-    crushing_force: f_c L, the normal force that crushes all of such a joint, shape (l,).
-    lowest, highest: limits of the limited forces, ±``inf`` where there is none, shape (t,).
-    forms: by which laws friction and strength are measured.
-    """
-
-    sliding: np.ndarray
-    friction: np.ndarray
-    cohesion: np.ndarray
-    dilatancy: np.ndarray
+    sliding: np.ndarray  #: indices of the joints that can slide (friction is limited), shape (k,)
+    friction: np.ndarray  #: μ of the joints that can slide, shape (k,)
+    cohesion: np.ndarray  #: of the joints that can slide, as a force (per unit length × L), shape (k,)
+    dilatancy: np.ndarray  #: tan φ₀ of the joints that can slide, shape (k,)
+    #: Normal forces up to which the dilatancy is whole and from which there is none (``inf`` where it does
+    #: not depend on them), shape (k, 2).
     dilatancy_force: np.ndarray
-    crushing: np.ndarray
-    crushing_force: np.ndarray
+    crushing: np.ndarray  #: indices of the joints of limited strength, shape (l,)
+    crushing_force: np.ndarray  #: f_c L, the normal force that crushes all of such a joint, shape (l,)
+    #: Limits of the limited forces, ±``inf`` where there is none, shape (t,).
     lowest: np.ndarray = field(default_factory=lambda: np.zeros(0))
     highest: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    forms: Forms = BY_FACES
+    forms: Forms = BY_FACES  #: by which laws friction and strength are measured
 
     @property
     def dilatancy_depends_on_stress(self) -> bool:

@@ -30,51 +30,30 @@ class Role(StrEnum):
 
 @dataclass(frozen=True)
 class Action:
-    """What one unit of a limited force does to a block.
+    """What one unit of a limited force does to a block."""
 
-    Attributes
-    ----------
-    block: index in the scene's blocks; −1 is the ground.
-    point: where it acts, relative to the origin of the shapes, shape (dim,).
-    force: shape (dim,).
-    couple: moment beside that of the force, shape (1,), in space (3,), or none.
-    """
-
-    block: int
-    point: np.ndarray
-    force: np.ndarray
-    couple: np.ndarray | float = 0.0
+    block: int  #: index in the scene's blocks; −1 is the ground
+    point: np.ndarray  #: where it acts, relative to the origin of the shapes, shape (dim,)
+    force: np.ndarray  #: shape (dim,)
+    couple: np.ndarray | float = 0.0  #: moment beside that of the force, shape (1,), in space (3,), or none
 
 
 @dataclass(frozen=True)
 class LimitedForce:
-    """A force T within limits, in the scene's unit of force.
+    """A force T within limits, in the scene's unit of force."""
 
-    Attributes
-    ----------
-    role: what exerts it: a tie (T > 0 is tension), a prop (compression), earth, a support.
-    name: what results call it.
-    actions: on each of its blocks.
-    lowest, highest: limits of T.
-    """
-
-    role: Role
-    name: str
-    actions: tuple[Action, ...]
-    lowest: float = -inf
+    role: Role  #: what exerts it: a tie (T > 0 is tension), a prop (compression), earth, a support
+    name: str  #: what results call it
+    actions: tuple[Action, ...]  #: on each of its blocks
+    lowest: float = -inf  #: limits of T
     highest: float = inf
 
 
 def columns(
     limited: Sequence[LimitedForce], centroid: np.ndarray, movable: np.ndarray, length_unit: float
 ) -> sp.csr_array:
-    """Columns of B of limited forces, shape (3b, t), with lengths in the problem's unit.
-
-    Parameters
-    ----------
-    centroid: of all blocks of the scene, relative to the origin of the shapes.
-    movable: indices into the scene's blocks, shape (b,).
-    """
+    """Columns of B of limited forces, shape (3b, t), with lengths in the problem's unit, given the centroids
+    of all blocks of the scene and the indices of those that can move, shape (b,)."""
     dimension = centroid.shape[1]
     rows = dimension + moments_in(dimension)
     row_of = {int(block): rows * row for row, block in enumerate(movable)}

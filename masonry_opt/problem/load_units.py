@@ -9,17 +9,11 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 @dataclass(frozen=True)
 class Scaled:
-    """A problem in other units of force and of λ; velocities are the same in both.
+    """A problem in other units of force and of λ; velocities are the same in both."""
 
-    Attributes
-    ----------
-    problem: in those units.
-    force, load_factor: what its forces and its λ are multiplied by.
-    """
-
-    problem: Problem
-    force: float
-    load_factor: float
+    problem: Problem  #: in those units
+    force: float  #: what its forces are multiplied by
+    load_factor: float  #: what its λ is multiplied by
 
     def limits(self, limits: ShearLimits) -> ShearLimits:
         """Shear limits of the problem as it was, in these units."""
@@ -32,8 +26,7 @@ class Scaled:
 
 def in_units_of_live_load(problem: Problem) -> Scaled:
     """The problem with a live load whose largest entry is near that of the dead load, smaller by a power of
-    two: no digit of any number changes, and solvers see a λ near that of a live load as large as the weights.
-    """
+    two: no digit of any number changes, and solvers see λ as of a live load about as large as the weights."""
     live, dead = (float(np.abs(load).max()) or 1.0 for load in (problem.live, problem.dead))
     unit = 2.0 ** np.round(np.log2(live / dead))
     return Scaled(replace(problem, live=problem.live / unit), 1.0, 1.0 / float(unit))
@@ -54,11 +47,6 @@ def in_units_of_load(problem: Problem) -> Scaled:
     force = next(weight for weight in weights if weight)
     forces = ("cohesion", "dilatancy_force", "crushing_force", "lowest", "highest")
     law = replace(problem.law, **{name: getattr(problem, name) / force for name in forces})
-    scaled = replace(
-        problem,
-        law=law,
-        dead=problem.dead / force,
-        live=problem.live / problem.live_norm,
-        force_unit=problem.force_unit * force,
-    )
+    dead, live = problem.dead / force, problem.live / problem.live_norm
+    scaled = replace(problem, law=law, dead=dead, live=live, force_unit=problem.force_unit * force)
     return Scaled(scaled, force, force / problem.live_norm)

@@ -11,7 +11,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.contacts.sides import LEAN
 from masonry_opt.scene.geometry import Extents
-from masonry_opt.scene.loads import EdgeLoad, Kind
+from masonry_opt.scene.loads import KINDS, EdgeLoad, Kind
 from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.scene import Scene
 
@@ -30,25 +30,17 @@ def no_loads(shapes: Extents) -> dict[str, np.ndarray]:
     """Zeros for force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live",
     shape (blocks, 3), in space (blocks, 6)."""
     blocks, dimension = shapes.centroid.shape
-    return {kind: np.zeros((blocks, dimension + moments_in(dimension))) for kind in ("dead", "live")}
+    return {kind: np.zeros((blocks, dimension + moments_in(dimension))) for kind in KINDS}
 
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces of one kind, none of them zero. Several may act on one block.
+    """Forces of one kind, none of them zero. Several may act on one block."""
 
-    Attributes
-    ----------
-    block: which of the movable blocks each acts on, shape (f,).
-    force: in the case's unit of force, shape (f, dim).
-    point: where it acts, relative to the origin of the shapes, shape (f, dim).
-    couple: moments on each movable block beside those of the forces, shape (b, 1), in space (b, 3).
-    """
-
-    block: np.ndarray
-    force: np.ndarray
-    point: np.ndarray
-    couple: np.ndarray
+    block: np.ndarray  #: which of the movable blocks each acts on, shape (f,)
+    force: np.ndarray  #: in the case's unit of force, shape (f, dim)
+    point: np.ndarray  #: where it acts, relative to the origin of the shapes, shape (f, dim)
+    couple: np.ndarray  #: moments on each movable block beside these forces', shape (b, 1), in space (b, 3)
 
     def about(self, centroid: np.ndarray) -> np.ndarray:
         """Their sums on the blocks, and their moments about the blocks' centroids, shape (3b,): fx, fy, m of
@@ -165,21 +157,13 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
 
 @dataclass(frozen=True)
 class LoadedPiece:
-    """A free piece of a block's edge with its load, which is linear between the ends.
+    """A free piece of a block's edge with its load, which is linear between the ends."""
 
-    Attributes
-    ----------
-    load, block: indices into the scene's edge loads and blocks.
-    kind: "dead" or "live", as which it acts.
-    ends: of the piece, relative to the geometry's origin, shape (2, 2).
-    intensity: force per unit length at these ends, over the scene's thickness, shape (2, 2).
-    """
-
-    load: int
-    block: int
-    kind: Kind
-    ends: np.ndarray
-    intensity: np.ndarray
+    load: int  #: index into the scene's edge loads
+    block: int  #: index into the scene's blocks
+    kind: Kind  #: "dead" or "live", as which it acts
+    ends: np.ndarray  #: of the piece, relative to the geometry's origin, shape (2, 2)
+    intensity: np.ndarray  #: force per unit length at these ends, over the scene's thickness, shape (2, 2)
 
 
 @dataclass(frozen=True)
@@ -215,14 +199,12 @@ def edge_forces(
     A line's load acts on the edges of movable blocks that lie on it within the tolerance, less what joints
     cover of them, with its exact resultant and moment on each.
 
-    Raises CaseError if a load meets no free edge of a movable block; the message says what lies there
-    instead. If its line is shorter than the tolerance.
+    Raises CaseError if a load's line is shorter than the tolerance, or meets no free edge of a movable block;
+    the message says what lies there instead.
 
-    Returns
-    -------
-    Force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live", shape
-    (blocks, 3), in the scene's units; the length of each load's line that meets no free edge of a movable
-    block, where it does nothing; the loaded pieces of edges.
+    Returns force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live",
+    shape (blocks, 3), in the scene's units; the length of each load's line that meets no free edge of a
+    movable block, where it does nothing; the loaded pieces of edges.
     """
     forces = no_loads(shapes)
     if not scene.edge_loads:
@@ -267,22 +249,20 @@ def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
     """Force per unit length at shares of the load's line, on an edge of that direction, shape (points, 2)."""
     if load.force is not None:
         return np.tile(load.force, (len(at), 1))
-    first, last = load.at_ends
+    first, last = np.broadcast_to(load.pressure or 0.0, 2)
     inward = np.array([-edge[1], edge[0]]) / np.hypot(*edge)
     return np.outer(first + (last - first) * at, inward)
 
 
 def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, np.ndarray]:
     """What of an intensity, shape (points, 2), acts as dead and as live."""
-    kinds: tuple[Kind, ...] = ("dead", "live")
-    factor = {kind: scene.factor(kind, load.kind, load.group) for kind in kinds}
+    factor = {kind: scene.factor(kind, load.kind, load.group) for kind in KINDS}
     acting = {kind: times * intensity for kind, times in factor.items() if times}
     if (shaking := scene.shaking) is not None and (quake := scene.shaken_by):
         along = float(scene.down @ load.force) if load.force and quake.dead_as_mass else 0.0
         mass = max(0.0, factor["dead"] * (along if load.mass is None else load.mass))
-        acting["live"] = acting.get("live", 0.0) + scene.thickness * mass * np.tile(
-            shaking, (len(intensity), 1)
-        )
+        push = np.tile(scene.thickness * mass * shaking, (len(intensity), 1))
+        acting["live"] = acting.get("live", 0.0) + push
     return acting
 
 

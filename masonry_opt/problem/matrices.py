@@ -22,8 +22,7 @@ _LAYOUTS = {2: lambda: PLANE, 3: lambda: space(SIDES)}
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
     """Length or area that each of the problem's joints stands for, an equal share of its joint's."""
-    share: np.ndarray = (joints.extent / np.bincount(joint, minlength=len(joints.extent)))[joint]
-    return share
+    return np.asarray((joints.extent / np.bincount(joint, minlength=len(joints.extent)))[joint])
 
 
 #: Tables of faces that matrices remember: of the laws that the programs in use are declared under.
@@ -32,26 +31,19 @@ _REMEMBERED = 4
 
 @dataclass(frozen=True)
 class Matrices:
-    """Equilibrium of b movable blocks under the forces of c joints and t limited forces.
+    """Equilibrium of b movable blocks under the forces of c joints and t limited forces."""
 
-    Attributes
-    ----------
-    B: equilibrium matrix, shape (3b, 3c + t); rows fx, fy, moment about the centroid of each block,
-        columns n₁ (compression > 0) at the start of all joints, then n₂ at their end, then s, then the
-        limited forces, each on a line of its own: of ties, props, earth. The paper's n is n₁ + n₂, its m,
-        about the joint's middle, L/2 (n₂ − n₁). In space n of all contact points, then s, then t.
-    extent: length of each joint, in space area that a contact point stands for, over the median, which its
-        stiffness grows with, shape (c,); 1 where there is none, as of a corner on an edge.
-    length_unit: what a dimensionless length is multiplied by.
-    layout: rows of a block and points of a joint, and what goes with them.
-    limited: number of limited forces, t.
-    """
-
+    #: Equilibrium matrix, shape (3b, 3c + t); rows fx, fy, moment about the centroid of each block, columns
+    #: n₁ (compression > 0) at the start of all joints, then n₂ at their end, then s, then the limited forces,
+    #: each on a line of its own: of ties, props, earth. The paper's n is n₁ + n₂, its m, about the joint's
+    #: middle, L/2 (n₂ − n₁). In space n of all contact points, then s, then t.
     B: sp.csr_array
+    #: Length of each joint, in space area that a contact point stands for, over the median, which its
+    #: stiffness grows with, shape (c,); 1 where there is none, as of a corner on an edge.
     extent: np.ndarray
-    length_unit: float
-    layout: Layout = PLANE
-    limited: int = 0
+    length_unit: float  #: what a dimensionless length is multiplied by
+    layout: Layout = PLANE  #: rows of a block and points of a joint, and what goes with them
+    limited: int = 0  #: number of limited forces, t
     _tables: dict[tuple[bytes, ...], Faces] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
@@ -59,12 +51,8 @@ class Matrices:
         """B with lengths in ``length_unit``: rows forces, then moments about each movable block's centroid.
         Columns are wrenches of unit forces: n₁ at the start of all joints, n₂ at their end, then s along
         their tangent; in space n at all contact points, then s along the joint's tangent, then t along
-        normal × tangent. They act on the first block as they are, on the second reversed.
-
-        Parameters
-        ----------
-        movable: indices into the scene's blocks, shape (b,).
-        """
+        normal × tangent. They act on the first block as they are, on the second reversed. Movable blocks are
+        given by their indices in the scene, shape (b,)."""
         layout = _LAYOUTS[joints.point.shape[1]]()
         joint, pressed = joints.parts
         at, count, (normal, *tangents) = joints.point[pressed], len(joint), joints.axes[:, joint]

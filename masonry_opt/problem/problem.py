@@ -17,20 +17,12 @@ from masonry_opt.problem.matrices import Matrices
 
 @dataclass(frozen=True)
 class State:
-    """Load factor, forces and motion, in the problem's dimensionless units.
+    """Load factor, forces and motion, in the problem's dimensionless units."""
 
-    Attributes
-    ----------
-    load_factor: λ.
-    q: joint forces, n of all joints, then s, then m, shape (3c,).
-    d: block velocities vx, vy, ω in turn, scaled so that f_L·d = Σ|f_L|, shape (3b,).
-    p: rates ≥ 0 of the faces, shape (faces,).
-    """
-
-    load_factor: float
-    q: np.ndarray
-    d: np.ndarray
-    p: np.ndarray
+    load_factor: float  #: λ
+    q: np.ndarray  #: joint forces, n of all joints, then s, then m, shape (3c,)
+    d: np.ndarray  #: block velocities vx, vy, ω in turn, scaled so that f_L·d = Σ|f_L|, shape (3b,)
+    p: np.ndarray  #: rates ≥ 0 of the faces, shape (faces,)
 
 
 _T = TypeVar("_T")
@@ -65,24 +57,19 @@ class Problem:
     ``length_unit`` (half the median joint length, in space half the root of the median area), so that the
     numbers a solver sees are near one whatever units a case file uses. Shapes (3b,) and (3c,) are those of
     the plane; in space, where the c joints are contact points, (6b,) and (3c,) (see :class:`~.faces.Layout`).
-
-    Attributes
-    ----------
-    matrices, law: see there; what is read often has the same name here.
-    dead, live: loads f_D and f_L, shape (3b,).
-    force_unit: what a dimensionless force is multiplied by.
-    compliance: motion of a joint per unit of each of its forces where contacts give elastically, shape (3c,);
-        None where they are rigid.
-    settled: forces from which on contacts give, shape (3c,); None: from zero. Where contacts are rigid, those
-        that are known to carry the dead load from rest.
+    What is read often of matrices and law has the same name here.
     """
 
     matrices: Matrices
     law: Law
-    dead: np.ndarray
-    live: np.ndarray
-    force_unit: float
+    dead: np.ndarray  #: load f_D, shape (3b,)
+    live: np.ndarray  #: load f_L, shape (3b,)
+    force_unit: float  #: what a dimensionless force is multiplied by
+    #: Motion of a joint per unit of each of its forces where contacts give elastically, shape (3c,); None
+    #: where they are rigid.
     compliance: np.ndarray | None = None
+    #: Forces from which on contacts give, shape (3c,); None: from zero. Where contacts are rigid, those that
+    #: are known to carry the dead load from rest.
     settled: np.ndarray | None = None
 
     B = Of[sp.csr_array]("matrices")
@@ -297,11 +284,8 @@ class Problem:
         ``Bᵀd − D p`` is the violation of the flow rule. Rates of sliding are slips, as velocities are; of
         rocking half the openings, in space openings.
 
-        Parameters
-        ----------
-        d: block velocities, shape (3b,), in space (6b,).
-        slope: opening per unit slip, shape (k,).
-        q: forces under which contacts give, shape (3c,), if they do.
+        They follow block velocities d, shape (3b,), with openings per unit slip, shape (k,), and forces q
+        under which contacts give, shape (3c,), if they do.
         """
         opening, slip = self._motion(d, q)
         slides = self.layout.rates(slip[:, self.sliding])
@@ -351,15 +335,10 @@ class Problem:
 
 @dataclass(frozen=True)
 class ShearLimits:
-    """|s| ≤ cohesion + slope · n at each joint that can slide (eq. (4), Fig. 4).
+    """|s| ≤ cohesion + slope · n at each joint that can slide (eq. (4), Fig. 4)."""
 
-    Attributes
-    ----------
-    slope, cohesion: shape (k,); the cohesion as a force.
-    """
-
-    slope: np.ndarray
-    cohesion: np.ndarray
+    slope: np.ndarray  #: shape (k,)
+    cohesion: np.ndarray  #: as a force, shape (k,)
 
     @classmethod
     def true(cls, problem: Problem) -> "ShearLimits":

@@ -1,5 +1,6 @@
 """Vertical loads on a road as forces on the blocks under it, spread through fill to the edges below it."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,26 +19,16 @@ class Road:
     that spreads loads it acts on the line of that fill's road, and fans out below. On a fixed block, over
     nothing, and beyond the ends of the road it does nothing.
 
-    Raises CaseError if the road runs through a block, or no movable block lies under it.
+    ``line`` has its points from left to right in the scene's coordinates, shape (points, 2), ``ends`` the
+    abscissae of its two ends, and ``breaks`` those at which forces on blocks may jump as a load moves, the
+    ends among them, rising.
 
-    Parameters
-    ----------
-    line: points of the road from left to right, ``(x, y)`` in the scene's coordinates.
-    called: how errors name it.
-
-    Attributes
-    ----------
-    line: the same, shape (points, 2).
-    ends: abscissae of its two ends.
-    breaks: abscissae at which forces on blocks may jump as a load moves, the ends among them, rising.
+    Raises CaseError, which calls it as it is ``called``, if the road runs through a block, or no movable
+    block lies under it.
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        shapes: Geometry,
-        line: Sequence[tuple[float, float]],
-        called: str = "the road",
+        self, scene: Scene, shapes: Geometry, line: Sequence[tuple[float, float]], called: str = "the road"
     ) -> None:
         self.line = np.array(line, dtype=float)
         self.ends = (float(line[0][0]), float(line[-1][0]))
@@ -53,7 +44,7 @@ class Road:
                 f"{list(line[-1])}: give points of a line above the blocks that carry it"
             )
         self._fills = [
-            (profile_of(scene, shapes, number), fill.spread_tangent)
+            (profile_of(scene, shapes, number), math.tan(math.radians(fill.spread)))
             for number, fill in enumerate(scene.fills)
             if fill.spread is not False
         ]
@@ -100,14 +91,8 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
     on any level plane is uniform. A ray that meets an upright face, or the end of the fill, goes straight
     down beside it. Shares of a load sum to 1.
 
-    Parameters
-    ----------
-    x: abscissae of the loads within the profile, relative to the geometry's origin, shape (loads,).
-    tangent: of the angle of spread, above 0.
-
-    Returns
-    -------
-    Shares, and their first moments about x = 0 over the load, shape (loads, pieces) each.
+    Loads lie at abscissae x within the profile, relative to the geometry's origin, shape (loads,). Returns
+    shares, and their first moments about x = 0 over the load, shape (loads, pieces) each.
     """
     ends = np.append(profile.x[:, 0], profile.x[-1, 1])
     line = np.append(profile.line[:, 0], profile.line[-1, 1])

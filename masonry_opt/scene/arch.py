@@ -221,14 +221,8 @@ class ArchRing(AnyGenerator):
         )
 
     def _half_key(self, begin: float, plumb: float) -> Stone:
-        """The last voussoir of the left arc of a pointed arch, whose second joint is upright, seen from the
-        arc's centre.
-
-        Parameters
-        ----------
-        begin: direction of the radial joint, in radians, more than that of the crown.
-        plumb: x of the upright joint, less than 0.
-        """
+        """The last voussoir of the left arc of a pointed arch, seen from the arc's centre: from a radial
+        joint in a direction, in radians, to an upright one at x = ``plumb``, less than 0."""
         (_, inner), thickness, weights = self._circle, self.thickness, self.weights
         radius, outer = inner + thickness / 2, inner + thickness
         crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}

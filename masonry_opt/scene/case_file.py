@@ -15,7 +15,7 @@ from masonry_opt.scene.blocks import NonNegative, Text
 from masonry_opt.scene.drawings.stones import AsDrawn
 from masonry_opt.scene.generator import MOST_BLOCKS, AnyGenerator, Generator, SolidGenerator
 from masonry_opt.scene.keys import SceneKeys
-from masonry_opt.scene.mistakes import wrong_file
+from masonry_opt.scene.mistakes import wrong_values
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solid_generators.plan import Plan
 from masonry_opt.scene.solid_generators.round import Dome, Shaft
@@ -122,19 +122,11 @@ def _table(generator: AnyGenerator) -> str:
 
 
 def load(path: str | Path) -> Scene:
-    """Read a case file.
+    """Read a case file, a ``.toml`` file, or a ``.json`` file with the same keys, as a scene with generators
+    expanded to blocks; unexpanded they are in its ``case``.
 
     Raises CaseError if the file cannot be read or does not describe a scene; the message names the file, the
     key and the block.
-
-    Parameters
-    ----------
-    path: A ``.toml`` file, or a ``.json`` file with the same keys.
-
-    Returns
-    -------
-    Scene
-        With generators expanded to blocks; unexpanded they are in its ``case``.
     """
     path = as_path(path, "a case file")
     case = read_tables(path)
@@ -149,7 +141,7 @@ def load(path: str | Path) -> Scene:
         wrong = error if isinstance(error, ValidationError) else error.__context__
         if not isinstance(wrong, ValidationError):
             raise
-        raise wrong_file(wrong, path, case, CaseFile) from None
+        raise wrong_values(wrong, str(path), CaseFile, case, in_file=True) from None
 
 
 def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:

@@ -29,23 +29,15 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     are of the scene in the plane, are left out. Blocks with notches, parts or holes become solids of several
     convex parts.
 
+    Raises CaseError if a block's polygon is wrong (see :func:`~masonry_opt.scene.geometry.geometry`), and
+    OptionError if the thickness is no positive number, the scene is in space already, or it has what is of
+    the plane alone: edge loads, ``strength``, ``dilatancy_stress``.
+
     Parameters
     ----------
     scene: In the plane, or the path of its case file.
     thickness: Of the solids (default: that of the scene, with which unit weights and cohesion stay what they
         are).
-
-    Returns
-    -------
-    Scene
-
-    Raises
-    ------
-    CaseError
-        If a block's polygon is wrong (see :func:`~masonry_opt.scene.geometry.geometry`).
-    OptionError
-        If the thickness is no positive number, the scene is in space already, or it has what is of the plane
-        alone: edge loads, ``strength``, ``dilatancy_stress``.
     """
     scene = as_scene(scene)
     depth = scene.thickness if thickness is None else thickness

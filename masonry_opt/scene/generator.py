@@ -96,13 +96,8 @@ class Generator(AnyGenerator):
             yield "'live' is the old name of 'live_per_weight': give one of them"
 
     def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The blocks, each with its weight as a force and its live load as a multiple of that.
-
-        Parameters
-        ----------
-        thickness: That of the scene they are for (see :class:`~masonry_opt.scene.scene.Scene`): what is given
-            as ``unit_weight`` is multiplied by it here.
-        """
+        """The blocks, each with its weight as a force and its live load as a multiple of that, for a scene of
+        a thickness, by which what is given as ``unit_weight`` is multiplied here."""
         raise NotImplementedError
 
     def _stone(self, name: str, corners: Iterable[Point], weight: float, **keys: Any) -> Block:

@@ -52,38 +52,25 @@ class Common(NamedTuple):
 @dataclass(frozen=True)
 class Extents(ABC):
     """Shapes of a scene, moved so that the middle of its movable blocks is the origin (far coordinates lose
-    digits). Points have two components in the plane, three in space.
+    digits). Points have two components in the plane, three in space."""
 
-    Attributes
-    ----------
-    origin: that middle in the scene's own coordinates, shape (2,) or (3,).
-    tolerance: length below which the scene has no detail.
-    contact_tolerance: gap or overlap of sides that face each other up to which they touch.
-    size: area of each block, in space volume: what a ``unit_weight`` refers to, shape (blocks,).
-    centroid: of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3).
-    convex: whether each is convex, in space one convex part, shape (blocks,).
-    mixed: blocks whose faces were not all given turned one way, and were turned; none in the plane.
-    """
-
-    origin: np.ndarray
-    tolerance: float
-    contact_tolerance: float
+    origin: np.ndarray  #: that middle in the scene's own coordinates, shape (2,) or (3,)
+    tolerance: float  #: length below which the scene has no detail
+    contact_tolerance: float  #: gap or overlap of sides that face each other up to which they touch
+    #: Area of each block, in space volume: what a ``unit_weight`` refers to, shape (blocks,).
     size: np.ndarray
-    centroid: np.ndarray
-    convex: np.ndarray
+    centroid: np.ndarray  #: of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3)
+    convex: np.ndarray  #: whether each is convex, in space one convex part, shape (blocks,)
+    #: Blocks whose faces were not all given turned one way, and were turned; none in the plane.
     mixed: np.ndarray
 
-    #: Where blocks overlap, and what they may do about that beside moving, given the depth.
-    within: ClassVar[str] = "over an area"
-    remedy: ClassVar[str] = ""
-    #: Where blocks meet without a joint.
-    meeting: ClassVar[str] = "corner on corner alone, where a joint needs an edge"
-    #: Share of the smaller block in an overlap from which on it lies within the other, as errors say.
-    inside: ClassVar[float] = np.inf
-    #: Gap that may be a joint of mortar that was left out, over the width of a block.
-    mortar: ClassVar[float] = 0.0
-    #: Pairs that overlap, after which no more are looked for: the scene is refused anyway.
-    enough: ClassVar[float] = np.inf
+    # In errors:
+    within: ClassVar[str] = "over an area"  #: where blocks overlap
+    remedy: ClassVar[str] = ""  #: what they may do about that beside moving, given the depth
+    meeting: ClassVar[str] = "corner on corner alone, where a joint needs an edge"  #: where there is no joint
+    inside: ClassVar[float] = np.inf  #: share of the smaller block with which an overlap is all of it
+    mortar: ClassVar[float] = 0.0  #: gap that may be mortar that was left out, over the width of a block
+    enough: ClassVar[float] = np.inf  #: pairs that overlap, after which no more are looked for
 
     @property
     @abstractmethod
@@ -126,14 +113,10 @@ class Extents(ABC):
 
 @dataclass(frozen=True)
 class Geometry(Extents):
-    """Shapes of a scene in the plane.
+    """Shapes of a scene in the plane."""
 
-    Attributes
-    ----------
-    polygons: shapely polygons, or multipolygons, counter-clockwise, straight corners removed, one a block;
-        for finding joints and drawing.
-    """
-
+    #: Shapely polygons, or multipolygons, counter-clockwise, straight corners removed, one a block; for
+    #: finding joints and drawing.
     polygons: np.ndarray
 
     @property

@@ -10,6 +10,7 @@ from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, NonNegative, Number, 
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
+KINDS: tuple[Kind, ...] = ("dead", "live")
 
 #: By types of what says where an earthquake pushes, the kind that is meant.
 _PUSHES = ((str, "<plane>"), ((list, tuple), "<several>"))
@@ -113,12 +114,6 @@ class EdgeLoad(Record):
             yield "give 'pressure' or 'force'" + ("" if self.force is None else ", not both")
         if self.start == self.end:
             yield "'from' and 'to' are one point: give the two ends of the loaded line"
-
-    @property
-    def at_ends(self) -> tuple[float, float]:
-        """Pressure at start and end."""
-        pressure = self.pressure or 0.0
-        return pressure if isinstance(pressure, tuple) else (pressure, pressure)
 
 
 def _refuse_group(name: str | None) -> None:

@@ -4,7 +4,6 @@ import difflib
 import reprlib
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
-from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, Tag, ValidationError
@@ -59,17 +58,26 @@ _TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
 _LISTED = ("block", "joint", "edge_load", "load", "fill", "tie", "prop", "axles", "load_case")
 
 
-def wrong_file(
-    error: ValidationError, path: Path, case: Mapping[str, Any], schema: type[BaseModel]
-) -> CaseError:
-    """The error of a case file, given its tables and the record that they fill: file, table or block, key,
-    what is wrong."""
-    return _told(error, str(path), schema, case, in_file=True)
-
-
 def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[str, Any]) -> CaseError:
     """The error of a record called with wrong values: its title or class, name, key, what is wrong."""
-    return _told(error, called(record, values), record, values, in_file=False)
+    return wrong_values(error, called(record, values), record, values)
+
+
+def wrong_values(
+    error: ValidationError,
+    head: str,
+    record: type[BaseModel],
+    values: Mapping[str, Any],
+    in_file: bool = False,
+) -> CaseError:
+    """The error of a record filled with wrong values, each line after this head; in a case file, whose tables
+    these are, with table or block, key, what is wrong."""
+    mistakes = error.errors(include_url=False)
+    named = _MOST_LINES - 1  # and a last line that counts the others
+    lines = [_line(dict(item), record, values, in_file) for item in mistakes[:named]]
+    if more := len(mistakes) - len(lines):
+        lines.append(f"and {more} more mistakes")
+    return CaseError("\n".join(f"{head}: {text}" for text in lines))
 
 
 def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
@@ -86,17 +94,6 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 def repeated(names: Iterable[str]) -> list[str]:
     """Names that there are more than once, each once."""
     return [name for name, count in Counter(names).items() if count > 1]
-
-
-def _told(
-    error: ValidationError, head: str, record: type[BaseModel], values: Mapping[str, Any], in_file: bool
-) -> CaseError:
-    mistakes = error.errors(include_url=False)
-    named = _MOST_LINES - 1  # and a last line that counts the others
-    lines = [_line(dict(item), record, values, in_file) for item in mistakes[:named]]
-    if more := len(mistakes) - len(lines):
-        lines.append(f"and {more} more mistakes")
-    return CaseError("\n".join(f"{head}: {text}" for text in lines))
 
 
 def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any], in_file: bool) -> str:

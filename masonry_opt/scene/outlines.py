@@ -118,15 +118,12 @@ def _clipped(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarray]:
-    """Convex polygons that make up a polygon or multipolygon, and have no other corners than it has.
+    """Convex polygons that make up a polygon or multipolygon, and have no other corners than it has: corners
+    of each, counter-clockwise, shape (corners, 2); neighbours share whole sides.
 
     A constrained Delaunay triangulation, from which sides are left out, the longest first, where what they
     divide is convex without them (Hertel and Mehlhorn 1983: at most four times the fewest pieces). Pieces
     thinner than ``tolerance`` are dropped.
-
-    Returns
-    -------
-    Corners of each, counter-clockwise, shape (corners, 2); neighbours share whole sides.
     """
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     coordinates = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)[:, :3]

@@ -15,19 +15,13 @@ class Profile:
     """Pieces of the uppermost edges below a line, from left to right; both are straight along a piece.
 
     Relative to the geometry's origin, each of shape (pieces, 2), of the pieces' left and right ends.
-
-    Attributes
-    ----------
-    x, y: of the edges; y is NaN where there is none.
-    line: height of the line.
-    edge, block: index of the edge, and of its block in the scene, shape (pieces,); -1 where there is none.
     """
 
-    x: np.ndarray
-    y: np.ndarray
-    line: np.ndarray
-    edge: np.ndarray
-    block: np.ndarray
+    x: np.ndarray  #: of the edges
+    y: np.ndarray  #: of the edges; NaN where there is none
+    line: np.ndarray  #: height of the line
+    edge: np.ndarray  #: index of the edge, shape (pieces,); -1 where there is none
+    block: np.ndarray  #: index of its block in the scene, shape (pieces,); -1 where there is none
 
     @property
     def depth(self) -> np.ndarray:
@@ -36,14 +30,10 @@ class Profile:
 
 
 def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str) -> Profile:
-    """The uppermost edges of a scene's blocks, fixed ones too, below a line.
+    """The uppermost edges of a scene's blocks, fixed ones too, below a line through points from left to
+    right, relative to the geometry's origin, shape (points, 2).
 
-    Raises CaseError if the line runs through a block.
-
-    Parameters
-    ----------
-    points: of the line, from left to right, relative to the geometry's origin, shape (points, 2).
-    where: what errors call the line.
+    Raises CaseError, which calls the line ``where``, if it runs through a block.
     """
     _refuse_through(scene, shapes, points, where)
     tail, tip, owner = shapes.edges

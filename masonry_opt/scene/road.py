@@ -209,8 +209,3 @@ class Fill(Record):
         assert self.mobilised is not None
         active = math.tan(math.radians(45 - self.friction_angle / 2)) ** 2
         return active, 1 - math.sin(math.radians(self.friction_angle)), self.mobilised / active
-
-    @property
-    def spread_tangent(self) -> float:
-        """Tangent of the angle of spread; 0 where loads go straight down."""
-        return math.tan(math.radians(self.spread))

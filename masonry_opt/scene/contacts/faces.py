@@ -29,16 +29,10 @@ _ROUNDING = 1e-7
 
 @dataclass(frozen=True)
 class FacingFaces(sides.Facing):
-    """Polygons onto which two faces project, in the planes that bisect them.
+    """Polygons onto which two faces project, in the planes that bisect them."""
 
-    Attributes
-    ----------
-    frame: bisecting planes; normals point out of the first block, first axes are those of its face.
-    polygon: connected, without straight corners, shape (polygons,).
-    """
-
-    frame: Frames
-    polygon: np.ndarray
+    frame: Frames  #: bisecting planes; normals point out of the first block, first axes are its face's
+    polygon: np.ndarray  #: connected, without straight corners, shape (polygons,)
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         rings, polygon = shapely.get_rings(self.polygon, return_index=True)
@@ -152,14 +146,8 @@ def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> 
 
 
 class SolidCorners(sides.BlockCorners):
-    """Edges and corners of the outer faces of some blocks.
-
-    Attributes
-    ----------
-    direction: unit vectors along the edges, shape (edges, 3).
-    inwards: sum of the unit vectors from each edge into its faces, shape (edges, 3).
-    edges, faces: the edges, and the blocks' faces, as items.
-    """
+    """Edges and corners of the outer faces of some blocks, unit vectors along the edges, and sums of those
+    from each edge into its faces, shape (edges, 3) each."""
 
     apart = NARROWEST
 

@@ -42,12 +42,9 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a joint of two points,
     a corner on a face and two edges that cross are joints of one.
 
-    Raises CaseError if blocks overlap, a movable block touches nothing or reaches no support, an exception
-    names two blocks that do not touch, or there are more pairs to compare than memory holds.
-
-    Parameters
-    ----------
-    floating: whether blocks may touch nothing, or reach no support: to show them.
+    Raises CaseError if blocks overlap, a movable block touches nothing or reaches no support (unless they are
+    ``floating``, to show them), an exception names two blocks that do not touch, or there are more pairs to
+    compare than memory holds.
     """
     pairs = near_pairs(scene, shapes)
     both_fixed = scene.fixed[pairs].all(axis=1)

@@ -15,56 +15,43 @@ from masonry_opt.scene.scene import Scene
 @dataclass(frozen=True)
 class Joints:
     """Arrays over the joints of a scene, ordered by (first, second) block, and over their contact points,
-    ordered by joint. Points and vectors have two components in the plane, three in space.
+    ordered by joint. Points and vectors have two components in the plane, three in space."""
 
-    Attributes
-    ----------
-    first, second: indices into the scene's blocks, first < second, shape (joints,).
-    normal: unit normal pointing from the second block into the first, shape (joints, 2) or (joints, 3).
-    tangent: unit vector square to it, in the plane a quarter turn clockwise of it. In space along the longest
-        side of the joint or along the edge that touches; of a contact at a point along a side of the face, or
-        one of the two edges. Shape (joints, 2) or (joints, 3).
-    extent: length of each joint, in space its area; 0 where a corner stands on an edge, in space along an
-        edge or at a point; shape (joints,).
-    middle: of each joint, of a polygon the centroid of its area, relative to the shapes' origin, shape
-        (joints, 2) or (joints, 3).
-    point: contact points, relative to the shapes' origin: the two ends of an edge, the corners of a polygon
-        and its holes, or one point, shape (points, 2) or (points, 3).
-    joint: joint of each contact point, rising, shape (points,).
-    ring: ring of each contact point, rising, shape (points,): the outer one of a joint, then its holes.
-    friction, cohesion, dilatancy: properties; cohesion per unit of extent, shape (joints,).
-    dilatancy_stress: mean normal stresses up to which dilatancy is whole and from which there is none,
-        ``inf`` where it does not depend on them, shape (joints, 2).
-    strength: compressive, per unit of extent, ``inf`` where joints carry any pressure, shape (joints,).
-    fixed_pairs: how many touching pairs were left out because both blocks are fixed.
-    gaps: by pairs of blocks (indices) that face each other across a small gap beside what they share, its
-        largest width: the least 'tolerance' at which they share that edge or polygon.
-    facing: lines along such gaps, in space round them, shape (lines, 2, 2) or (lines, 2, 3).
-    without_normal: pairs of blocks (indices) that meet corner on corner, in space also corner on edge or edge
-        along edge, which has no normal and is no joint, where not both have a joint there, and that face each
-        other across no small gap.
-    meets: points where they do, shape (points, 2) or (points, 3).
-    """
-
-    first: np.ndarray
-    second: np.ndarray
-    normal: np.ndarray
+    first: np.ndarray  #: index into the scene's blocks, shape (joints,)
+    second: np.ndarray  #: index of the other block, first < second
+    normal: np.ndarray  #: unit normal from the second block into the first, shape (joints, 2) or (joints, 3)
+    #: Unit vector square to it, in the plane a quarter turn clockwise of it. In space along the longest side
+    #: of the joint or along the edge that touches; of a contact at a point along a side of the face, or one
+    #: of the two edges. Shape (joints, 2) or (joints, 3).
     tangent: np.ndarray
+    #: Length of each joint, in space its area; 0 where a corner stands on an edge, in space along an edge or
+    #: at a point; shape (joints,).
     extent: np.ndarray
+    #: Of each joint, of a polygon the centroid of its area, relative to the shapes' origin, shape (joints, 2)
+    #: or (joints, 3).
     middle: np.ndarray
+    #: Contact points, relative to the shapes' origin: the two ends of an edge, the corners of a polygon and
+    #: its holes, or one point, shape (points, 2) or (points, 3).
     point: np.ndarray
-    joint: np.ndarray
-    ring: np.ndarray
-    friction: np.ndarray
-    cohesion: np.ndarray
-    dilatancy: np.ndarray
+    joint: np.ndarray  #: joint of each contact point, rising, shape (points,)
+    ring: np.ndarray  #: ring of each contact point, rising, shape (points,): a joint's outer one, then holes
+    friction: np.ndarray  #: shape (joints,)
+    cohesion: np.ndarray  #: per unit of extent, shape (joints,)
+    dilatancy: np.ndarray  #: shape (joints,)
+    #: Mean normal stresses up to which dilatancy is whole and from which there is none, ``inf`` where it does
+    #: not depend on them, shape (joints, 2).
     dilatancy_stress: np.ndarray
-    strength: np.ndarray
-    fixed_pairs: int
+    strength: np.ndarray  #: compressive, per unit of extent, ``inf`` where unlimited, shape (joints,)
+    fixed_pairs: int  #: how many touching pairs were left out because both blocks are fixed
+    #: By pairs of blocks (indices) that face each other across a small gap beside what they share, its
+    #: largest width: the least 'tolerance' at which they share that edge or polygon.
     gaps: dict[tuple[int, int], float]
-    facing: np.ndarray
+    facing: np.ndarray  #: lines along such gaps, in space round them, shape (lines, 2, 2) or (lines, 2, 3)
+    #: Pairs of blocks (indices) that meet corner on corner, in space also corner on edge or edge along edge,
+    #: which has no normal and is no joint, where not both have a joint there, and that face each other across
+    #: no small gap.
     without_normal: list[tuple[int, int]]
-    meets: np.ndarray
+    meets: np.ndarray  #: points where they do, shape (points, 2) or (points, 3)
 
     @cached_property
     def first_point(self) -> np.ndarray:
@@ -134,12 +121,10 @@ def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dic
     """Properties of joints by name, as :class:`Joints` has them."""
     found = {name: np.tile(value, (len(first), 1)) for name, value in _values(scene.joints).items()}
     index = {block.name: number for number, block in enumerate(scene.blocks)}
-    key = first * np.int64(len(index)) + second  # rising: joints are sorted
     for exception in scene.exceptions:
         one, other = sorted(index[name] for name in exception.between)
-        own_key = one * len(index) + other
-        of_both = slice(np.searchsorted(key, own_key), np.searchsorted(key, own_key, side="right"))
-        if of_both.start == of_both.stop:
+        of_both = (first == one) & (second == other)
+        if not of_both.any():
             both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
             why = "are both fixed" if both_fixed else "do not touch"
             raise CaseError(

@@ -65,22 +65,13 @@ def stacked(found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
 
 @dataclass(frozen=True)
 class Facing(Rows, ABC):
-    """Lengths or polygons onto which sides of two blocks that face each other project, halfway between them.
+    """Lengths or polygons onto which two blocks' sides that face each other project, halfway between them."""
 
-    Attributes
-    ----------
-    pair: number of each one's pair of blocks, rising, shape (facing,).
-    most: how far the second block's side lies outside that of the first where that is most, shape (facing,).
-    extent, middle: length, or area, shape (facing,), and middle, or centroid, shape (facing, 2) or (facing,
-        3).
-    normal: unit normal into the first block, of the same shape.
-    """
-
-    pair: np.ndarray
-    most: np.ndarray
-    extent: np.ndarray
-    middle: np.ndarray
-    normal: np.ndarray
+    pair: np.ndarray  #: number of each one's pair of blocks, rising, shape (facing,)
+    most: np.ndarray  #: how far at most the second block's side lies outside the first's, shape (facing,)
+    extent: np.ndarray  #: length, or area, shape (facing,)
+    middle: np.ndarray  #: or centroid, shape (facing, 2) or (facing, 3)
+    normal: np.ndarray  #: unit normal into the first block, of the same shape
 
     @abstractmethod
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -94,21 +85,15 @@ class Facing(Rows, ABC):
 
 @dataclass(frozen=True)
 class Touches(Rows):
-    """Contacts of pairs of blocks at points, in space also along lines.
+    """Contacts of pairs of blocks at points, in space also along lines."""
 
-    Attributes
-    ----------
-    pair: number of each one's pair, shape (touches,).
-    start, end: the two ends, the same at a point, shape (touches, 2) or (touches, 3) each.
-    normal: unit normal into the first block, of the same shape.
-    along: unit vector square to it: in the plane a quarter turn clockwise of it, in space of the edge, or of
-        a side of the face; of the same shape.
-    """
-
-    pair: np.ndarray
+    pair: np.ndarray  #: number of each one's pair, shape (touches,)
+    #: The two ends, the same at a point, shape (touches, 2) or (touches, 3) each.
     start: np.ndarray
     end: np.ndarray
-    normal: np.ndarray
+    normal: np.ndarray  #: unit normal into the first block, of the same shape
+    #: Unit vector square to it: in the plane a quarter turn clockwise of it, in space of the edge, or of a
+    #: side of the face; of the same shape.
     along: np.ndarray
 
     @classmethod
@@ -128,23 +113,15 @@ class Touches(Rows):
 
 
 class BlockCorners(ABC):
-    """Corners of blocks, what they meet without a normal, and where blocks touch at them.
+    """Corners of blocks, what they meet without a normal, and where blocks touch at them."""
 
-    Attributes
-    ----------
-    shapes: the blocks' shapes.
-    point, corners: corners, shape (corners, 2) or (corners, 3), and the same as items.
-    met, start, end: what corners meet without a normal, as items and by its ends: corners, in space edges.
-    apart: how far, in tolerances, from what its pair shares is another place.
-    """
-
-    shapes: Extents
-    point: np.ndarray
-    corners: Items
-    met: Items
-    start: np.ndarray
+    shapes: Extents  #: the blocks' shapes
+    point: np.ndarray  #: corners, shape (corners, 2) or (corners, 3)
+    corners: Items  #: the same as items
+    met: Items  #: what corners meet without a normal: corners, in space edges
+    start: np.ndarray  #: and its ends
     end: np.ndarray
-    apart: float
+    apart: float  #: how far, in tolerances, from what its pair shares is another place
 
     @abstractmethod
     def kinds(self, pairs: np.ndarray) -> tuple[Iterable[Touches], ...]:

@@ -64,10 +64,15 @@ def read_dxf(
     pieces of ellipses and splines of one layer, in the model space, on layers that are shown. Each is a
     block; an outline inside another one is a hole of it, and one inside a hole is a block again. A text
     inside a block names it, if it is the only one there and names no other block; other blocks are named by
-    layer and handle.
+    layer and handle. Blocks are in the order of the drawing.
 
     Of a net the closed cells between all lines are blocks, wherever these cross and branch, beside the
     supports, which are closed outlines. Cells are named by layer and number, from below and from the left.
+
+    Raises CaseError if the file cannot be read, an outline is no block, or the blocks make no scene; the
+    message names the file, and the entity by its handle and layer; and OptionError if ezdxf, of the extra
+    "drawings", is not installed, the thickness is no positive number, or ``window_layers`` are given without
+    ``net``.
 
     Parameters
     ----------
@@ -95,20 +100,6 @@ def read_dxf(
         metres.
     thickness: In place of a scene in the plane one in space, as :func:`extrude` makes it: x of the drawing is
         x, its y is z, and the blocks go from y = 0 to the thickness.
-
-    Returns
-    -------
-    Scene
-        With blocks in the order of the drawing.
-
-    Raises
-    ------
-    CaseError
-        If the file cannot be read, an outline is no block, or the blocks make no scene; the message names the
-        file, and the entity by its handle and layer.
-    OptionError
-        If ezdxf, of the extra "drawings", is not installed, the thickness is no positive number, or
-        ``window_layers`` are given without ``net``.
     """
     path = as_path(path, "such a drawing", ".dxf")
     drawing = DxfDrawing.of(locals())
@@ -216,22 +207,13 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     """Write the blocks of a scene as a DXF drawing: closed polylines on the layers "blocks" and "fixed".
 
     Each block is drawn in the scene's own lengths, with its holes, and with its name as a text inside it, on
-    the layer "names". :func:`read_dxf` gives the same blocks; weights, loads and joints are not drawn.
+    the layer "names"; parts of a block that touch are one outline. :func:`read_dxf` gives the same blocks;
+    weights, loads and joints are not drawn.
 
-    Parameters
-    ----------
-    scene: Of any blocks; parts of one that touch are drawn as one outline.
-    path: Ends in ``.dxf``.
-    force: Whether to replace a file that was not written here, which is known by a mark in it.
-
-    Raises
-    ------
-    CaseError
-        If it is no scene, a block has no area or parts apart from each other.
-    OptionError
-        If ezdxf, of the extra "drawings", is not installed, or the file would replace one not written here.
-    OutputError
-        If the file cannot be written; an old one then stands.
+    Raises CaseError if it is no scene, a block has no area or parts apart from each other, or the path does
+    not end in ``.dxf``; OptionError if ezdxf, of the extra "drawings", is not installed, or the file would
+    replace one that was not written here, which is known by a mark in it, unless ``force``; and OutputError
+    if it cannot be written: an old one then stands.
     """
     if not isinstance(scene, Scene):
         raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")

@@ -91,15 +91,11 @@ def _attribute(entity: Any, name: str, default: object) -> Any:
 
 
 def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[list[Curve], float]:
-    """Outlines among entities, as chains of straight lines; and the diagonal round them.
+    """Outlines among entities of a drawing, as chains of straight lines; and the diagonal round them. All
+    lengths are multiplied by a scale, and chords are no farther from a curve than the sagitta (None: 10⁻⁴ of
+    the diagonal).
 
     Raises ValueError if an entity cannot be read as an outline; the message names it.
-
-    Parameters
-    ----------
-    entities: of one drawing.
-    scale: by which all lengths are multiplied.
-    sagitta: largest distance between a curve and its chords; None for 10⁻⁴ of the drawing's diagonal.
     """
     from ezdxf.edgesmith import is_closed_entity
 

@@ -56,6 +56,10 @@ def read_mesh(
     as PLY and STL files are, its closed surfaces. Faces of one plane become one, those that are not flat
     triangles; blocks that are not convex are cut into convex parts.
 
+    Raises CaseError if the file cannot be read, a block is no closed surface or nothing is a support; the
+    message names the file and the block; and OptionError if the file is PLY or STL and trimesh, of the extra
+    "meshes", is not installed.
+
     Parameters
     ----------
     path: A ``.obj``, ``.ply`` or ``.stl`` file.
@@ -74,14 +78,6 @@ def read_mesh(
         (default: twice the last decimal where all coordinates have a few decimals and that is little beside
         the blocks, else as in :class:`Scene`).
     contact_tolerance: Gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
-
-    Raises
-    ------
-    CaseError
-        If the file cannot be read, a block is no closed surface or nothing is a support; the message names
-        the file and the block.
-    OptionError
-        If the file is PLY or STL and trimesh, of the extra "meshes", is not installed.
     """
     path = as_path(path, "a mesh", *MESHES)
     drawing = MeshDrawing.of(locals())

@@ -13,14 +13,11 @@ _ROUNDING = 1e-9
 def cut(
     start: float, end: float, joints: Iterable[float], length: float, spare: Sequence[float] = ()
 ) -> list[tuple[float, float]]:
-    """The stones from one end of a run to the other.
+    """The stones of some length from one end of a run to the other.
 
-    Parameters
-    ----------
-    start, end: Of the run.
-    joints: Where the bond has joints, rising; those nearer than a closer to an end of the run are left out.
-    length: Of a stone. What is more than a closer longer is cut in two or more, as long as each other.
-    spare: Where it is cut first, half a stone or more from joints.
+    The bond has joints there, rising, of which those nearer than a closer to an end are left out. What is
+    more than a closer longer than a stone is cut in two or more, as long as each other, at spare places first
+    where these are half a stone or more from joints.
     """
 
     def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:

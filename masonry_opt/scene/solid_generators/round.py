@@ -76,7 +76,10 @@ class Dome(SolidGenerator):
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner) - first) / self.rings
-        beds = [self._bed(first + step * number) for number in range(self.rings + 1)]
+        # The ends of each bed joint, within and without, so far above the horizontal.
+        angles = [first + step * number for number in range(self.rings + 1)]
+        radii = self._inner, self._inner + self.thickness
+        beds = [[polar(radius, angle) for radius in radii] for angle in angles]
         each = self._sectors // self.voussoirs
         built = []
         for ring, (low, high) in enumerate(pairwise(beds)):
@@ -93,11 +96,6 @@ class Dome(SolidGenerator):
             parts = [self._part(below, beds[0], sector) for sector in range(self._sectors)]
             built.append(self._support("base", *parts))
         return built
-
-    def _bed(self, angle: float) -> list[_Place]:
-        """The ends of a bed joint, within and without, so far above the horizontal."""
-        outer = self._inner + self.thickness
-        return [(radius * math.cos(angle), radius * math.sin(angle)) for radius in (self._inner, outer)]
 
     def _corner(self, place: _Place, meridian: int) -> tuple[float, float, float]:
         # As whole numbers of sectors, so that neighbours have the same corners to the last digit.

@@ -56,20 +56,13 @@ class PlanWall(Record):
 
 
 class WallCrossing(NamedTuple):
-    """Where another wall crosses a stretch or meets its end.
+    """Where another wall crosses a stretch or meets its end."""
 
-    Attributes
-    ----------
-    start, end: faces of the other wall, along the stretch.
-    leaves, courses: of the other wall; above them there is nothing to cross.
-    passes: whether the stretch passes through, in even courses and in odd ones, counted from 0.
-    """
-
-    start: float
+    start: float  #: faces of the other wall, along the stretch
     end: float
-    leaves: int
-    courses: int
-    passes: tuple[bool, bool]
+    leaves: int  #: of the other wall
+    courses: int  #: of the other wall; above them there is nothing to cross
+    passes: tuple[bool, bool]  #: whether the stretch passes through, in even courses (from 0) and in odd ones
 
     @property
     def middles(self) -> list[float]:
@@ -80,30 +73,20 @@ class WallCrossing(NamedTuple):
 
 @dataclass(frozen=True)
 class WallStretch:
-    """A straight piece of a wall along x or y.
+    """A straight piece of a wall along x or y."""
 
-    Attributes
-    ----------
-    wall: it is a piece of.
-    along: 0 if it runs along x, 1 along y.
-    line: the other coordinate of its axis.
-    start, end: of it along the axis; at corners the outer faces.
-    thickness, courses: of the wall.
-    origin, way: where the wall's own measure, from the first point of its axis, is 0 along the stretch, and 1
-        if it grows with the coordinate, else -1.
-    crossings: rising.
-    """
-
-    wall: PlanWall
-    along: int
-    line: float
-    start: float
+    wall: PlanWall  #: it is a piece of
+    along: int  #: 0 if it runs along x, 1 along y
+    line: float  #: the other coordinate of its axis
+    start: float  #: of it along the axis; at corners the outer faces
     end: float
-    thickness: float
+    thickness: float  #: of the wall, as the courses
     courses: int
+    #: Where the wall's own measure, from the first point of its axis, is 0 along the stretch, and 1 if it
+    #: grows with the coordinate, else -1.
     origin: float
     way: float
-    crossings: tuple[WallCrossing, ...] = ()
+    crossings: tuple[WallCrossing, ...] = ()  #: rising
 
     @property
     def faces(self) -> tuple[float, float]:

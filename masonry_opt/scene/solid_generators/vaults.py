@@ -174,9 +174,7 @@ def _leg(
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
         places = [(x, x if at is None else at, z) for x, z in section]
-        return [
-            (signs[0] * (u if along == "y" else v), signs[1] * (v if along == "y" else u), z)
-            for u, v, z in places
-        ]
+        turned = places if along == "y" else [(v, u, z) for u, v, z in places]
+        return [(signs[0] * x, signs[1] * y, z) for x, y, z in turned]
 
     return prism(face(start), face(end))

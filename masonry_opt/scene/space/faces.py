@@ -48,18 +48,11 @@ class Frames(Rows):
 
 @dataclass(frozen=True)
 class OuterFaces(Rows):
-    """Plane outer faces of the blocks in turn.
+    """Plane outer faces of the blocks in turn."""
 
-    Attributes
-    ----------
-    block: of each face, rising, shape (faces,).
-    frame: their planes, normals outwards.
-    polygon: shapely polygons in them, counter-clockwise, with holes, shape (faces,).
-    """
-
-    block: np.ndarray
-    frame: Frames
-    polygon: np.ndarray
+    block: np.ndarray  #: of each face, rising, shape (faces,)
+    frame: Frames  #: their planes, normals outwards
+    polygon: np.ndarray  #: shapely polygons in them, counter-clockwise, with holes, shape (faces,)
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -87,20 +80,12 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Planes:
-    """The planes in which faces lie, each shared by all faces of a block within the tolerance of it.
+    """The planes in which faces lie, each shared by all faces of a block within the tolerance of it."""
 
-    Attributes
-    ----------
-    frame: the planes.
-    block: of each plane, shape (planes,).
-    of_face: plane of each face, -1 of those without area, shape (faces,).
-    outwards: whether the plane's normal is the face's outward normal, shape (faces,).
-    """
-
-    frame: Frames
-    block: np.ndarray
-    of_face: np.ndarray
-    outwards: np.ndarray
+    frame: Frames  #: the planes
+    block: np.ndarray  #: of each plane, shape (planes,)
+    of_face: np.ndarray  #: plane of each face, -1 of those without area, shape (faces,)
+    outwards: np.ndarray  #: whether the plane's normal is the face's outward normal, shape (faces,)
 
 
 def planes(surfaces: Surfaces, tolerance: float) -> Planes:

@@ -17,22 +17,14 @@ from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, su
 
 @dataclass(frozen=True)
 class ConvexParts:
-    """Convex parts of the blocks in turn.
+    """Convex parts of the blocks in turn."""
 
-    Attributes
-    ----------
-    block: of each part, rising, shape (parts,).
-    points, of_point: corners, shape (points, 3), and the part of each, rising.
-    normal, offset, of_plane: half-spaces normal · x ≤ offset that bound the parts, shape (planes, 3) and
-        (planes,), and the part of each, rising.
-    """
-
-    block: np.ndarray
-    points: np.ndarray
-    of_point: np.ndarray
-    normal: np.ndarray
-    offset: np.ndarray
-    of_plane: np.ndarray
+    block: np.ndarray  #: of each part, rising, shape (parts,)
+    points: np.ndarray  #: corners, shape (points, 3)
+    of_point: np.ndarray  #: the part of each, rising
+    normal: np.ndarray  #: of half-spaces normal · x ≤ offset that bound the parts, shape (planes, 3)
+    offset: np.ndarray  #: of them, shape (planes,)
+    of_plane: np.ndarray  #: the part of each, rising
 
     @classmethod
     def of(cls, surfaces: Surfaces, planes: Planes) -> "ConvexParts":
@@ -120,16 +112,10 @@ _WHOLE = 1e6
 
 @dataclass(frozen=True)
 class Shapes(Extents):
-    """Shapes of a scene in space.
+    """Shapes of a scene in space."""
 
-    Attributes
-    ----------
-    parts: the convex parts.
-    faces: the outer faces.
-    """
-
-    parts: ConvexParts
-    faces: OuterFaces
+    parts: ConvexParts  #: the convex parts
+    faces: OuterFaces  #: the outer faces
 
     within = "in a volume"
     remedy = ", or raise 'contact_tolerance' to {} if they are meant to"

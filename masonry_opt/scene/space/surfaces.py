@@ -13,25 +13,15 @@ from masonry_opt.scene.scene import Scene
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Faces of all parts of all blocks in turn.
+    """Faces of all parts of all blocks in turn."""
 
-    Attributes
-    ----------
-    scene: theirs, for messages.
-    points: vertices, shape (vertices, 3).
-    block: block of each part, rising, shape (parts,).
-    part: part of each face, rising, shape (faces,).
-    face: face of each corner, rising, shape (corners,).
-    vertex: vertex of each corner, shape (corners,).
-    mixed: blocks whose faces were not all given turned one way.
-    """
-
-    scene: Scene
-    points: np.ndarray
-    block: np.ndarray
-    part: np.ndarray
-    face: np.ndarray
-    vertex: np.ndarray
+    scene: Scene  #: theirs, for messages
+    points: np.ndarray  #: vertices, shape (vertices, 3)
+    block: np.ndarray  #: block of each part, rising, shape (parts,)
+    part: np.ndarray  #: part of each face, rising, shape (faces,)
+    face: np.ndarray  #: face of each corner, rising, shape (corners,)
+    vertex: np.ndarray  #: vertex of each corner, shape (corners,)
+    #: Blocks whose faces were not all given turned one way.
     mixed: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
 
     @property
