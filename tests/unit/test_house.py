@@ -15,7 +15,7 @@ BUDGETS = {
     "scene": 8177,  # what help and a prompt show of records; nets of joint lines
     "problem": 2100,  # layouts of the plane and of space, and laws, as objects; zones of a fill
     "solvers": 1049,  # what is kept of programs, which problem held
-    "methods": 4797,  # keyframes; states beside a stop; growth, and sharp contacts after it; the loop at last
+    "methods": 4736,  # keyframes; states beside a stop; growth, and sharp contacts after it; the loop at last
     "standing": 691,
     "answer": 1770,
     "words": 1062,  # equal load factors said once; why none is lower

@@ -63,26 +63,16 @@ _PURPOSE = "refinement"
 
 @dataclass(frozen=True)
 class ExactState:
-    """A state under the joints' own flow rule, exact to the solver's rounding.
-
-    Attributes
-    ----------
-    q, d: joint forces (3c,) and block velocities (3b,).
-    slack: yield slack of each face, over its steepness, shape (faces,).
-    rates: of the mechanism, shape (faces,).
-    strength: how strongly each face at work holds λ up (the dual of its z = 0), shape (faces,).
-    answer: the state with its certificate, once that bears it out.
-    below: load factor of a state below zero that lies on the way down from here; infinite without one.
-    """
+    """A state under the joints' own flow rule, exact to the solver's rounding."""
 
     load_factor: float
-    q: np.ndarray
-    d: np.ndarray
-    slack: np.ndarray
-    rates: np.ndarray
-    strength: np.ndarray
-    answer: Answer | None = None
-    below: float = inf
+    q: np.ndarray  #: joint forces, shape (3c,)
+    d: np.ndarray  #: block velocities, shape (3b,)
+    slack: np.ndarray  #: yield slack of each face, over its steepness, shape (faces,)
+    rates: np.ndarray  #: of the mechanism, shape (faces,)
+    strength: np.ndarray  #: how strongly each face at work holds λ up (the dual of its z = 0), shape (faces,)
+    answer: Answer | None = None  #: the state with its certificate, once that bears it out
+    below: float = inf  #: λ of a state below zero that lies on the way down from here; infinite without one
 
     @property
     def holding(self) -> np.ndarray:

@@ -37,19 +37,12 @@ _SHARPER, _LOWEST = (1.0, 0.1, 0.01), 0.1
 
 @dataclass(frozen=True)
 class Growth:
-    """How far a load grew.
+    """How far a load grew."""
 
-    Attributes
-    ----------
-    carried: the largest load under which blocks come to rest, in units of forces.
-    beyond: one under which they do not; None where λ stays as they move on.
-    before, d: contacts before the last step, and displacements in it, shape (3b,).
-    """
-
-    carried: float
-    beyond: float | None
-    before: Curve
-    d: np.ndarray
+    carried: float  #: the largest load under which blocks come to rest, in units of forces
+    beyond: float | None  #: one under which they do not; None where λ stays as they move on
+    before: Curve  #: contacts before the last step
+    d: np.ndarray  #: displacements in it, shape (3b,)
 
 
 def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None:

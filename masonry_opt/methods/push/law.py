@@ -47,33 +47,23 @@ class Rounded:
     """The law of the c joints of a problem, then of its t limited forces, m sliders in all.
 
     Their forces, n1, n2 and s, in space n, s and t, are of shape (3, m); limited forces are in the last row.
-
-    Attributes
-    ----------
-    joints: their number c.
-    stiffness: 1/E, shape (3, m), the same at both points of a joint.
-    points: of a joint.
-    slides: which joints can slide, shape (c,).
-    friction, dilatancy, cohesion: zero where they cannot, shape (c,).
-    lowest, highest: limits of limited forces, shape (t,).
-    crushing: joints of limited strength; their chords have ``normals`` · n + room ≥ 0, shapes (faces, 2) and
-        (faces, joints), the first two n ≥ 0.
-    rounding: τ.
     """
 
-    joints: int
-    stiffness: np.ndarray
-    points: int
-    slides: np.ndarray
-    friction: np.ndarray
+    joints: int  #: their number c
+    stiffness: np.ndarray  #: 1/E, shape (3, m), the same at both points of a joint
+    points: int  #: of a joint
+    slides: np.ndarray  #: which joints can slide, shape (c,)
+    friction: np.ndarray  #: shape (c,), as the two that follow; zero where joints cannot slide
     dilatancy: np.ndarray
     cohesion: np.ndarray
-    lowest: np.ndarray
+    lowest: np.ndarray  #: limits of limited forces, shape (t,)
     highest: np.ndarray
+    #: Joints of limited strength; their chords have ``normals`` · n + room ≥ 0, shapes (faces, 2) and (faces,
+    #: joints), the first two n ≥ 0.
     crushing: np.ndarray
     normals: np.ndarray
     room: np.ndarray
-    rounding: float
+    rounding: float  #: τ
 
     @classmethod
     def of(cls, problem: Problem, compliance: np.ndarray, rounding: float) -> "Rounded":

@@ -51,43 +51,26 @@ _Found = TypeVar("_Found")
 
 @dataclass(frozen=True)
 class Point:
-    """A point of the path.
+    """A point of the path."""
 
-    Attributes
-    ----------
-    d, load_factor: displacements, shape (3b,), and λ.
-    along: d' and λ', shape (3b + 1,), of a length of one.
-    sign: of the determinant.
-    corrections: Newton's steps onto the path.
-    """
-
-    d: np.ndarray
-    load_factor: float
-    along: np.ndarray
-    sign: int
-    corrections: int = 0
+    d: np.ndarray  #: displacements, shape (3b,)
+    load_factor: float  #: λ
+    along: np.ndarray  #: d' and λ', shape (3b + 1,), of a length of one
+    sign: int  #: of the determinant
+    corrections: int = 0  #: Newton's steps onto the path
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Contacts under loads.
-
-    Attributes
-    ----------
-    law, matrix: of the contacts.
-    rest: forces that contacts give from, shape (3, m).
-    dead, live: loads, shape (3b,).
-    unit: mean force.
-    damping: what resists a displacement beside the contacts, over their stiffness.
-    """
+    """Contacts under loads, shape (3b,)."""
 
     law: Rounded
     matrix: BlockMatrix
-    rest: np.ndarray
+    rest: np.ndarray  #: forces that contacts give from, shape (3, m)
     dead: np.ndarray
     live: np.ndarray
-    unit: float
-    damping: float = 0.0
+    unit: float  #: mean force
+    damping: float = 0.0  #: what resists a displacement beside the contacts, over their stiffness
 
     def rounded_by(self, rounding: float) -> "Curve":
         """The same, its law rounded by so many mean forces."""

@@ -28,44 +28,27 @@ class Ended(StrEnum):
 
 @dataclass(frozen=True)
 class PushStep:
-    """A point of the push.
+    """A point of the push."""
 
-    Attributes
-    ----------
-    iteration: counted from 1.
-    displacement: u, in motions of a contact of mean size under the mean force.
-    load_factor: λ.
-    corrections: Newton's steps from the tangent onto the path.
-    """
-
-    iteration: int
-    displacement: float
-    load_factor: float
-    corrections: int
+    iteration: int  #: counted from 1
+    displacement: float  #: u, in motions of a contact of mean size under the mean force
+    load_factor: float  #: λ
+    corrections: int  #: Newton's steps from the tangent onto the path
 
 
 @dataclass(frozen=True)
 class Pushed:
-    """A push from rest.
-
-    Attributes
-    ----------
-    ended: how.
-    steps, points: that it went through.
-    answer: the exact state at the ray.
-    peak: largest λ on the way, to which a load comes that grows, if it is above the end by more than load
-        factors that are the same differ by, else λ there; None without a load factor.
-    rounding: of the law, in mean forces.
-    growth: of a load, where the path came to no end, and its steps, ``growth_steps``.
-    """
+    """A push from rest."""
 
     ended: Ended
     steps: tuple[PushStep, ...] = ()
     points: tuple[Point, ...] = ()
-    answer: Answer | None = None
+    answer: Answer | None = None  #: the exact state at the ray
+    #: Largest λ on the way, to which a load comes that grows, if it is above the end by more than load
+    #: factors that are the same differ by, else λ there; None without a load factor.
     peak: float | None = None
-    rounding: float = 0.0
-    growth: Growth | None = None
+    rounding: float = 0.0  #: of the law, in mean forces
+    growth: Growth | None = None  #: of a load, where the path came to no end
     growth_steps: tuple[PushStep, ...] = ()
 
     @property
