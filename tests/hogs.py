@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -74,3 +76,29 @@ def start_and_sleep(case: Path, *_: object) -> None:
     """A run that says when it starts, and takes a minute."""
     case.with_suffix(".started").touch()
     time.sleep(60)
+
+
+def environment() -> dict[str, str]:
+    """That of a process that imports what tests do."""
+    return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+
+
+def wait_until(what: Callable[[], bool], process: subprocess.Popen, seconds: float = 120.0) -> None:
+    """Until something is so, while a process runs."""
+    deadline = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < deadline
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.002)
+
+
+def is_gone(group: int) -> bool:
+    """Whether no process of a group is left, in ten seconds."""
+    deadline = time.monotonic() + 10
+    while time.monotonic() < deadline:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False

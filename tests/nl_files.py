@@ -11,27 +11,17 @@ import numpy as np
 
 @dataclass(frozen=True)
 class NlFile:
-    """A linear program, or complementarity problem, with its names.
+    """A linear program, or complementarity problem, with its names."""
 
-    Attributes
-    ----------
-    rows, columns: names; of rows without the objective.
-    matrix: shape (rows, columns).
-    equal: right-hand sides of the rows that are equations, by row.
-    pairs: the column, numbered from 0, that each complementary row is paired with, and the sum of 1 (if that
-        has a lower bound) and 2 (an upper one), by row.
-    lower, upper: bounds of columns.
-    counts: the numbers of each line of the header.
-    """
-
-    rows: list[str]
+    rows: list[str]  # names, without the objective
     columns: list[str]
-    matrix: np.ndarray
-    equal: dict[int, float]
+    matrix: np.ndarray  # shape (rows, columns)
+    equal: dict[int, float]  # right-hand sides of the rows that are equations
+    #: Of complementary rows their column, and the sum of 1 (if it has a lower bound) and 2 (an upper one).
     pairs: dict[int, tuple[int, int]]
-    lower: np.ndarray
+    lower: np.ndarray  # of columns
     upper: np.ndarray
-    counts: list[list[int]]
+    counts: list[list[int]]  # of each line of the header
 
 
 def read_nl(path: Path) -> NlFile:

@@ -1,30 +1,19 @@
 """A browser without a window, where there is one."""
 
 import shutil
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
 import pytest
 
-if TYPE_CHECKING:
-    from selenium import webdriver
-
 #: No window, no sandbox (which needs rights that containers lack), nothing that calls home.
-_SWITCHES = (
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-gpu",
+_SWITCHES = [
+    *("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
     "--enable-unsafe-swiftshader",  # draws solids where there is no graphics card
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
+]
 
 
 @pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[webdriver.Chrome]":
+def chromium(tmp_path_factory):
     """Chromium, with a new and empty profile, that logs what a page says and asks for."""
     driven = pytest.importorskip("selenium.webdriver", reason="needs selenium")
     service = pytest.importorskip("selenium.webdriver.chrome.service", reason="needs selenium")
@@ -42,10 +31,10 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[webdriver.Ch
 
 
 @pytest.fixture
-def browser(chromium: "webdriver.Chrome") -> "Callable[[int], webdriver.Chrome]":
+def browser(chromium):
     """The browser, called with the width of its page in pixels."""
 
-    def of_width(width: int) -> "webdriver.Chrome":
+    def of_width(width):
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         return chromium

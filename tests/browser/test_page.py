@@ -35,11 +35,6 @@ def transform(page, block):
     return np.array([[a, c, e], [b, d, f]])
 
 
-def at_rest(page, block):
-    """Whether a block's matrix is the identity to rounding, its shifts over the picture's side."""
-    return np.abs((transform(page, block) - np.eye(2, 3)) / [1, 1, SIDE]).max() <= 1e-13
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 def test_everything_fits_and_the_answer_comes_first(browser, wall, width):
     result, path = wall
@@ -101,9 +96,7 @@ def test_keys_move_along_the_push_and_the_mechanism_comes_back(browser, wall, wi
             vx, vy, omega = motions[at, row]
             expected = [[1, -omega, vx], [omega, 1, vy]]
             assert np.abs((transform(page, block) - expected) / [1, 1, SIDE]).max() <= 1e-4
-        lines = [
-            len(page.find_elements("css selector", f".yielded g:nth-child({kind}) path")) for kind in (1, 2)
-        ]
+        lines = [len(page.find_elements("css selector", f".yielded g:nth-child({k}) path")) for k in (1, 2)]
         assert lines == moves[at].sum(axis=1).tolist()
         numbers = re.findall(r"\d+\.?\d*(?:e-?\d+)?", found(page, "#now").text)
         assert float(numbers[0]) == pytest.approx(way.load_factor[at], rel=1e-3)
@@ -192,7 +185,8 @@ def test_forces_are_shown_at_rest_and_the_mechanism_comes_back(browser, wall, wi
         assert found(page, "#moved").is_enabled() is (kind == "mechanism")
         assert page.execute_script("return document.documentElement.scrollHeight") == tall
         if kind != "mechanism":
-            assert at_rest(page, moving)
+            # The identity to rounding, its shifts over the picture's side.
+            assert np.abs((transform(page, moving) - np.eye(2, 3)) / [1, 1, SIDE]).max() <= 1e-13
     assert transform(page, moving) == pytest.approx(before)
 
 

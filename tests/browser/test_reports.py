@@ -5,15 +5,13 @@ import itertools
 import pytest
 from comparisons import made_up
 from loads.overhang import OVERHANG, axles
-from pages import sticking_out
+from pages import WIDTHS, sticking_out
 from scenes import block_on_floor
 from selenium.webdriver.support.wait import WebDriverWait
 
 import masonry_opt as mo
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.page import page
-
-WIDTHS = (1280, 400)
 
 #: Boxes, in pixels of the page: left, top, right, bottom of every element that a selector finds.
 _BOXES = """return [...document.querySelectorAll(arguments[0])].map(element => {
@@ -43,7 +41,7 @@ def charts_page(tmp_path_factory):
 def overflow(browser):
     """By how many pixels the page is wider than the window."""
     return browser.execute_script(
-        "const page = document.documentElement; return page.scrollWidth - page.clientWidth"
+        "const {scrollWidth, clientWidth} = document.documentElement;return scrollWidth - clientWidth"
     )
 
 
@@ -93,20 +91,14 @@ def test_no_table_moves_sideways_on_a_telephone(browser, comparison_page):
     assert chromium.execute_script(first) != before
 
 
-def opened(browser, charts_page, width):
-    """The page in a browser, with all its charts drawn."""
-    chromium = browser(width)
-    chromium.get(charts_page.as_uri())
-    missing = "return document.querySelectorAll('.chart:not(:has(.role-axis-label text))').length"
-    WebDriverWait(chromium, 30).until(lambda page: page.execute_script(missing) == 0)
-    return chromium
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("width", WIDTHS)
 def test_charts_are_drawn_whole(browser, charts_page, width):
     """Each as wide as the page, its legend inside it, the labels of its ticks apart."""
-    chromium = opened(browser, charts_page, width)
+    chromium = browser(width)
+    chromium.get(charts_page.as_uri())
+    missing = "return document.querySelectorAll('.chart:not(:has(.role-axis-label text))').length"
+    WebDriverWait(chromium, 30).until(lambda page: page.execute_script(missing) == 0)
     assert overflow(chromium) <= 0
     plots = chromium.execute_script(_BOXES, "figure .chart svg")
     assert len(plots) == len(chromium.find_elements("css selector", "figure")) == 2

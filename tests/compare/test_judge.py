@@ -1,19 +1,16 @@
-"""Verdicts and errors: a wrong answer is never a good one, and every end has its name."""
+"""Verdicts and errors: a wrong answer is never a good one; medians, Pareto front and success of runs."""
 
+import math
+
+import pandas as pd
 import pytest
 from lines import line
 
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Status
+from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.judge import (
-    CERTIFIED,
-    FAILED,
-    NAMED,
-    WRONG,
-    BestKnown,
-    judge,
-)
+from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, BestKnown, judge
 from masonry_opt.studies.compare.runs import residuals_over_limit
 
 BOUNDS = CertifiedBounds(0.5 - 1e-11, 0.5 + 1e-11)
@@ -28,12 +25,13 @@ def test_the_error_of_an_associative_answer_is_its_distance_from_the_certified_o
 
 
 @pytest.mark.parametrize(
-    ("load_factor", "gap", "below"), [(0.41, 0.025, False), (0.4, 1e-6, False), (0.39, 0.025, True)]
+    ("found", "gap", "below"), [(0.41, 0.025, False), (0.4, 1e-6, False), (0.39, 0.025, True)]
 )
-def test_the_gap_of_a_coulomb_answer_is_to_the_best_exact_state(load_factor, gap, below):
-    judged = judge(line(method="refined", load_factor=load_factor), BOUNDS, BEST, {})
+def test_the_gap_of_a_coulomb_answer_is_to_the_best_exact_state(found, gap, below):
+    judged = judge(line(method="refined", load_factor=found), BOUNDS, BEST, {})
     assert judged["error"] == pytest.approx(gap)
     assert judged["below"] == below
+    assert judge(line(method="refined"), BOUNDS, None, {})["error"] is None
 
 
 def test_bounds_of_chords_say_nothing_of_the_parabola():
@@ -56,11 +54,6 @@ def test_what_holds_for_cones_holds_for_their_sides_from_above_alone():
     unlimited = CertifiedBounds(float("inf"), float("inf"))
     assert judge(row, unlimited, None, {})["verdict"] == CERTIFIED
     assert judge(row | {"friction_law": "cone"}, unlimited, None, {})["verdict"] == WRONG
-
-
-def test_without_a_reference_there_is_no_error():
-    assert judge(line(), None, None, {})["error"] is None
-    assert judge(line(method="refined"), BOUNDS, None, {})["error"] is None
 
 
 @pytest.mark.parametrize(
@@ -164,3 +157,64 @@ def test_a_proof_that_no_load_factor_exists_is_the_right_answer(status):
     assert (judged["verdict"], judged["reason"]) == (NAMED, status)
     row |= {"existence": str(Existence.UNBOUNDED)}
     assert judge(row, UNLIMITED, None, {})["verdict"] == FAILED
+
+
+ABOUT_ONE = {name: CertifiedBounds(1 - 1e-12, 1 + 1e-12) for name in ("a", "b", "c")}
+
+
+REPEATED = [
+    line(repeat=n, wall=wall, scene_seconds=0.25, dead_load_seconds=0.25, scene="a")
+    for n, wall in enumerate((1.5, 9.5, 2.5))
+]
+
+
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [
+        (REPEATED, {"time": 2.0, "repeats": 3}),  # medians, without what all share
+        ([line(scene="a", repeat=n, flow=float(n == 2)) for n in (1, 2, 3)], {"verdict": "wrong"}),
+        ([line(scene="a", method="refined", tolerance=None)], {"repeats": 1}),
+    ],
+)
+def test_repeats_of_a_run_are_one_line(rows, expected):
+    (only,) = frames.summary(rows, ABOUT_ONE, {}, {}).to_dict("records")
+    assert {name: only[name] for name in expected} == expected
+
+
+def test_of_answers_one_that_bounds_can_be_held_against_is_told():
+    """A parabola's has no error, and is no nearer to the bounds than the chords'."""
+    rows = [line(scene="a", load_factor=1.005, crushing="parabola")]
+    rows += [line(scene="a", solver="highs", wall=9.0, crushing="chords")]
+    summary = frames.summary(rows, ABOUT_ONE, {}, {})
+    assert list(summary["verdict"]) == ["certified", "certified"]
+    assert list(frames.answers(summary)["solver"]) == ["highs"]
+
+
+def test_pareto_front():
+    """Times 1 to 5: the second is slower and worse, the fourth fails, the fifth is slower and no better."""
+    frame = pd.DataFrame({"time": [1.0, 2.0, 3.0, 4.0, 5.0], "error": [1e-3, 1e-2, 1e-6, 1e-9, 1e-6]})
+    frame["verdict"] = ["certified"] * 3 + ["wrong", "certified"]
+    assert list(frames.pareto(frame)["time"]) == [1.0, 3.0]
+
+
+def test_success_counts_every_end():
+    """Five ends of one pair: two certified in 1 s and 3 s, one of them off by 5e-5; one named, ..."""
+    rows = [
+        line(scene="a"),
+        line(scene="b", load_factor=1.00005, wall=3.0),
+        line(scene="c", flow=1.0, wall=50.0),
+        line(scene="d", load_factor=None, status="not converged: cycling", wall=50.0),
+        line(scene="e", load_factor=None, status="unstable under dead load", wall=50.0),
+    ]
+    unstable = {"e": {"associative": "unstable under dead load"}}
+    (counted,) = frames.success(frames.summary(rows, ABOUT_ONE, {}, unstable)).to_dict("records")
+    verdicts = ("scenes", "certified", "named correctly", "failed but said so", "wrong")
+    assert [counted[verdict] for verdict in verdicts] == [5, 2, 1, 1, 1]
+    assert (counted["success"], counted["largest error"]) == (0.6, pytest.approx(5e-5))
+    assert counted["time"] == 2.0
+
+
+def test_success_of_a_pair_that_never_answers_has_no_time():
+    rows = [line(scene="a", ended="crashed", load_factor=None)]
+    (counted,) = frames.success(frames.summary(rows, ABOUT_ONE, {}, {})).to_dict("records")
+    assert (counted["success"], math.isnan(counted["time"])) == (0, True)

@@ -1,6 +1,7 @@
-"""The pages of the guide: their examples run, and they have every key, status, code and name there is."""
+"""The guide: examples run and are short; pages have every key, status, code and name; records' docstrings."""
 
 import ast
+import inspect
 import os
 import re
 from pathlib import Path
@@ -10,6 +11,7 @@ from scenes import block_on_floor, pressed_down
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
+from masonry_opt.scene.arch import ArchRing
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.generator import Generator
 
@@ -81,19 +83,14 @@ def test_case_file_of_axles_is_crossed(tmp_path):
     assert crossed.axles == "lorry"
 
 
-@pytest.mark.parametrize(("name", "record"), [("fill", mo.Fill), ("axles", mo.Axles)])
-def test_every_key_of_a_load_or_support_stands_on_its_page(name, record):
-    assert set(told(page(f"loads/{name}"))) == keys_of(record)
+LOADS = {"fill": mo.Fill, "axles": mo.Axles, "cases": mo.LoadCase, "earthquake": mo.Earthquake}
 
 
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [("loads/cases", keys_of(mo.LoadCase)), ("loads/earthquake", keys_of(mo.Earthquake))],
-)
-def test_every_key_of_load_cases_and_earthquakes_stands_on_their_page(name, expected):
-    names = told(page(name).split("## ")[0])
+@pytest.mark.parametrize(("name", "record"), LOADS.items(), ids=LOADS)
+def test_every_key_of_a_load_stands_on_its_page(name, record):
+    names = told(page(f"loads/{name}").split("## ")[0])
     assert len(names) == len(set(names))
-    assert set(names) == expected
+    assert set(names) == keys_of(record)
 
 
 def test_the_examples_of_load_cases_and_earthquakes_run(tmp_path, monkeypatch, capsys):
@@ -119,23 +116,6 @@ def test_every_name_of_the_package_is_in_the_reference():
     assert sorted(documented) == mo.__all__
 
 
-def test_every_page_stands_in_the_contents():
-    listed = re.findall(r"^([\w/]+)$", page("index"), re.MULTILINE)
-    pages = {path.stem for path in DOCS.iterdir() if path.suffix in (".md", ".ipynb")} - {"index"}
-    assert set(listed) == pages | {"examples/index"}
-
-
-def test_parts_of_programs_that_are_shown_are_there():
-    """Sphinx finds them too, but only as the guide is built."""
-    shown = re.findall(r"\{literalinclude\} \.\./(\S+)\n:pyobject: ([\w.]+)\n", page("method"))
-    assert len(shown) >= 10
-    for path, name in shown:
-        body = ast.parse((ROOT / path).read_text("utf-8")).body
-        for part in name.split("."):
-            (found,) = [node for node in body if getattr(node, "name", None) == part]
-            body = found.body
-
-
 def test_the_version_stands_in_one_place():
     version = re.search(r'^version = "(.+)"$', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)[1]
     for path in (DOCS / "conf.py", ROOT / "CITATION.cff", ROOT / "README.md", DOCS / "index.md"):
@@ -153,11 +133,80 @@ def test_example_of_a_user_s_own_tests_holds_each_case_to_it(monkeypatch, capsys
     for name, scene in scenes.items():
         mo.save(scene, tmp_path / "cases" / f"{name}.toml")
     monkeypatch.chdir(tmp_path)
-    without = [option for name in ("cacheprovider", "xdist") for option in ("-p", f"no:{name}")]
-    assert (
-        pytest.main(["-q", "-rA", "-c", os.devnull, "--import-mode=importlib", *without, str(tmp_path)]) == 1
-    )
+    off = [option for name in ("cacheprovider", "xdist") for option in ("-p", f"no:{name}")]
+    assert pytest.main(["-q", "-rA", "-c", os.devnull, "--import-mode=importlib", *off, str(tmp_path)]) == 1
     printed = capsys.readouterr().out
     outcomes = re.findall(r"^(PASSED|FAILED) .*\[(\w+)\]", printed, re.MULTILINE)
     assert {name: word for word, name in outcomes} == {"enough": "PASSED", "weak": "FAILED", "none": "FAILED"}
     assert "unlimited: the live load cannot cause collapse" in printed
+
+
+#: The paper's are tested by their command (`tests/reproduce`).
+EXAMPLES = sorted(path for path in (DOCS / "gallery").glob("*/*.py") if path.parent.name != "paper")
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example_asks_a_question_answers_it_and_shows_it(path):
+    text = path.read_text("utf-8")
+    tree = ast.parse(text)
+    title = ast.get_docstring(tree).splitlines()[0]
+    assert title.endswith("?")
+    assert 20 <= len(text.splitlines()) <= 70
+    assert any(isinstance(node, ast.Assert) for node in ast.walk(tree))
+    last = ast.unparse(tree.body[-1])
+    assert re.search(r"\.plot\(.*\)$|^figure$", last), "the last expression is the picture"
+
+
+def test_outputs_of_the_notebook_are_not_stored():
+    nbformat = pytest.importorskip("nbformat")
+    notebook = nbformat.read(DOCS / "notebook.ipynb", as_version=4)
+    nbformat.validate(notebook)
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert len(cells) >= 4
+    assert all(not cell.outputs and cell.execution_count is None for cell in cells)
+
+
+RECORDS = [
+    mo.Scene, mo.Block, mo.Joint, mo.JointDefaults, mo.EdgeLoad, mo.Load, mo.PointLoad, mo.Reference,
+    mo.LoadCase, mo.Earthquake,
+    mo.Arch, mo.Wall, mo.Facade, mo.Column, mo.Solid, mo.Part,
+    mo.Plan, mo.PlanWall, mo.Opening, mo.Barrel, mo.Dome, mo.Groin, mo.Shaft, ArchRing,
+]  # fmt: skip
+
+
+@pytest.fixture
+def records(monkeypatch):
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "docs" / "_ext"))
+    import records
+
+    return records
+
+
+def documented(records, of):
+    """The lines of a docstring as Napoleon gets them."""
+    lines = inspect.getdoc(of).splitlines()
+    records._process(None, "class", of.__name__, of, None, lines)
+    return lines
+
+
+@pytest.mark.parametrize("record", RECORDS, ids=lambda record: record.__name__)
+def test_every_field_of_a_record_is_told_with_its_type_and_nothing_of_pydantic(records, record):
+    lines = documented(records, record)
+    named = [line.split(" : ")[0].split(", ") for line in lines if " : " in line and not line.startswith(" ")]
+    fields = [name for names in named for name in names]
+    assert sorted(fields) == sorted(record.model_fields)
+    assert not [line for line in lines if "model_" in line]
+
+
+def test_types_and_defaults_are_those_of_the_class(records):
+    text = "\n".join(documented(records, mo.Column))
+    assert "drums : int\n    How many." in text
+    assert "batter : Literal['both', 'left', 'right'], default 'both'" in text
+    assert "width : float or tuple[float, float]\n" in text
+    assert (
+        "name, at, live_per_weight, live : name: str or None; at: tuple[float, float], default (0, 0); live"
+        in text
+    )
+    signature, _ = records._call(None, "class", "", mo.Column, None, "", "")
+    assert signature.startswith("(*, width, height, drums, name=None, at=(0, 0), live_per_weight=(0, 0)")

@@ -1,11 +1,19 @@
-"""What the charts of a sweep show."""
+"""What the charts of a sweep show; its files: whole or not at all, and the same numbers in each."""
 
+import contextlib
 import re
+import shutil
+import signal
 
 import numpy as np
 import pandas as pd
 import pytest
+from many.tables import same
+from scenes import block_on_floor
 
+import masonry_opt as mo
+from masonry_opt.errors import OutputError
+from masonry_opt.studies import journal
 from masonry_opt.studies.charts import pictures
 from masonry_opt.studies.many.charts import drawings, heat_map, off_axis
 
@@ -26,30 +34,19 @@ def against(swept):
 
 
 def layers(drawing):
-    """Rows of each layer with its encoding, and the kind of its mark."""
+    """The kind of each layer's mark, its rows, and the layer."""
     whole = drawing.on_page()
     own = whole.get("data", {}).get("name")
-    return [
-        (
-            layer["mark"]["type"],
-            pd.DataFrame(whole["datasets"][layer.get("data", {"name": own})["name"]]),
-            layer,
-        )
-        for layer in whole["layer"]
-    ]
+    rows = [whole["datasets"][layer.get("data", {"name": own})["name"]] for layer in whole["layer"]]
+    kinds = [layer["mark"]["type"] for layer in whole["layer"]]
+    return list(zip(kinds, map(pd.DataFrame, rows), whole["layer"], strict=True))
 
 
 def marks(drawing):
     """The points, where the axis of λ places those that have one, and the ends of that axis."""
-    found = [
-        (rows, layer["encoding"]) for kind, rows, layer in layers(drawing) if "shape" in layer["encoding"]
-    ]
-    of_axis = found[0][1]["y"]
-    return (
-        pd.concat([rows for rows, _ in found]),
-        [encoding["y"] for _, encoding in found],
-        of_axis["scale"]["domain"],
-    )
+    found = [(rows, layer["encoding"]) for _, rows, layer in layers(drawing) if "shape" in layer["encoding"]]
+    places = [encoding["y"] for _, encoding in found]
+    return pd.concat([rows for rows, _ in found]), places, places[0]["scale"]["domain"]
 
 
 def test_points_are_marked_by_mechanism():
@@ -136,13 +133,12 @@ def test_a_value_off_the_axis_stands_at_its_head():
 
 def test_a_value_above_the_scale_of_a_map_is_told():
     values = [0.2, 0.3, 25.0, 0.25, 0.3, 0.4]
-    swept = pd.DataFrame(
-        {"a": [1.0, 1.0, 1.0, 2.0, 2.0, 2.0], "b": [1.0, 2.0, 3.0] * 2, "load_factor": values}
-    )
-    drawing = heat_map(swept.assign(status="optimal"), "a", "b")
+    swept = pd.DataFrame({"a": [1.0, 1.0, 1.0, 2.0, 2.0, 2.0], "b": [1.0, 2.0, 3.0] * 2})
+    swept = swept.assign(load_factor=values, status="optimal")
+    drawing = heat_map(swept, "a", "b")
     assert scale_of(drawing) == [0.2, 0.4]
     assert "last colour" in drawing.notes
-    assert "last colour" not in heat_map(swept.assign(status="optimal").drop(2), "a", "b").notes
+    assert "last colour" not in heat_map(swept.drop(2), "a", "b").notes
 
 
 def test_the_load_to_expect_is_dashed():
@@ -168,11 +164,8 @@ def test_a_map_is_drawn_of_finite_values_alone(friction):
     drawn = drawings(swept, names)
     assert [drawing.name for drawing in drawn] == ["load_factor", "heat_map"][: 1 + np.isfinite(friction)]
     assert all(drawing.on_page()["layer"] for drawing in drawn)
-
-
-def test_of_more_than_two_numbers_each_has_a_chart():
-    swept = frame(["sliding"] * 3, [0.1, 0.2, 0.3]).assign(a=[1.0, 2.0, 3.0], b=[3.0, 2.0, 1.0])
-    assert len({drawing.name for drawing in drawings(swept, [NAME, "a", "b"])}) == 3
+    # Of more than two numbers each has a chart.
+    assert len(drawings(swept.assign(b=swept[NAME]), [*names, "b"])) == 3
 
 
 def test_ticks_are_labelled_with_the_load_factors_they_stand_at():
@@ -183,3 +176,67 @@ def test_ticks_are_labelled_with_the_load_factors_they_stand_at():
     labels = [float(text) for text in re.findall(r">(-?\d*\.?\d+)</text>", upwards)]
     assert len(labels) > 3
     assert np.diff(labels, 2) == pytest.approx(0, abs=1e-9)  # as far from each other as the ticks are
+
+
+VARY = {"joints.friction": [0.1, 0.2, 0.3, 0.4, -1.0]}
+
+
+def sweep(**keys):
+    return mo.sweep(block_on_floor(), VARY, method="static", workers=1, **keys)
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """A table, and the folder that it was written to."""
+    out = tmp_path_factory.mktemp("swept")
+    return sweep(out=out), out
+
+
+@contextlib.contextmanager
+def full_from(size):
+    """No file can be longer, as where the disk is full: what fits of a write is written."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)
+
+
+@pytest.mark.parametrize("full", [journal.NAME, "runs.csv", "load_factor.png"])
+def test_a_full_disk_keeps_what_was_made(swept, tmp_path, full):
+    frame, folder = swept
+    lines = (folder / journal.NAME).read_bytes().splitlines(keepends=True)
+    if full == journal.NAME:
+        # In the middle of the third run's line.
+        size, whole = sum(map(len, lines[:3])) + 20, 1 + 2
+    else:
+        # As after a last run for which the disk had just room. (Pictures are longer than the journal.)
+        sweep(out=tmp_path)
+        size, whole = (tmp_path / full).stat().st_size - 20, len(lines)
+        for file in (full, "load_factor.png"):
+            (tmp_path / file).unlink(missing_ok=True)
+    with full_from(size), pytest.raises(OutputError, match="cannot be written") as failed:
+        sweep(out=tmp_path)
+    assert str(tmp_path / full) in str(failed.value)
+    kept = (tmp_path / journal.NAME).read_bytes()
+    assert len([line for line in kept.splitlines(keepends=True) if line.endswith(b"\n")]) == whole
+    assert not list(tmp_path.glob(".writing*"))
+    assert not (tmp_path / "load_factor.png").exists()
+    same(sweep(out=tmp_path), frame)
+    assert len((tmp_path / journal.NAME).read_bytes().splitlines()) == len(lines)
+    assert (tmp_path / "load_factor.png").read_bytes() == (folder / "load_factor.png").read_bytes()
+
+
+def test_csv_is_the_table_to_the_last_digit(swept, tmp_path):
+    frame, folder = swept
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)  # with the journal: nothing is run again
+    sweep(out=tmp_path)
+    assert (tmp_path / "runs.csv").read_bytes() == (folder / "runs.csv").read_bytes()
+    written = pd.read_csv(tmp_path / "runs.csv", dtype=str, keep_default_na=False)
+    for name in ("joints.friction", "load_factor", "equilibrium", "yield", "seconds"):
+        digits = ["" if pd.isna(value) else repr(float(value)) for value in frame[name]]
+        assert written[name].tolist() == digits

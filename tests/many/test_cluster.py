@@ -4,8 +4,8 @@ import subprocess
 import sys
 import time
 
-import pandas as pd
 import pytest
+from many.tables import same
 from scenes import block_on_floor, small_wall
 
 import masonry_opt as mo
@@ -52,9 +52,7 @@ def test_a_cluster_that_loses_a_worker_ends_in_the_same_table(cluster):
 
     frame = mo.sweep(block_on_floor(), VARY, method="static", dask=address, progress=kill_one)
     assert seen[-1] == len(frame) == 60
-    pd.testing.assert_frame_equal(
-        frame.drop(columns="seconds"), expected.drop(columns="seconds"), check_exact=True
-    )
+    same(frame, expected)
 
 
 @pytest.mark.slow
@@ -67,9 +65,7 @@ def test_threads_of_one_worker_share_no_session():
     ) as scheduler:
         frame = mo.sweep(wall, vary, dask=scheduler.scheduler_address)
     expected = mo.sweep(wall, vary, workers=1)
-    pd.testing.assert_frame_equal(
-        frame.drop(columns="seconds"), expected.drop(columns="seconds"), check_exact=True
-    )
+    same(frame, expected)
 
 
 def test_a_scheduler_without_workers_is_told(monkeypatch):

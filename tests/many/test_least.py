@@ -1,15 +1,16 @@
-"""Least and greatest values against closed forms; thresholds that are none, or more than one."""
+"""Least and greatest values against closed forms; thresholds that are none, or more than one; the command."""
 
+import json
 import math
+import re
 
 import numpy as np
 import pytest
-from scenes import CASES, block_on_floor
+from scenes import CASES, WALLS, block_on_floor, run_command
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoLoadFactorError
-from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import COLUMNS
 from masonry_opt.studies.many.standing import standing
 
@@ -18,7 +19,7 @@ LOAD = {"load": 0.3, "method": "static", "samples": 1}
 
 def tilted(scene: mo.Scene, degrees: float) -> mo.Scene:
     angle = math.radians(degrees)
-    return scene.model_copy(update={"gravity": (math.sin(angle), -math.cos(angle))})
+    return scene.replace(gravity=(math.sin(angle), -math.cos(angle)))
 
 
 def wide(width: float) -> mo.Scene:
@@ -51,10 +52,8 @@ def test_greatest_tilt_of_a_block_is_its_slenderness():
 
 def test_a_margin_is_not_passed_off_as_a_load_factor():
     """Of a block that λ would tilt over, at μ = 0.9: its ends have no λ, and no angle that goes with one."""
-    block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=1)
-    floor = mo.Block(name="floor", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.9), blocks=[block, floor], tilt="right")
-    scene = scene.model_copy(update={"reference": {"associative": mo.Reference(value=0.5, source="by hand")}})
+    reference = {"associative": mo.Reference(value=0.5, source="by hand")}
+    scene = block_on_floor(friction=0.9, live=(0.0, 0.0)).replace(tilt="right", reference=reference)
     assert mo.solve(scene, "static").tilt_angle == pytest.approx(math.degrees(math.atan(0.5)), abs=1e-6)
     found = mo.most(lambda degrees: tilted(scene, degrees), 0, 45, samples=0, tolerance=1e-3)
     for trial in found.trials:
@@ -70,12 +69,12 @@ def test_a_margin_is_not_passed_off_as_a_load_factor():
 
 def test_a_load_is_not_carried_because_a_run_ended_as_unlimited():
     """A keystone pulled up weighs 1; rougher than its faces lean the paper's loop ends as "locked"."""
-    keystone = Parameters(mo.load(CASES / "closed_forms" / "keystone.toml"))
+    keystone = mo.load(CASES / "closed_forms" / "keystone.toml")
+    asked = {"load": 1.5, "samples": 0, "tolerance": 0.5}
 
     def rough(mu):
-        return keystone.at({"joints.friction": mu})
+        return keystone.replace(friction=mu)
 
-    asked = {"load": 1.5, "samples": 0, "tolerance": 0.5}
     with pytest.raises(NoLoadFactorError, match="could not be decided"):
         mo.least(rough, 0.3, 0.75, method="nonassociative", preset="paper", **asked)
     found = mo.least(rough, 0.3, 0.75, method="static", **asked)
@@ -85,9 +84,7 @@ def test_a_load_is_not_carried_because_a_run_ended_as_unlimited():
 @pytest.mark.parametrize("method", ["static", "mcp"])
 def test_least_friction_that_carries_a_load(method):
     """λ is the friction, up to the block's slenderness."""
-    found = mo.least(
-        lambda mu: block_on_floor(1, 2, friction=mu), 0.05, 1, load=0.3, method=method, samples=2
-    )
+    found = mo.least(lambda mu: block_on_floor(friction=mu), 0.05, 1, load=0.3, method=method, samples=2)
     assert found.value == pytest.approx(0.3, rel=1e-7)
     assert found.fails.number < 0.3 <= found.holds.number + 1e-9
     assert found.history.columns.tolist() == ["value", "holds", "number", *COLUMNS]
@@ -119,12 +116,10 @@ def test_falling_by_itself_is_a_jump_only_where_a_load_was_carried_at_once():
     asked = {"method": "static", "samples": 0, "tolerance": 0.01}
     assert mo.least(steep, 0, 1, load=0.1, **asked).jump == (-math.inf, pytest.approx(0.3))
     # Leaning back, λ falls to nothing as the block comes to stand on its edge.
-    leaning = mo.most(
-        lambda t: tilted(wide(1.0), t), 0, 30, load=0.0, method="static", samples=0, tolerance=1e-4
-    )
-    assert leaning.value == pytest.approx(math.degrees(math.atan(0.25)), rel=1e-4)
-    assert leaning.fails.number == -math.inf
-    assert not leaning.jump
+    back = mo.most(lambda a: tilted(wide(1), a), 0, 30, load=0.0, method="static", samples=0, tolerance=1e-4)
+    assert back.value == pytest.approx(math.degrees(math.atan(0.25)), rel=1e-4)
+    assert back.fails.number == -math.inf
+    assert not back.jump
 
 
 def test_a_hole_is_told():
@@ -143,45 +138,30 @@ def test_a_hole_is_told():
 
 
 @pytest.mark.parametrize(
-    ("search", "lower", "upper", "found"),
+    ("search", "make", "ends", "asked", "error", "found"),
     [
-        (mo.least, 1.5, 3.0, "lower 'lower'"),
-        (mo.least, 0.5, 1.0, "raise 'upper'"),
-        (mo.most, 1.5, 3.0, "raise 'upper'"),
-        (mo.most, 0.5, 1.0, "lower 'lower'"),
-        (mo.most, 0.5, 3.0, "ask for 'least'"),
-        (mo.least, 3.0, 0.5, "less than upper"),
-        (mo.least, float("nan"), 3.0, "must be a number"),
+        (mo.least, wide, (1.5, 3.0), LOAD, mo.OptionError, "lower 'lower'"),
+        (mo.least, wide, (0.5, 1.0), LOAD, mo.OptionError, "raise 'upper'"),
+        (mo.most, wide, (1.5, 3.0), LOAD, mo.OptionError, "raise 'upper'"),
+        (mo.most, wide, (0.5, 1.0), LOAD, mo.OptionError, "lower 'lower'"),
+        (mo.most, wide, (0.5, 3.0), LOAD, mo.OptionError, "ask for 'least'"),
+        (mo.least, wide, (3.0, 0.5), LOAD, mo.OptionError, "less than upper"),
+        (mo.least, wide, (float("nan"), 3.0), LOAD, mo.OptionError, "must be a number"),
+        (mo.least, lambda t: wide(2 if 0.3 < t < 0.7 else 1), (0, 1), LOAD, mo.OptionError, r"load at 0\.5:"),
+        (mo.least, wide(1.0), (0, 1), {}, mo.OptionError, "function"),
+        (mo.least, wide, (1, 2), {"method": "static"}, mo.OptionError, "'load'"),
+        (mo.least, lambda mu: block_on_floor(friction=mu), (-1, 1), {}, mo.CaseError, "at -1: "),
     ],
 )
-def test_what_to_do_is_said(search, lower, upper, found):
-    with pytest.raises(mo.OptionError, match=found):
-        search(wide, lower, upper, **LOAD)
-
-
-@pytest.mark.parametrize(
-    ("make", "ends", "asked", "error", "found"),
-    [
-        (lambda t: wide(2 if 0.3 < t < 0.7 else 1), (0, 1), LOAD, mo.OptionError, r"load at 0\.5:"),
-        (wide(1.0), (0, 1), {}, mo.OptionError, "function"),
-        (wide, (1, 2), {"method": "static"}, mo.OptionError, "'load'"),
-        (lambda mu: block_on_floor(friction=mu), (-1, 1), {}, mo.CaseError, "at -1: "),
-    ],
-)
-def test_wrong_arguments(make, ends, asked, error, found):
+def test_what_to_do_is_said(search, make, ends, asked, error, found):
     with pytest.raises(error, match=found):
-        mo.least(make, *ends, **asked)
+        search(make, *ends, **asked)
 
 
 def test_joints_that_crush_are_decided_without_a_margin():
     """A block of weight 1 on a base 1 wide stands if strength times width is its weight."""
-
-    def strong(strength):
-        scene = block_on_floor(1.0, 2.0)
-        joints = scene.joints.model_copy(update={"strength": strength})
-        return scene.model_copy(update={"joints": joints})
-
-    found = mo.least(strong, 0.5, 2, tolerance=1e-2, samples=0)
+    block = block_on_floor(1.0, 2.0)
+    found = mo.least(lambda strength: block.replace(strength=strength), 0.5, 2, tolerance=1e-2, samples=0)
     assert found.value == pytest.approx(1.0, rel=1e-2)
     assert not found.jump
 
@@ -189,9 +169,8 @@ def test_joints_that_crush_are_decided_without_a_margin():
 def test_smooth_joints_have_no_margin():
     smooth = tilted(block_on_floor(friction=0.0), 10)
     assert standing(smooth).result.status is mo.Status.UNSTABLE
-    assert mo.least(
-        lambda mu: tilted(block_on_floor(friction=mu), 10), 0, 1, samples=0
-    ).value == pytest.approx(math.tan(math.radians(10)), rel=1e-6)
+    found = mo.least(lambda mu: tilted(block_on_floor(friction=mu), 10), 0, 1, samples=0)
+    assert found.value == pytest.approx(math.tan(math.radians(10)), rel=1e-6)
 
 
 def test_a_scene_without_room_stands():
@@ -201,7 +180,7 @@ def test_a_scene_without_room_stands():
     def eccentric(by):
         scene = block_on_floor(friction=0.0, weight_at=(0.5 - by, 1.0))
         wall = mo.Block(name="wall", vertices=[(1, 0), (2, 0), (2, 2), (1, 2)], fixed=True)
-        return scene.model_copy(update={"blocks": [*scene.blocks, wall]})
+        return scene.replace(blocks=[*scene.blocks, wall])
 
     found = mo.most(eccentric, 0.1, 0.8, samples=2, tolerance=1e-3)
     assert found.value == pytest.approx(0.5, rel=1e-3)
@@ -209,7 +188,48 @@ def test_a_scene_without_room_stands():
 
 
 def test_a_path_will_do():
-    other = CASES / "ferris_tinloi" / "wall_2.toml"
-    wall = CASES / "ferris_tinloi" / "wall_1.toml"
-    found = mo.least(lambda t: wall if t > 0.5 else other, 0, 1, load=0.6, method="static", tolerance=0.1)
+    asked = {"load": 0.6, "method": "static", "tolerance": 0.1}
+    found = mo.least(lambda t: WALLS[0] if t > 0.5 else WALLS[1], 0, 1, **asked)
     assert found.jump == pytest.approx((0.58, 0.64286), abs=1e-4)
+
+
+def test_friction_that_carries_a_load(case, monkeypatch, capsys):
+    asked = ("--vary", "joints.friction=0.1:1", "--load", "0.3", "--method", "static", "--samples", "1")
+    code, out, _ = run_command(monkeypatch, capsys, "least", case, *asked, "--json")
+    assert code == 0
+    assert json.loads(out)["value"] == pytest.approx(0.3, rel=1e-6)
+    found = json.loads(out)
+    code, out, _ = run_command(monkeypatch, capsys, "least", case, *asked)
+    # What is printed of the ends differs, from the load asked too, and is what was found.
+    printed = {
+        end: [float(number) for number in re.findall(rf"^{end} +at (\S+): load factor (\S+)", out, re.M)[0]]
+        for end in ("holds", "fails")
+    }
+    assert printed["fails"][1] < 0.3
+    assert printed["fails"][1] < printed["holds"][1]
+    for end, (value, number) in printed.items():
+        assert value == pytest.approx(found[end]["value"], rel=1e-8)
+        assert number == pytest.approx(found[end]["number"], rel=1e-6)
+    code, out, _ = run_command(monkeypatch, capsys, "least", case, *asked, "-o", "beta=1")
+    assert code == 2
+
+
+def test_greatest_push_that_a_block_stands(case, monkeypatch, capsys):
+    """A dead force in the middle of a block 1 wide and 2 high overturns it at half its weight."""
+    asked = ("--vary", "block.A.dead.x=0:1", "--most", "--samples", "1", "--tolerance", "1e-4")
+    code, out, _ = run_command(monkeypatch, capsys, "least", case, *asked, "--json")
+    assert code == 0
+    found = json.loads(out)
+    assert found["kind"] == "greatest"
+    assert found["value"] == pytest.approx(0.5, rel=1e-6)
+    code, out, _ = run_command(monkeypatch, capsys, "least", case, *asked)
+    assert "block.A.dead.x" in out.splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    "vary", ["joints.friction", "joints.friction=1", "joints.friction=a:b", "joints.frictoin=0:1"]
+)
+def test_what_is_wrong_with_the_command_is_said(case, vary, monkeypatch, capsys):
+    code, out, err = run_command(monkeypatch, capsys, "least", case, "--vary", vary)
+    assert (code, out) == (2, "")
+    assert "joints.friction" in err

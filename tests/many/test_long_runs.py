@@ -4,11 +4,11 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pandas as pd
 import pytest
+from hogs import environment, is_gone, wait_until
 from scenes import block_on_floor
 
 import masonry_opt as mo
@@ -50,30 +50,6 @@ run(runs, 4 * runs)
 """
 
 
-def environment():
-    return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-
-
-def wait_for(what, process, seconds=120):
-    deadline = time.monotonic() + seconds
-    while not what():
-        assert time.monotonic() < deadline
-        assert process.poll() is None, process.stderr.read()
-        time.sleep(0.002)
-
-
-def is_gone(group):
-    """Whether no process of a group is left, in ten seconds."""
-    deadline = time.monotonic() + 10
-    while time.monotonic() < deadline:
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.05)
-    return False
-
-
 @pytest.mark.slow
 def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp_path):
     case, out = tmp_path / "block.toml", tmp_path / "out"
@@ -87,7 +63,7 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
     def lines():
         return kept.read_bytes().splitlines(keepends=True) if kept.exists() else []
 
-    wait_for(lambda: len(lines()) > 5, interrupted)
+    wait_until(lambda: len(lines()) > 5, interrupted)
     os.killpg(interrupted.pid, signal.SIGINT)  # as a terminal does: its workers too
     _, said = interrupted.communicate(timeout=60)
     assert interrupted.returncode == 130, said
@@ -108,9 +84,7 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
     through = tmp_path / "through"
     frictions = pd.read_csv(out / "runs.csv")["joints.friction"].tolist()
     mo.sweep(case, {"joints.friction": frictions}, method="static", workers=1, out=through)
-    one, other = (
-        pd.read_csv(folder / "runs.csv", dtype=str).drop(columns="seconds") for folder in (out, through)
-    )
+    one, other = (pd.read_csv(at / "runs.csv", dtype=str).drop(columns="seconds") for at in (out, through))
     pd.testing.assert_frame_equal(one, other)
 
 

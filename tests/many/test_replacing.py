@@ -3,7 +3,7 @@
 import csv
 
 import pytest
-from scenes import block_on_floor, run_command
+from scenes import block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
@@ -13,10 +13,8 @@ pytestmark = pytest.mark.usefixtures("without_charts")
 FRICTIONS = [0.1, 0.2, 0.3, 0.30000000000000004]
 
 
-def swept(out, frictions, **keys):
-    return mo.sweep(
-        block_on_floor(), {"joints.friction": frictions}, method="static", workers=1, out=out, **keys
-    )
+def swept(out, of, **keys):
+    return mo.sweep(block_on_floor(), {"joints.friction": of}, method="static", workers=1, out=out, **keys)
 
 
 def sampled(out, n, **keys):
@@ -79,19 +77,6 @@ def test_a_table_of_someone_else_is_kept(tmp_path, content):
     assert contents(tmp_path) == before
     swept(tmp_path, FRICTIONS, force=True)
     assert frictions_in(tmp_path) == FRICTIONS
-
-
-def test_the_command_refuses_with_code_2(monkeypatch, capsys, tmp_path):
-    case, out = tmp_path / "case.toml", tmp_path / "out"
-    mo.save(block_on_floor(), case)
-    given = ["sweep", case, "--method", "static", "--workers", "1", "--out", out, "--vary"]
-    assert run_command(monkeypatch, capsys, *given, "joints.friction=0.1,0.2")[0] == 0
-    code, printed, err = run_command(monkeypatch, capsys, *given, "joints.friction=0.2")
-    assert (code, printed) == (2, "")
-    assert "--force" in err
-    code, printed, _ = run_command(monkeypatch, capsys, *given, "joints.friction=0.2", "--force")
-    assert (code, printed.splitlines()[0]) == (0, "1 run, 1 with a load factor")
-    assert frictions_in(out) == [0.2]
 
 
 def test_no_zero_of_a_table_has_a_sign(tmp_path):

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from scenes import CASES, block_on_floor, small_wall
+from scenes import CASES, block_on_floor, run_command, small_wall
 from scipy import stats
 
 import masonry_opt as mo
@@ -50,15 +50,12 @@ def test_every_run_is_the_closed_form(block):
     assert (block.falling, block.unlimited, block.undecided) == (0, 0, 0)
 
 
-def test_quantiles_hold_those_of_the_distribution(block):
+def test_quantiles_and_fragility_hold_those_of_the_distribution(block):
     for row in block.quantiles([0.05, 0.25, 0.5, 0.75, 0.95]).to_dict("records"):
         known = min(FRICTION.ppf(row["probability"]), SLENDER)
         lower = -math.inf if math.isnan(row["lower"]) else row["lower"]
         upper = math.inf if math.isnan(row["upper"]) else row["upper"]
         assert lower - 1e-7 <= known <= upper + 1e-7
-
-
-def test_fragility_is_the_distribution(block):
     loads = [0.25, 0.3, 0.35, 0.4, 0.45, 0.499, 0.501]
     curve = block.fragility(loads)
     known = np.where(np.array(loads) < SLENDER, FRICTION.cdf(loads), 1.0)
@@ -72,6 +69,10 @@ def test_what_matters_is_the_friction(block):
     found = block.sensitivity().set_index("parameter")
     assert found["rank_correlation"]["joints.friction"] > 0.98  # ties where the block overturns
     assert found["lower"]["joints.cohesion"] < 0 < found["upper"]["joints.cohesion"]
+    read = json.loads(block.to_json())
+    assert read["runs"] == 48
+    assert read["distributions"]["joints.friction"] == "lognormal(0.4, 0.1)"
+    assert [row["probability"] for row in read["quantiles"]] == [0.05, 0.5, 0.95]
 
 
 def test_of_a_block_that_slides_both_loads_are_the_friction():
@@ -113,13 +114,6 @@ def test_a_number_that_does_not_matter_is_drawn_too(tmp_path):
     assert "nothing drawn matters" in (tmp_path / "sensitivity.svg").read_text()
 
 
-def test_the_answer_as_json(block):
-    read = json.loads(block.to_json())
-    assert read["runs"] == 48
-    assert read["distributions"]["joints.friction"] == "lognormal(0.4, 0.1)"
-    assert [row["probability"] for row in read["quantiles"]] == [0.05, 0.5, 0.95]
-
-
 def test_failed_runs_count_as_collapsed():
     statuses = ["optimal"] * 6 + [str(mo.Status.UNSTABLE)] + [str(mo.Status.JAMMED)] * 2 + ["refused"]
     proven = [False] * 7 + [True, False, False]
@@ -158,11 +152,6 @@ def test_a_load_factor_that_does_not_change_is_drawn_as_one():
     assert found.plot("sensitivity").data.empty
 
 
-def test_values_that_are_no_friction_are_refused_before_any_run():
-    with pytest.raises(mo.OptionError, match=f"below 0: {stats.norm(0.1, 0.1).cdf(0):.2g}"):
-        mo.sample(block_on_floor(), {"joints.friction": ("normal", 0.1, 0.1)}, n=64)
-
-
 @pytest.mark.parametrize(
     ("distributions", "asked", "found"),
     [
@@ -171,6 +160,7 @@ def test_values_that_are_no_friction_are_refused_before_any_run():
         ({"joints.friction": ("normal", 0.6, 0.01)}, {"by": "stone"}, "choose from"),
         ({"joints.friction": ("normal", 0.6, 0.01)}, {"correlation": 0.5}, "correlation"),
         ({"joints.friction": ("normal", 0.6, 0.01)}, {"n": 0}, "1 or more"),
+        ({"joints.friction": ("normal", 0.1, 0.1)}, {"n": 64}, f"below 0: {stats.norm(0.1, 0.1).cdf(0):.2g}"),
         ({"block.A.weight": ("normal", 1, 0.01)}, {"by": "course"}, "joints.friction"),
     ],
 )
@@ -223,19 +213,39 @@ def test_a_sample_by_course_is_run_with_what_was_drawn():
         assert row["load_factor"] == pytest.approx(alone.load_factor, rel=1e-9)
 
 
-@pytest.mark.slow
-def test_a_folder_holds_tables_and_charts_and_goes_on(tmp_path):
-    few = uncertain(4, workers=1, out=tmp_path)
-    seconds = few.table["seconds"].tolist()
-    more = uncertain(6, workers=1, out=tmp_path)
-    assert more.table["seconds"].tolist()[:4] == seconds  # the runs made before are not made again
-    kept = pd.read_csv(tmp_path / "runs.csv")
-    assert kept.columns.tolist() == more.table.columns.tolist()
-    np.testing.assert_array_equal(kept["load_factor"], more.table["load_factor"])
-    names = {path.name for path in tmp_path.iterdir()}
-    for kind in ("fragility", "sensitivity"):
-        assert {f"{kind}.png", f"{kind}.svg"} <= names
-    assert "charts.html" in names
-    assert {"quantiles.csv", "fragility.csv", "sensitivity.csv"} <= names
-    with pytest.raises(mo.OptionError, match="method"):
-        uncertain(4, workers=1, out=tmp_path, method="kinematic")
+@pytest.mark.usefixtures("without_charts")
+def test_a_sample_is_written_and_told(case, tmp_path, monkeypatch, capsys):
+    asked = ("--sample", "joints.friction=lognormal:0.4:25%", "-n", "4", "--seed", "3", "--method", "static")
+    code, out, _ = run_command(
+        monkeypatch, capsys, "sweep", case, *asked, "--workers", "1", "--out", tmp_path / "out"
+    )
+    assert code == 0
+    assert "rank correlation" in out
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"quantiles.csv", "fragility.csv", "sensitivity.csv"} <= written
+    kept = pd.read_csv(tmp_path / "out" / "runs.csv")
+    pd.testing.assert_series_equal(
+        kept["load_factor"], kept["joints.friction"].clip(upper=0.5), check_names=False, rtol=1e-7
+    )
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        (),
+        ("--sample", "joints.friction=gamma:1:2"),
+        ("--sample", "joints.friction=normal:0.1:1"),
+        ("--sample", "joints.friction=normal:1:0.01", "--vary", "joints.friction=0.3,0.4"),
+        ("--sample", "joints.friction=normal:1:0.01", "--by", "stone"),
+        ("--vary", "joints.friction=0.3,0.4", "--runs", "128"),
+        ("--vary", "joints.friction=0.3,0.4", "--seed", "0"),
+        ("--vary", "joints.friction=0.3,0.4", "--by", "course"),
+        ("--vary", "joints.friction=0.3,0.4", "-o", "out=elsewhere"),
+        ("--sample", "joints.friction=normal:1:0.01", "--method", "refined", "-o", "seed=1"),
+    ],
+)
+def test_what_is_wrong_with_the_command_is_said(case, asked, tmp_path, monkeypatch, capsys):
+    code, out, err = run_command(monkeypatch, capsys, "sweep", case, *asked, "--out", tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert not (tmp_path / "out").exists()

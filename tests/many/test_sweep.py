@@ -1,7 +1,11 @@
-"""A sweep's table: closed forms, order, failing runs, interruptions, what its folder holds."""
+"""A sweep's table: closed forms, order, failing runs, interruptions, lost workers, what its folder holds."""
 
+from functools import partial
+
+import hogs
 import pandas as pd
 import pytest
+from many.tables import same
 from pydantic import BaseModel
 from scenes import CASES, block_on_floor, run_command
 
@@ -9,22 +13,17 @@ import masonry_opt as mo
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies import journal
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import Study, run_many
+from masonry_opt.studies.many.runs import COLUMNS, Study, row, run_many, run_solver
 from masonry_opt.studies.many.sweep import grid, said
+from masonry_opt.studies.runner import Workers
 
 FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
 VARY = {"joints.friction": FRICTIONS, "block.A.live.x": [1.0, 2.0]}
+SERIAL = {"method": "static", "workers": 1}
 
 
 def sweep(vary=VARY, **keys):
     return mo.sweep(block_on_floor(), vary, **({"method": "static", "workers": 1} | keys))
-
-
-def same(one, other):
-    """Whether two tables are the same to the last digit, but for the time that runs took."""
-    pd.testing.assert_frame_equal(
-        one.drop(columns="seconds"), other.drop(columns="seconds"), check_exact=True
-    )
 
 
 @pytest.fixture(scope="module")
@@ -34,20 +33,23 @@ def swept():
 
 def test_load_factors_are_those_by_hand(swept):
     """A block of twice its width in height slides at μ and tips at half."""
+    assert list(swept) == [*VARY, *COLUMNS]
     assert swept["joints.friction"].tolist() == [mu for mu in FRICTIONS for _ in range(2)]
     assert swept["block.A.live.x"].tolist() == [1.0, 2.0] * 5
     by_hand = swept["joints.friction"].clip(upper=0.5) / swept["block.A.live.x"]
     assert swept["load_factor"].to_numpy() == pytest.approx(by_hand.to_numpy(), abs=1e-8)
     assert swept["mechanism"].tolist() == ["sliding"] * 6 + ["hinging"] * 4
+    assert swept[["slides", "hinges"]].to_numpy().tolist() == [[1, 0]] * 6 + [[0, 1]] * 4
     assert (swept["status"] == "optimal").all()
+    assert swept[["equilibrium", "yield", "flow", "complementarity"]].max(axis=None) < 1e-6
 
 
 def test_the_load_to_expect_is_a_column(swept):
     """That of a single block is its load factor; associative methods have none."""
     assert swept["expected"].isna().all()
-    frictions = {"joints.friction": [0.3, 0.6]}
-    told, off = (sweep(frictions, method="mcp", expected=expected) for expected in (True, False))
-    assert told["expected"].tolist() == pytest.approx([0.3, 0.5], rel=1e-6)
+    friction = {"joints.friction": [0.3]}
+    told, off = (sweep(friction, method="mcp", expected=expected) for expected in (True, False))
+    assert told["expected"].tolist() == pytest.approx([0.3], rel=1e-6)
     assert off["expected"].isna().all()
     # Its push is the method's first.
     differ = ["expected", "message"]
@@ -90,6 +92,7 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
 def test_a_folder_of_something_else_is_refused(tmp_path):
     vary = {"joints.friction": [0.3]}
     sweep(vary, out=tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", journal.NAME}  # tables need no extra
     for changed in ({"method": "kinematic"}, {"solver": "highs"}):
         with pytest.raises(mo.OptionError, match="other method"):
             sweep(vary, out=tmp_path, **changed)
@@ -120,9 +123,7 @@ def test_an_error_of_a_function_keeps_the_runs_before(tmp_path):
 
 
 def test_runs_that_fail_are_rows():
-    frame = mo.sweep(
-        block_on_floor(dead=(0.3, 0.0)), {"joints.friction": [0.2, 0.5, -1.0]}, method="static", workers=1
-    )
+    frame = mo.sweep(block_on_floor(dead=(0.3, 0.0)), {"joints.friction": [0.2, 0.5, -1.0]}, **SERIAL)
     assert frame["status"].tolist() == ["unstable under dead load", "optimal", "refused"]
     assert frame["reason"].tolist()[0] == "falls"
     assert frame["load_factor"].isna().tolist() == [True, False, True]
@@ -135,17 +136,11 @@ def test_a_function_of_numbers_is_varied_too(tmp_path):
         return block_on_floor(width=width, friction=friction)
 
     vary = {"width": [0.5, 1.0], "friction": [0.3, 0.6]}
-    frame = mo.sweep(tower, vary, method="static", workers=1, out=tmp_path)
+    frame = mo.sweep(tower, vary, out=tmp_path, **SERIAL)
     assert frame["load_factor"].tolist() == pytest.approx([0.25, 0.25, 0.3, 0.5], abs=1e-8)
-    same(mo.sweep(tower, vary, method="static", workers=1, out=tmp_path), frame)
+    same(mo.sweep(tower, vary, out=tmp_path, **SERIAL), frame)
     # Another function makes other scenes, whose runs are others.
-    frame = mo.sweep(
-        lambda width, friction: block_on_floor(width=width, friction=friction / 2),
-        vary,
-        method="static",
-        workers=1,
-        out=tmp_path,
-    )
+    frame = mo.sweep(lambda width, friction: tower(width, friction / 2), vary, out=tmp_path, **SERIAL)
     assert frame["load_factor"][2:4].tolist() == pytest.approx([0.15, 0.3], abs=1e-8)
 
 
@@ -174,22 +169,15 @@ def test_options_are_refused_before_the_first_run(option):
         mo.sweep(block_on_floor(), VARY, method="nonassociative", **option)
 
 
-@pytest.mark.usefixtures("without_charts")
-def test_a_table_needs_no_extra(tmp_path):
-    mo.sweep(block_on_floor(), {"joints.friction": [0.3, 0.4]}, method="static", workers=1, out=tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", "journal.jsonl"}
-
-
 def test_the_command_writes_table_and_charts(monkeypatch, capsys, tmp_path):
     case, out = CASES / "gilbert" / "two_blocks.toml", tmp_path / "new" / "swept"
-    asked = ["--vary", "joints.friction=0.1:0.5:5", "--vary", "block.A.weight=1,2", "--method", "static"]
+    asked = ["--vary", "joints.friction=0.1:0.2:2", "--vary", "block.A.weight=1,2", "--method", "static"]
     asked += ["--workers", "1", "--out", out]
     code, text, _ = run_command(monkeypatch, capsys, "sweep", case, *asked)
     assert code == 0
-    assert text.startswith("10 runs, 10 with a load factor")
+    assert text.startswith("4 runs, 4 with a load factor")
     assert "joints.friction = 0.1, block.A.weight = 1" in text
-    frame = pd.read_csv(out / "runs.csv")
-    assert frame["joints.friction"].tolist() == [0.1, 0.1, 0.2, 0.2, 0.3, 0.3, 0.4, 0.4, 0.5, 0.5]
+    assert pd.read_csv(out / "runs.csv")["joints.friction"].tolist() == [0.1, 0.1, 0.2, 0.2]
     for name in ("load_factor.png", "load_factor.svg", "heat_map.png", "heat_map.svg"):
         assert (out / name).stat().st_size > 5000
 
@@ -218,3 +206,26 @@ def test_the_command_says_how_values_are_written(monkeypatch, capsys, tmp_path, 
     code, _, errors = run_command(monkeypatch, capsys, "sweep", case, "--vary", vary, "--out", tmp_path)
     assert code == 2
     assert "NAME=FROM:TO:COUNT" in errors
+
+
+STUDY = HowToSolve("static")
+VALUES = [{"joints.friction": 0.1 + 0.05 * number} for number in range(12)]
+RUNS = [block_on_floor(friction=values["joints.friction"]) for values in VALUES]
+
+
+def rows(ends):
+    return {number: row(VALUES[number], end) | {"seconds": None} for number, end in ends}
+
+
+@pytest.fixture(scope="module")
+def alone():
+    solve = run_solver(STUDY)
+    without = dict.fromkeys(COLUMNS)
+    return {number: VALUES[number] | without | solve(run) for number, run in enumerate(RUNS)}
+
+
+@pytest.mark.slow
+def test_a_lost_worker_costs_nothing_but_time(alone, tmp_path):
+    with Workers(partial(hogs.Mortal, partial(run_solver, STUDY), tmp_path), 2) as workers:
+        assert rows(workers.map(RUNS)) == alone
+    assert len(list(tmp_path.iterdir())) >= 3  # two may die at once

@@ -1,4 +1,4 @@
-"""The command line: what is printed where, exit codes, pictures and tables."""
+"""The command line, in the plane and in space: what is printed where, exit codes, pictures and tables."""
 
 import json
 import re
@@ -7,6 +7,7 @@ import sys
 
 import pytest
 from scenes import CASES, WALLS, block_on_floor, overhanging, pressed_down, run_command, two_blocks
+from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
@@ -17,10 +18,7 @@ LOOP = ["--method", "nonassociative"]
 AS_LOOP, AS_DEFAULT = ("nonassociative", "cvxpy", "clarabel"), ("mcp", "matrices", "newton")
 
 
-@pytest.mark.parametrize(
-    ("method", "said"),
-    [("mcp", AS_DEFAULT), (None, AS_DEFAULT), (LOOP[1], AS_LOOP)],
-)
+@pytest.mark.parametrize(("method", "said"), [("mcp", AS_DEFAULT), (None, AS_DEFAULT), (LOOP[1], AS_LOOP)])
 def test_json_is_one_object_with_everything_asked_for(monkeypatch, capsys, method, said):
     """Of whoever names no method too."""
     options = ["--method", method] if method else []
@@ -53,8 +51,9 @@ def test_json_is_one_object_with_everything_asked_for(monkeypatch, capsys, metho
         assert max(answer["certificate"].values()) < 1e-8
 
 
-@pytest.mark.parametrize("method", ["static", "kinematic"])
-@pytest.mark.parametrize(("model", "solver"), [("cvxpy", "highs"), ("pyomo", "highs-ipm")])
+@pytest.mark.parametrize(
+    ("method", "model", "solver"), [("static", "cvxpy", "highs"), ("kinematic", "pyomo", "highs-ipm")]
+)
 def test_methods_models_and_solvers_can_be_chosen(monkeypatch, capsys, method, model, solver):
     options = ["--method", method, "--model", model, "--solver", solver, "--json"]
     code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, *options)
@@ -85,12 +84,18 @@ def test_text_says_what_moves_at_what_load_and_how_sure_that_is(monkeypatch, cap
 
 
 def test_verbose_adds_how_it_was_found(monkeypatch, capsys):
-    _, plain, _ = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP, "--verbose")
+    """Of an answer that descended."""
+    _, plain, _ = run_command(monkeypatch, capsys, "solve", WALL_1)
+    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, "--verbose")
     assert code == 0
     assert out.startswith(plain)
     assert set(labels(out)) - set(labels(plain)) >= TECHNICAL - {"not modelled"}
     assert not TECHNICAL & set(labels(plain))
+    words = r"^status +converged: the only result of 1 start$"
+    assert re.search(words, out, re.MULTILINE)
+    assert re.search(r"^programs +\d+ linear \(\d+ solver iterations\)$", out, re.MULTILINE)
+    assert "complementarity problem: newton   refinement: highs" in out
+    assert "reference        0.64285 (Ferris & Tin-Loi (2001) in Gilbert" in out
 
 
 def test_quiet_prints_the_load_factor_alone(monkeypatch, capsys, tmp_path):
@@ -138,16 +143,6 @@ def test_a_plain_tool_is_as_plain_of_what_falls(monkeypatch, capsys, tmp_path):
     assert re.search(r"^falls +1 of 1 block; of the joints 1 ", out, re.MULTILINE)
 
 
-def test_text_of_an_answer_that_descended(monkeypatch, capsys):
-    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, "-v")
-    assert code == 0
-    words = r"^status +converged: the only result of 1 start$"
-    assert re.search(words, out, re.MULTILINE)
-    assert re.search(r"^programs +\d+ linear \(\d+ solver iterations\)$", out, re.MULTILINE)
-    assert "complementarity problem: newton   refinement: highs" in out
-    assert "reference        0.64285 (Ferris & Tin-Loi (2001) in Gilbert" in out
-
-
 def test_text_where_no_load_factor_exists(monkeypatch, capsys, tmp_path):
     case = tmp_path / "case.toml"
     mo.save(pressed_down(), case)
@@ -156,12 +151,6 @@ def test_text_where_no_load_factor_exists(monkeypatch, capsys, tmp_path):
     # A pass whose λ grows without end asks for a proof first: the loop does not run in vain.
     assert re.search(r"^programs +none: \d+ Newton steps$", out, re.MULTILINE)
     assert re.search(r"^existence +none exists: no mechanism lets the live load do work$", out, re.MULTILINE)
-
-
-def test_reference_of_the_loop_serves_where_there_is_none_of_the_mcp(monkeypatch, capsys):
-    code, out, _ = run_command(monkeypatch, capsys, "solve", CASES / "livesley" / "wedges.toml")
-    assert code == 0
-    assert "reference        1.28 (Gilbert, Casapulla & Ahmed (2006), Fig. 8 (b)), here +0.0" in out
 
 
 def test_steps_are_named_while_it_runs(monkeypatch, capsys):
@@ -196,47 +185,22 @@ def test_the_command_prints_what_python_prints(monkeypatch, capsys, tmp_path):
 
 
 def test_options_of_the_method_and_published_values(monkeypatch, capsys):
-    code, out, _ = run_command(
-        monkeypatch, capsys, "solve", WALL_1, *LOOP, "-o", "start=cohesive", "-o", "beta=0.5"
-    )
+    given = ("-o", "start=cohesive", "-o", "beta=0.5")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP, *given)
     assert code == 0
     assert "reference        0.63982 (Gilbert, Casapulla & Ahmed (2006), Table 1), here -0.0" in out
+    # Of whom there is none of the method, that of the loop serves.
+    _, out, _ = run_command(monkeypatch, capsys, "solve", CASES / "livesley" / "wedges.toml")
+    assert "reference        1.28 (Gilbert, Casapulla & Ahmed (2006), Fig. 8 (b)), here +0.0" in out
     for wrong, words in (("beta=2", "beta"), ("gamma=1", "no option 'gamma'"), ("beta", "NAME=VALUE")):
         code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP, "-o", wrong)
         assert (code, out) == (2, "")
         assert words in err
 
 
-@pytest.mark.parametrize(
-    "asked",
-    [
-        ("solve", "-o", "tolerance=1e-8"),
-        ("solve", "-o", "progress=1"),
-        ("least", "--vary", "joints.friction=0.1:0.9", "--load", "0.1", "-o", "tolerance=1e-8"),
-    ],
-)
-def test_an_argument_of_the_command_is_no_option_of_the_method(monkeypatch, capsys, asked):
-    code, _, told = run_command(monkeypatch, capsys, asked[0], WALL_1, *asked[1:])
-    assert code == OptionError.exit_code
-    assert told.startswith(f"error: option '{asked[-1].partition('=')[0]}'")
-
-
 def test_version(monkeypatch, capsys):
     code, out, _ = run_command(monkeypatch, capsys, "--version")
     assert (code, out) == (0, "0.1.0\n")
-
-
-@pytest.mark.slow
-def test_installed_command_in_a_process_of_its_own(tmp_path):
-    """Standard output holds the JSON object alone, and a failed run leaves it empty."""
-    command = [sys.executable, "-c", "from masonry_opt.cli import main; main()", "solve"]
-    good = subprocess.run([*command, str(WALL_1), "--json"], capture_output=True, text=True, check=False)
-    assert good.returncode == 0
-    assert json.loads(good.stdout)["blocks"] == 33
-    bad = subprocess.run([*command, str(tmp_path / "no.toml")], capture_output=True, text=True, check=False)
-    assert bad.returncode == 2
-    assert bad.stdout == ""
-    assert bad.stderr == f"error: {tmp_path / 'no.toml'}: no such file\n"
 
 
 #: A command whose solvers print by every way there is: to the descriptor of standard output, in C, which
@@ -269,22 +233,16 @@ def noisy(how, *arguments):
     return ended.returncode, ended.stdout
 
 
-@pytest.mark.parametrize(
-    ("case", "asked"),
-    [
-        ("gilbert/two_blocks", ["solve"]),
-        *(
-            pytest.param(*command, marks=pytest.mark.slow)
-            for command in [
-                ("space/corner_wall", ["directions", "--every", "180", "--method", "static"]),
-                ("oppenheim/seven_voussoirs", ["capacity"]),
-                ("casapulla_lauro/arch", ["settle", "--support", "abutment 2", "--direction", "0,-1"]),
-                ("gilbert/two_blocks", ["least", "--vary", "joints.friction=0.05:1", "--load", "0.3"]),
-            ]
-        ),
-    ],
-    ids=lambda value: value[0] if isinstance(value, list) else None,
-)
+MORE_COMMANDS = [
+    ("space/corner_wall", ["directions", "--every", "180", "--method", "static"]),
+    ("oppenheim/seven_voussoirs", ["capacity"]),
+    ("casapulla_lauro/arch", ["settle", "--support", "abutment 2", "--direction", "0,-1"]),
+    ("gilbert/two_blocks", ["least", "--vary", "joints.friction=0.05:1", "--load", "0.3"]),
+]
+SLOW = [pytest.param(*command, marks=pytest.mark.slow) for command in MORE_COMMANDS]
+
+
+@pytest.mark.parametrize(("case", "asked"), [("gilbert/two_blocks", ["solve"]), *SLOW])
 def test_nothing_but_the_object_whatever_solvers_print(case, asked):
     code, out = noisy("", asked[0], CASES / f"{case}.toml", *asked[1:])
     assert code in (0, 1)
@@ -364,3 +322,63 @@ def test_check_command(monkeypatch, capsys, tmp_path):
     code, out, err = run_command(monkeypatch, capsys, "check", none)
     assert (code, out) == (1, "")
     assert "unlimited" in err
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "box.toml"
+    mo.save(box_on_floor((2, 2, 1), 0.5), path)
+    return path
+
+
+REFERENCE = '[reference]\nassociative = { value = 0.4, source = "none" }\n'
+COUNTED = "1 block, 1 joint, 4 contact points"
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ("solve {} --method static --verbose", [COUNTED, "λ = 0.5000000", "by the cone"]),
+        ("solve {}", ["0.4 (none), here +25.000 %"]),
+        ("check {}", ["agree"]),
+        ("solve {} --method compliant -o curve=true --plot-kind curve --plot curve.png", ["does not fall"]),
+    ],
+)
+def test_commands_tell_what_there_is_of_solids(monkeypatch, capsys, case, asked, told):
+    """Of a box, λ = μ = 0.5, 25 % above an associative reference of 0.4, whatever the method."""
+    case.write_text(case.read_text() + REFERENCE)
+    monkeypatch.chdir(case.parent)
+    code, out, _ = run_command(monkeypatch, capsys, *asked.format(case).split())
+    assert code == 0
+    for words in told:
+        assert words in out
+    assert (case.parent / "curve.png").exists() == ("--plot" in asked)
+
+
+VIEWED = ["solve {} --method static --plot a.svg --view=", "draw {} a.svg --view="]
+
+
+@pytest.mark.parametrize("asked", [*(f"{each}30,45" for each in VIEWED), "export {} a.obj --method static"])
+def test_pictures_and_meshes_are_written(monkeypatch, capsys, case, asked):
+    monkeypatch.chdir(case.parent)
+    assert run_command(monkeypatch, capsys, *asked.format(case).split())[0] == 0
+    (written,) = case.parent.glob("a.*")
+    assert ("<svg" if written.suffix == ".svg" else "o fixed floor") in written.read_text()
+
+
+@pytest.mark.parametrize("view", ["30", "30,north", "30,91", "nan,0"])
+@pytest.mark.parametrize("asked", VIEWED)
+def test_views_are_refused_before_anything_is_solved(monkeypatch, capsys, case, asked, view):
+    monkeypatch.chdir(case.parent)
+    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", None)
+    code, _, said = run_command(monkeypatch, capsys, *f"{asked}{view}".format(case).split())
+    assert code == OptionError.exit_code
+    assert "view" in said
+    assert not list(case.parent.glob("a.*"))
+
+
+def test_a_plane_scene_has_no_view(monkeypatch, capsys, tmp_path):
+    plane = CASES / "gilbert" / "two_blocks.toml"
+    code, _, said = run_command(monkeypatch, capsys, "draw", plane, tmp_path / "a.png", "--view=30,45")
+    assert code == OptionError.exit_code
+    assert "plane" in said

@@ -78,12 +78,13 @@ def test_samples_show_quantiles_and_fragility_and_searches_what_was_tried():
     drawn = mo.sample(two_blocks(), friction, n=4, workers=1, method="static")
     (chart,) = shows(drawn, "4 runs", "probability").values()
     assert b"confidence" in chart
-    found = mo.least(two_blocks, 0.01, 0.4, load=0.15, tolerance=0.1)
+    found = mo.least(two_blocks, 0.01, 0.4, load=0.15, tolerance=0.1, method="static", samples=0)
     assert shows(found, "least value", "holds") == {}
 
 
 def test_a_comparison_shows_how_scenes_ended_and_its_first_chart(tmp_path):
     of = {"methods": ["static"], "solvers": ["clarabel"], "repeats": 1, "out": tmp_path}
+    of |= {"models": ["cvxpy"], "tolerances": [1e-8]}
     found = mo.compare([CASES / "gilbert" / "two_blocks.toml"], **of)
     html = found._repr_html_()
     assert "<td>100%</td>" in html

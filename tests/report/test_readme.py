@@ -1,11 +1,16 @@
-"""The README: its example does what it says, its links lead somewhere, and it stays short."""
+"""README and the page for solver people: examples run, links lead somewhere, numbers are the registry's."""
 
 import contextlib
 import io
 import re
 from pathlib import Path
 
+import pytest
+from report.refresh_solver_people import table
+from scenes import CASES
+
 import masonry_opt as mo
+from masonry_opt.exports.export import EPSILON
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
@@ -39,3 +44,32 @@ def test_pictures_and_pages_exist():
     assert linked
     for link in linked:
         assert (ROOT / link).exists(), link
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "solver_people.md").read_text("utf-8")
+MEASURED = Path(__file__).parents[2] / "benchmarks" / "README.md"
+BEST_KNOWN = re.search(r"<!-- best known -->\n(.*?)<!-- /", MEASURED.read_text("utf-8"), re.DOTALL)[1]
+
+
+@pytest.mark.parametrize("example", re.findall(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE))
+def test_an_example_finds_the_published_load_factor(example, tmp_path, monkeypatch):
+    (tmp_path / "cases").symlink_to(CASES)
+    monkeypatch.chdir(tmp_path)
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile(example, "solver_people.md", "exec"), {})
+    assert out.getvalue() == "0.64286\n"
+
+
+def test_best_known_values_are_those_of_the_registry():
+    """As ``refresh_solver_people.py`` writes them: each case of it with its size, and no other."""
+    assert table(CASES) == BEST_KNOWN
+
+
+def test_epsilon_is_the_one_told_and_links_lead_to_programs_that_are_there():
+    assert EPSILON == 1e-6
+    assert "ε = 10⁻⁶" in PAGE
+    declared = re.findall(r"`(pyomo_\w+\.py)`", PAGE)
+    assert declared
+    for name in declared:
+        assert (Path(__file__).parents[2] / "models" / name).is_file(), name

@@ -4,9 +4,7 @@ import contextlib
 import functools
 import math
 import re
-import shutil
 import signal
-import subprocess
 from base64 import b64decode
 from html.parser import HTMLParser
 from pathlib import Path
@@ -17,7 +15,7 @@ from scenes import CASES, block_on_floor, pressed_down, run_command
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
 
-WHEEL = mo.Axles(name="wheel", loads=[3, 2], distances=[0.5])
+WHEEL = mo.Axles(name="wheel", loads=[2, 2], distances=[0.5])
 
 #: A slab on a pier, under wind and under a wheel.
 BRIDGE = """
@@ -136,24 +134,22 @@ def test_positions_and_the_passive_pressure_of_a_crossing(answer_and_page):
     passive = math.tan(math.radians(45 + fill.friction_angle / 2)) ** 2
     assert f"K_p = {passive:.4g}" in page.text
     assert f"m = {fill.mobilised:.4g} may act: m K_p = {fill.mobilised * passive:.4g}" in page.text
-    assert [float(x) for x in page.column("first axle at")] == pytest.approx(
-        crossed.table["position"], rel=1e-4
-    )
+    positions = [float(x) for x in page.column("first axle at")]
+    assert positions == pytest.approx(crossed.table["position"], rel=1e-4)
     found = [row["λ"] for row in page.rows if "first axle at" in row]
-    known = ["–" if math.isnan(value) else f"{value:.6g}" for value in crossed.table["load_factor"]]
-    assert found == known
+    assert found == ["–" if math.isnan(value) else f"{value:.6g}" for value in crossed.table["load_factor"]]
     assert f"least λ = {crossed.load_factor:.5f}" in page.text
-    assert "3, 2" in page.text
+    assert "2, 2" in page.text
 
 
-@pytest.mark.parametrize(
-    ("name", "label", "column"),
-    [
-        ("settlement", "reaction", "reaction"),
-        ("capacity", "λ", "load_factor"),
-        ("directions", "λ", "load_factor"),
-    ],
-)
+TOLD = {
+    "settlement": ("reaction", "reaction"),
+    "capacity": ("λ", "load_factor"),
+    "directions": ("λ", "load_factor"),
+}
+
+
+@pytest.mark.parametrize(("name", "label", "column"), [(name, *told) for name, told in TOLD.items()])
 def test_reactions_states_and_directions(answer_and_page, name, label, column):
     answer, page = answer_and_page(name)
     assert [float(of) for of in page.column(label)] == pytest.approx(answer.table[column], rel=1e-5)
@@ -255,27 +251,3 @@ def test_what_cannot_be_reported_is_named(monkeypatch, capsys, tmp_path):
     code, _, error = run_command(monkeypatch, capsys, "report", case, "--out", tmp_path / "report.pdf")
     assert code == 2
     assert "report.pdf: a report's name ends in .html" in error
-
-
-@pytest.mark.slow
-def test_every_row_of_a_crossing_is_printed(tmp_path):
-    """In the report and in the page of the crossing itself, with the table's heading on each page."""
-    pypdf, chromium = pytest.importorskip("pypdf"), shutil.which("chromium")
-    if chromium is None:
-        pytest.skip("needs the program chromium")
-    crossed = mo.crossing(CASES / "bridges" / "arch_with_fill.toml", WHEEL, method="static")
-    assert len(crossed.table) > 50  # more than a page holds
-    mo.report(crossed, tmp_path / "report.html")
-    crossed.save(tmp_path / "crossing.html")
-    for name in ("report", "crossing"):
-        pdf = tmp_path / f"{name}.pdf"
-        switches = ("--headless=new", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer")
-        profile = f"--user-data-dir={tmp_path / 'profile'}"
-        page = (tmp_path / f"{name}.html").as_uri()
-        run = (chromium, *switches, profile, f"--print-to-pdf={pdf}", page)
-        subprocess.run(run, check=True, capture_output=True, timeout=120)
-        pages = [page.extract_text() for page in pypdf.PdfReader(pdf).pages]
-        rows = [len(re.findall(r"wheel\s+(?:right|left)\s+-?\d", text)) for text in pages]
-        assert sum(rows) == len(crossed.table)
-        heads = [len(re.findall(r"axle at\s+λ", text)) for text in pages]
-        assert all(head for head, count in zip(heads, rows, strict=True) if count)

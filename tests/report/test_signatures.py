@@ -85,15 +85,8 @@ def test_what_the_signature_does_not_take_is_refused(wrong):
 
 def test_help_is_the_first_sentence_of_the_docstring_and_the_default_the_functions():
     told = run("--help")[0].stdout
-    for words in (
-        "Of width to height, see solve.",
-        "1.5",
-        "How many there are.",
-        "here",
-        "1.0,2.0",
-        "Coulomb",
-    ):
-        assert words in told
+    words = ("Of width to height, see solve.", "1.5", "How many there are.", "here", "1.0,2.0", "Coulomb")
+    assert all(word in told for word in words)
     assert not any(words in told for words in ("Whatever", "Not which", "progress", "scene"))
 
 

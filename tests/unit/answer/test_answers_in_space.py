@@ -185,9 +185,7 @@ def test_a_box_on_two_edges_turns_about_one():
     """Ridges 0.4 apart under a box 1 high: at λ = 0.4 it turns about the farther one at the rate 2/h, and
     leaves the other at 2/h times their distance."""
     box = mo.box("A", (-1, 1), (0, 1), (0, 1), weight=1.0, live=(1, 0, 0))
-    scene = mo.Scene(
-        joints=mo.JointDefaults(friction=0.6), blocks=[box, ridge("left", -0.2), ridge("right", 0.2)]
-    )
+    scene = mo.Scene(joints={"friction": 0.6}, blocks=[box, ridge("left", -0.2), ridge("right", 0.2)])
     result = mo.solve(scene, "static")
     assert result.load_factor == pytest.approx(0.4, **EXACT)
     motion, joints = joint_motion(result.assembly, result.solution), result.joints

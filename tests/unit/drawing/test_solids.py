@@ -31,13 +31,8 @@ def enclosed(triangles):
 def bracket():
     """A block of two parts, one on the other and half beside it."""
     parts = [mo.Part(box=((0, 2), (0, 1), (0, 1))), mo.Part(box=((1, 3), (0, 1), (1, 2)))]
-    return mo.Scene(
-        joints=mo.JointDefaults(friction=0.6),
-        blocks=[
-            mo.Solid(name="A", parts=parts, weight=1),
-            mo.box("floor", (0, 3), (0, 1), (-1, 0), fixed=True),
-        ],
-    )
+    floor = mo.box("floor", (0, 3), (0, 1), (-1, 0), fixed=True)
+    return mo.Scene(joints={"friction": 0.6}, blocks=[mo.Solid(name="A", parts=parts, weight=1), floor])
 
 
 @pytest.mark.parametrize("case", ["casapulla_lauro/arch.toml", "gilbert/two_blocks.toml", None])
@@ -51,11 +46,9 @@ def test_triangles_enclose_what_blocks_enclose(case):
 
 
 def test_each_edge_of_a_box_is_drawn_once():
-    blocks = [
-        mo.box("A", (0, 1), (0, 1), (0, 1), weight=1),
-        mo.box("floor", (-0.1, 1.1), (0, 1), (-0.1, 0), fixed=True),
-    ]
-    elements, _ = elements_of(mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=blocks))
+    floor = mo.box("floor", (-0.1, 1.1), (0, 1), (-0.1, 0), fixed=True)
+    blocks = [mo.box("A", (0, 1), (0, 1), (0, 1), weight=1), floor]
+    elements, _ = elements_of(mo.Scene(joints={"friction": 0.6}, blocks=blocks))
     assert np.bincount(surface(elements).of_edge).tolist() == [12, 12]
 
 
@@ -63,18 +56,12 @@ def test_each_edge_of_a_box_is_drawn_once():
 def test_supports_are_cut_where_they_reach_far(far):
     """A floor that slopes by 1 in 10: what is shown of it is closed, and the slope is what it was."""
     top = [(x, y, x / 10) for x, y in ((-far, -far), (far, -far), (far, far), (-far, far))]
-    low = [(x, y, -2 * far) for x, y, _ in top]
     faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-    floor = mo.Solid(name="floor", vertices=low + top, faces=faces, fixed=True)
-    block = mo.Solid(
-        name="A",
-        vertices=[*((x, y, x / 10) for x, y in ((0, 0), (2, 0), (2, 1), (0, 1)))]
-        + [(x, y, 3 + x / 10) for x, y in ((0, 0), (2, 0), (2, 1), (0, 1))],
-        faces=faces,
-        weight=1,
-        live=(1, 0, 0),
-    )
-    elements, _ = elements_of(mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[block, floor]))
+    floor = mo.Solid(name="f", vertices=[(x, y, -2 * far) for x, y, _ in top] + top, faces=faces, fixed=True)
+    foot = [(x, y, x / 10) for x, y in ((0, 0), (2, 0), (2, 1), (0, 1))]
+    corners = foot + [(x, y, 3 + z) for x, y, z in foot]
+    block = mo.Solid(name="A", vertices=corners, faces=faces, weight=1, live=(1, 0, 0))
+    elements, _ = elements_of(mo.Scene(joints={"friction": 0.6}, blocks=[block, floor]))
     drawn = surface(elements)
     own = drawn.triangles[drawn.of_triangle == 1] + elements.assembly.geometry.origin
     low, high = own.reshape(-1, 3).min(axis=0), own.reshape(-1, 3).max(axis=0)

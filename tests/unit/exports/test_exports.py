@@ -17,6 +17,7 @@ from scenes import (
     small_wall,
     two_blocks,
 )
+from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError, OutputError
@@ -32,9 +33,7 @@ FORMATS = {
     "mpec": (".nl",),
     "mcp": (".nl",),
 }
-NO_LIVE_LOAD = two_blocks().model_copy(
-    update={"blocks": [block.model_copy(update={"live": (0.0, 0.0)}) for block in two_blocks().blocks]}
-)
+NO_LIVE_LOAD = two_blocks().replace(blocks={"A": {"live": (0.0, 0.0)}})
 
 
 def solved_by_highs(path):
@@ -87,23 +86,12 @@ def test_highs_finds_the_least_load_factor_of_two_blocks_by_binaries(tmp_path, e
     assert most > 0.25
 
 
-SOLVED_FROM_REST = {
-    "two blocks": two_blocks(),
-    "wedges": mo.load(CASES / "livesley" / "wedges.toml"),
-    "corner on an edge": KINDS_OF_JOINTS["corner on an edge"],
-}
-
-
 @pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=pytest.mark.slow if number else ())
-        for number, name in enumerate(SOLVED_FROM_REST)
-    ],
+    "name", ["one joint cannot slide", pytest.param("corner on an edge", marks=pytest.mark.slow)]
 )
 def test_ipopt_finds_the_load_factor_of_mpec(tmp_path, name):
     """From the start in the file. Products of ε let λ fall, by what they dissipate: about ε Σ|f_L|⁻¹ each."""
-    scene = SOLVED_FROM_REST[name]
+    scene = KINDS_OF_JOINTS[name]
     path, *_ = mo.export(scene, tmp_path / "program.nl", "mpec")
     found = solved_by_ipopt(path) / times(path.read_text())
     result = mo.solve(scene, "mpec")
@@ -212,9 +200,7 @@ def test_mcp_pairs_each_slack_with_its_own_rate(tmp_path, name):
         assert np.isinf([file.lower[slack], file.upper[slack]]).all()
 
 
-@pytest.mark.parametrize(
-    ("method", "end"), [(method, end) for method in FORMATS for end in FORMATS["static"]]
-)
+@pytest.mark.parametrize(("method", "end"), [(one, end) for one in FORMATS for end in FORMATS["static"]])
 def test_a_format_carries_a_program_or_is_refused_with_those_that_do(tmp_path, method, end):
     path = tmp_path / f"two{end}"
     if end in FORMATS[method]:
@@ -248,12 +234,28 @@ FALLS_WITH_STRESS = small_wall(courses=2, length=1, dilatancy=0.2, dilatancy_str
         ("missing.toml", "static", mo.CaseError),
         (overhanging(), "global", NoLoadFactorError),
         (pressed_down(), "global", NoLoadFactorError),
+        (box_on_floor(), "global", mo.OptionError),
     ],
 )
 def test_scenes_that_a_method_does_not_know_are_refused(tmp_path, scene, method, error):
     with pytest.raises(error):
         mo.export(scene, tmp_path / "program.nl", method)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("end", [".lp", ".mps"])
+@pytest.mark.parametrize(("method", "columns"), [("static", 3 * 28 + 1), ("kinematic", 6 * 4 + 25 * 28)])
+def test_programs_in_space_are_exported_by_polygons(tmp_path, method, columns, end):
+    """7 joints of four points: n, s and t of each, and λ; or velocities of four blocks and rates of faces."""
+    scene = corner_wall(1, 1, 2)
+    (path,) = mo.export(scene, tmp_path / f"wall{end}", method)
+    head = path.read_text().splitlines()[:6]
+    # cos(π/24) = 0.9914.
+    assert [line for line in head if "friction: " in line and " 24 sides" in line and "0.86 %" in line]
+    highs, known = solved_by_highs(path), mo.solve(scene, method, solver="highs")
+    work = abs(highs.getInfo().objective_function_value)
+    assert work == pytest.approx(known.load_factor * known.assembly.problem.live_norm, rel=1e-8)
+    assert highs.getNumCol() == columns
 
 
 def test_the_command_prints_the_files_written(monkeypatch, capsys, tmp_path):
@@ -266,7 +268,7 @@ def test_the_command_prints_the_files_written(monkeypatch, capsys, tmp_path):
 
 
 def test_units_and_titles_stand_in_the_header_whatever_the_title(tmp_path):
-    titled = two_feet().model_copy(update={"title": 'Brücke \\* a "b"; $ontext\n*\\ End'})
+    titled = two_feet().replace(title='Brücke \\* a "b"; $ontext\n*\\ End')
     for end in (".lp", ".mps"):
         (path,) = mo.export(titled, tmp_path / f"program{end}", "static")
         head = path.read_text().split("Source")[0]
@@ -288,7 +290,7 @@ def row_of_stones(names=ODD_NAMES):
         for i, name in enumerate(names)
     ]
     ground = mo.Block(name="ground", vertices=[(-5, -1), (20, -1), (20, 0), (-5, 0)], fixed=True)
-    return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*stones, ground])
+    return mo.Scene(joints={"friction": 0.5}, blocks=[*stones, ground])
 
 
 def test_what_comes_again_is_numbered_past_what_is_taken():
@@ -312,10 +314,7 @@ def test_highs_reads_every_name(tmp_path, end):
     """As many columns as forces and λ, under the names of the blocks, with what is not legal left out."""
     scene = row_of_stones()
     (path,) = mo.export(scene, tmp_path / f"stones{end}", "static")
-    highs = highspy.Highs()
-    highs.silent()
-    assert highs.readModel(str(path)) == highspy.HighsStatus.kOk
-    names = highs.getLp().col_names_
+    names = solved_by_highs(path).getLp().col_names_
     joints = 2 * len(ODD_NAMES) - 1
     assert len(set(names)) == len(names) == 3 * joints + 1
     assert {"n1{a_b|ground}", "n1{a_b|ground~2}", "n2{a_b|ground~3}", "n2{gr__e__m_|ground}"} <= set(names)

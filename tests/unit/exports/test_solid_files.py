@@ -110,17 +110,15 @@ def test_compas_has_forces_in_equilibrium_and_velocities(result, tmp_path):
 
 LOADED = {"unit_weight": 2.0, "live_per_weight": (0.3, 0.2, 0.0)}
 VAULT = {"span": 4.0, "rise": 1.2, "thickness": 0.4, **LOADED}
-WALLS = [
-    {"name": "front", "axis": [(0.5, 0.5), (5.5, 0.5)], "openings": [{"at": 2, "width": 1, "height": 2}]}
-]
-WALLS += [{"name": "side", "axis": [(0.5, 0.5), (0.5, 4)]}]
+PLAN = [{"name": "front", "axis": [(0.5, 0.5), (5.5, 0.5)], "openings": [{"at": 2, "width": 1, "height": 2}]}]
+PLAN += [{"name": "side", "axis": [(0.5, 0.5), (0.5, 4)]}]
 
 #: Meshes have no weights, so that the barrel weighs by its straight edges.
 GENERATED = {
     "barrel": mo.Barrel(**VAULT, voussoirs=5, length=3, stone=1.0, skewbacks=0.5, weights="straight"),
     "dome": mo.Dome(radius=2.0, thickness=0.3, rings=2, voussoirs=6, at=(0.1, 0.2, 0.3), **LOADED),
     "groin": mo.Groin(**VAULT, voussoirs=4, bay=6, stone=1.0, name="bay 1"),
-    "plan": mo.Plan(block=(2, 1), thickness=1, courses=3, walls=WALLS, **LOADED),
+    "plan": mo.Plan(block=(2, 1), thickness=1, courses=3, walls=PLAN, **LOADED),
     "shaft": mo.Shaft(
         diameter=(1.2, 0.8), height=5.0, drums=3, sides=7, name="24\" \\ of \"Pont d'Arc'", **LOADED
     ),
@@ -155,15 +153,13 @@ def of_parts(parts):
 
 BLOCKS = {name: made.blocks() for name, made in GENERATED.items()}
 BLOCKS |= {name: of_parts(parts) for name, parts in PARTS.items()}
+SLOW = dict.fromkeys(("dome", "groin"), pytest.mark.slow)
 
 
-@pytest.mark.parametrize(
-    "blocks",
-    [
-        pytest.param(each, id=name, marks=pytest.mark.slow if name in ("dome", "groin") else ())
-        for name, each in BLOCKS.items()
-    ],
-)
+IN_FULL = [pytest.param(each, id=name, marks=SLOW.get(name, ())) for name, each in BLOCKS.items()]
+
+
+@pytest.mark.parametrize("blocks", IN_FULL)
 def test_what_is_written_is_read_back(blocks, tmp_path):
     """The same blocks by name, supports, joints and load factor."""
     scene = mo.Scene(joints={"friction": 0.6}, blocks=blocks)
@@ -186,9 +182,7 @@ def test_surfaces_look_outwards(blocks, tmp_path):
     scene = mo.Scene(joints={"friction": 0.6}, blocks=blocks)
     (path,) = mo.export(scene, tmp_path / "a.obj")
     for faces, volume in zip(objects(path).values(), shapes(scene).size, strict=True):
-        inside = sum(
-            np.linalg.det([face[0], one, other]) for face in faces for one, other in pairwise(face[1:])
-        )
+        inside = sum(np.linalg.det([face[0], one, two]) for face in faces for one, two in pairwise(face[1:]))
         assert inside / 6 == pytest.approx(volume)
 
 
@@ -214,7 +208,7 @@ def test_what_cannot_be_written_is_refused_and_leaves_nothing(what, name, how, t
 def test_what_does_not_move_is_written_at_rest_alone(tmp_path):
     pressed = mo.box("A", (0, 1), (0, 1), (0, 1), unit_weight=1, live=(0, 0, -1))
     floor = mo.box("floor", (-1, 2), (-1, 2), (-1, 0), fixed=True)
-    result = mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[floor, pressed]), "static")
+    result = mo.solve(mo.Scene(joints={"friction": 0.5}, blocks=[floor, pressed]), "static")
     assert result.status is mo.Status.UNLIMITED
     mo.export(result, tmp_path / "a.obj")
     with pytest.raises(mo.OptionError, match="moved"):

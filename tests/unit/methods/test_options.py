@@ -2,6 +2,7 @@
 
 import pytest
 from scenes import two_blocks
+from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
 
@@ -58,6 +59,11 @@ NOT_TAKEN = [
 def test_a_value_out_of_range_is_refused_by_the_option_s_name(method, option, value):
     with pytest.raises(mo.OptionError, match=f"'{option}'"):
         mo.solve(two_blocks(), method, **{option: value})
+
+
+def test_global_search_is_of_the_plane():
+    with pytest.raises(mo.OptionError, match="'global'"):
+        mo.solve(box_on_floor(), "global")
 
 
 @pytest.mark.parametrize(("asked", "names"), NOT_TAKEN)

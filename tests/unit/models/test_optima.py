@@ -1,29 +1,36 @@
-"""The optimum of each model is that of the problem's matrices, handed to SciPy as they stand."""
+"""Optima of models are those of the problem's matrices; products cut off no state and prove no more."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from scenes import KINDS_OF_JOINTS, WALLS, declared
+from atlas.random_scenes import random_scene
+from scenes import CASES, KINDS_OF_JOINTS, UNCRUSHED, WALLS, declared, small_wall
 from scipy.optimize import linprog
 
 import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.effort import Effort
+from masonry_opt.methods.bracket.bounds import bounds_of, tightened
+from masonry_opt.methods.bracket.relaxation import Distances
 from masonry_opt.methods.exact.alternation import WEIGHT
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
 from masonry_opt.models.cvxpy_standing import CvxpyDriven
+from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.problem import ShearLimits
+from masonry_opt.problem.edges import EdgeFactors
+from masonry_opt.problem.problem import ShearLimits, State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
+from masonry_opt.solvers.highs import LinearProgram
 from masonry_opt.solvers.registry import find_solver
 
 #: Two solvers, each to 1e-9 of numbers near one.
 SAME = 1e-7
 
-SCENES = KINDS_OF_JOINTS | {f"wall {number}": mo.load(WALLS[number - 1]) for number in (1,)}
-PROBLEMS = {name: assemble(scene).problem for name, scene in SCENES.items()}
+PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}
+PROBLEMS["wall 1"] = assemble(mo.load(WALLS[0])).problem
 
 
 @pytest.fixture(params=PROBLEMS)
@@ -31,18 +38,12 @@ def problem(request):
     return PROBLEMS[request.param]
 
 
-def least_of_forces(problem, load_cost, force_cost, at_yield=None):
-    """min a λ + b·q: equilibrium, z ≥ 0, and z = 0 at yield."""
-    held = np.zeros(problem.faces, dtype=bool) if at_yield is None else at_yield
+def least_of_forces(problem, load_cost, force_cost):
+    """min a λ + b·q: equilibrium and z ≥ 0."""
     found = linprog(
-        np.concatenate([[load_cost], force_cost]),
-        A_eq=sp.vstack(
-            [
-                sp.hstack([problem.live[:, None], problem.B]),
-                sp.hstack([np.zeros((held.sum(), 1)), problem.C(problem.friction)[held]]),
-            ]
-        ),
-        b_eq=np.concatenate([-problem.dead, -problem.face_cohesion[held]]),
+        np.append(load_cost, force_cost),
+        A_eq=sp.hstack([problem.live[:, None], problem.B]),
+        b_eq=-problem.dead,
         A_ub=sp.hstack([np.zeros((problem.faces, 1)), -problem.C(problem.friction)]),
         b_ub=problem.face_cohesion,
         bounds=(None, None),
@@ -144,3 +145,114 @@ def test_what_a_force_drives(problem, turned):
     expected = -least_of_motion(problem, problem.face_cohesion, problem.friction, -force, within=(-1, 1))
     assert optimum(model) == pytest.approx(expected, abs=SAME * np.abs(problem.dead).sum())
     assert (expected > 0.1) == (turned < 0)
+
+
+OF_PRODUCTS = UNCRUSHED | {
+    "wedges": mo.load(CASES / "livesley" / "wedges.toml"),
+    "cohesion": small_wall(2, 2, cohesion=0.05),
+    "no cohesion": small_wall(2, 2),
+    "dilatancy": small_wall(2, 2, dilatancy=0.1),
+    "nothing slides": small_wall(2, 2, friction=float("inf")),
+    "contraction": small_wall(2, 2, 0.3, dilatancy=-0.05),
+    "cohesion and dilatancy": small_wall(2, 2, cohesion=0.1, dilatancy=0.3),
+    **{f"{kind} {seed}": random_scene(kind, seed) for kind, seed in (("wall", 0), ("stack", 1), ("arch", 2))},
+}
+
+
+def exact_state(scene):
+    """An exact Coulomb state of a scene."""
+    result = mo.solve(scene, "refined")
+    assert result.kind is Kind.EXACT
+    problem, found = result.assembly.problem, result.solution
+    return problem, State(found.load_factor, found.q, found.d, problem.rates(found.d, problem.dilatancy))
+
+
+def products_of(problem, highest, largest, radii, lowest=0.0):
+    model = PyomoProducts(problem, (lowest, highest), largest, *Distances(problem).within(radii))
+    return model, LinearProgram.of(model.program)
+
+
+def factors_at(factors, state):
+    """The factors of statics and of kinematics in a state."""
+    problem, forces = factors.problem, factors.problem.by_kind(state.q).copy()
+    forces[2, problem.sliding] = problem.slacks(state.q)[: len(problem.sliding)]
+    statics = np.append(forces.T, [state.load_factor, 1.0])
+    return statics, np.concatenate([factors.in_edges(state.p), state.d, [1.0]])
+
+
+def point(model, lp, state):
+    """The products of a state, by column."""
+    statics, motion = factors_at(model.factors, state)
+    i, k = np.array(list(model.product)).T
+    x = np.full(len(lp.cost), np.nan)
+    x[np.concatenate(list(lp.columns.values()))] = statics[i] * motion[k]
+    return x
+
+
+FAST = ("wedges", "contraction")
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in OF_PRODUCTS if name not in FAST]
+
+
+@pytest.mark.parametrize("name", [*FAST, *SLOW])
+def test_a_coulomb_state_meets_every_row(name):
+    problem, state = exact_state(OF_PRODUCTS[name])
+    lowest, highest = 0.9 * max(state.load_factor, 0.0), state.load_factor * 1.001
+    of = bounds_of(problem, highest, 100.0, Effort())
+    above = tightened(of, problem, lowest, highest, Effort())
+    for radii, within in (((0, 1), of), ((1, 2), of), ((0, 1), above)):
+        model, lp = products_of(problem, highest, within.normal, radii, within.lowest)
+        x = point(model, lp, state)
+        scale = max(1.0, np.abs(x).max())
+        body = lp.matrix @ x
+        assert (body >= lp.row_lower - 1e-7 * scale).all()
+        assert (body <= lp.row_upper + 1e-7 * scale).all()
+        assert (x >= lp.low - 1e-7 * scale).all()
+        assert (x <= lp.high + 1e-7 * scale).all()
+
+
+def test_rows_cut_off_a_state_that_is_not_complementary():
+    """The associative answer of a wall moves faces that carry: its products do not meet every row."""
+    result = mo.solve(small_wall(), "static")
+    problem, found = result.assembly.problem, result.solution
+    p = problem.rates(found.d, problem.friction)
+    model, lp = products_of(problem, 2 * found.load_factor, np.full(problem.joints, np.inf), (0, 1))
+    body = lp.matrix @ point(model, lp, State(found.load_factor, found.q, found.d, p))
+    assert max((lp.row_lower - body).max(), (body - lp.row_upper).max()) > 1e-3
+
+
+@pytest.mark.parametrize("name", ["no cohesion", "one joint cannot slide", "dilatancy"])
+def test_any_multipliers_prove_no_more_than_a_state_allows(name):
+    """cost·x ≥ value − short·|x| at a state, for multipliers drawn at random."""
+    problem, state = exact_state(OF_PRODUCTS[name])
+    largest = bounds_of(problem, state.load_factor * 1.001, 100.0, Effort()).normal
+    model, lp = products_of(problem, state.load_factor * 1.001, largest, (0, 1))
+    x = point(model, lp, state)
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        value, short = lp.least(rng.normal(size=len(lp.row_lower)))
+        assert value - short @ np.abs(x) <= lp.cost @ x + 1e-6 * (1 + np.abs(value))
+
+
+@pytest.mark.parametrize("name", UNCRUSHED)
+def test_edge_factors_are_the_problem_s(name):
+    """The forms of statics and kinematics at any numbers whatever."""
+    problem, rng = assemble(UNCRUSHED[name]).problem, np.random.default_rng(3)
+    factors = EdgeFactors(problem)
+    q, d = rng.normal(size=3 * problem.joints), rng.normal(size=3 * problem.blocks)
+    p = rng.uniform(size=problem.faces)
+    statics, motion = factors_at(factors, State(0.7, q, d, p))
+    balance = [sum(a * statics[i] for i, a in form.items()) for form in factors.equilibrium()]
+    np.testing.assert_allclose(balance, problem.unbalanced(0.7, q), atol=1e-12)
+    z = problem.slacks(q)
+    others = [sum(a * statics[i] for i, a in form.items()) for form in factors.other_slacks.values()]
+    np.testing.assert_allclose(others, z[len(problem.sliding) : 2 * len(problem.sliding)], atol=1e-12)
+    expected = problem.departure(d, p, problem.dilatancy).reshape(3, -1).T.ravel()
+    left = [sum(a * motion[k] for k, a in form.items()) for form in factors.compatibility()]
+    np.testing.assert_allclose(left, expected, atol=1e-12)
+    work = sum(a * motion[k] for k, a in factors.live_work().items())
+    assert work == pytest.approx(problem.live @ d - problem.live_norm)
+    # Energy: what faces dissipate is what the products say.
+    of_products = sum(statics[i] * motion[k] for i, k in factors.at_rest)
+    for rate, form in factors.other_slacks.items():
+        of_products += sum(a * statics[i] for i, a in form.items()) * motion[rate]
+    assert of_products == pytest.approx(z @ p)

@@ -1,11 +1,20 @@
-"""Yield conditions and flow rule, against each joint written out by hand, and normality between them."""
+"""Matrices against rigid bodies, yield conditions and flow rule by hand; laws that share their tables."""
+
+from dataclasses import replace
+from math import cos, pi
 
 import numpy as np
 import pytest
-from scenes import KINDS_OF_JOINTS, block_on_floor, irregular
+import scipy.sparse as sp
+from scenes import KINDS_OF_JOINTS, WALLS, block_on_floor, declared, irregular, small_wall, two_blocks
 
+import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.faces import CHORDS
+from masonry_opt.problem.faces import CHORDS, space
+from masonry_opt.problem.laws import Law
+from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.problem.matrices import Matrices
+from masonry_opt.problem.problem import Problem, ShearLimits
 
 PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()} | {
     "irregular": assemble(irregular()).problem
@@ -105,3 +114,160 @@ def test_rates_of_blocks_that_pass_into_each_other_are_never_negative():
         departure = u - problem.D(problem.friction) @ p
         np.testing.assert_allclose(departure[2 * problem.joints + problem.sliding], 0, atol=1e-12)
         assert departure.max() < 1e-12
+
+
+#: Four senses of sliding at a contact point.
+SPACE = space(4)
+
+FRICTION, COHESION, PUSH = 0.5, 0.05, np.array([0.6, 0.8, 0.0])
+
+#: A box of unit weight, half as high as it is wide, on the four corners of its base.
+CORNERS = np.array([[x, y, -0.5] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+
+
+def box(push: np.ndarray = PUSH) -> Problem:
+    """The box under its weight and a live load through its centroid."""
+    forces = np.eye(3)[[2, 0, 1]]  # n, s, t
+    columns = [np.concatenate([force, np.cross(corner, force)]) for force in forces for corner in CORNERS]
+    matrices = Matrices(sp.csr_array(np.array(columns).T), np.ones(4), 1.0, SPACE)
+    law = Law(
+        sliding=np.arange(4),
+        friction=np.full(4, FRICTION),
+        cohesion=np.full(4, COHESION),
+        dilatancy=np.full(4, 0.1),
+        dilatancy_force=np.full((4, 2), np.inf),
+        crushing=np.array([], dtype=int),
+        crushing_force=np.array([]),
+    )
+    dead, live = np.array([0, 0, -1.0, 0, 0, 0]), np.append(push, np.zeros(3))
+    return Problem(matrices, law, dead, live, force_unit=1.0)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(5)
+
+
+def test_yield_conditions_are_those_of_each_point(rng):
+    """Four sides of a square inside the cone, and n ≥ 0."""
+    problem, q = box(), rng.normal(size=12)
+    n, s, t = problem.by_kind(q)
+    # The square stands on its corner: |s| + |t| ≤ c + μ n.
+    limit = COHESION + FRICTION * n
+    sides = [limit - s - t, limit + s - t, limit + s + t, limit - s + t]
+    expected = np.concatenate([*(cos(pi / 4) * side for side in sides), n])
+    np.testing.assert_allclose(problem.slacks(q), expected, atol=1e-14)
+    C, D = problem.C(problem.friction), problem.D(problem.friction)
+    np.testing.assert_array_equal(C.toarray(), D.T.toarray())
+
+
+def test_rates_of_points_give_back_what_moved(rng):
+    """Points that slip in one sense along each axis, and open by what dilatancy asks or more."""
+    problem = box()
+    for _ in range(10):
+        lifted = np.array([0, 0, 5.0, 0, 0, 0]) + 0.3 * rng.normal(size=6)
+        p = problem.rates(lifted, problem.dilatancy)
+        assert p.min() >= 0
+        np.testing.assert_allclose(problem.departure(lifted, p, problem.dilatancy), 0, atol=1e-14)
+        speeds = problem.table.slip_speed(p)
+        np.testing.assert_allclose(speeds, problem.slip_speed(lifted), atol=1e-14)
+
+
+@pytest.mark.parametrize("name", KINDS_OF_JOINTS)
+def test_laws_share_what_does_not_depend_on_them(name):
+    """Another friction, or other loads: the same matrices and table. Other joints that slide: another."""
+    problem = assemble(KINDS_OF_JOINTS[name]).problem
+    other = replace(problem, law=replace(problem.law, friction=2 * problem.friction))
+    assert other.table is problem.table
+    assert other.same_program(problem)
+    louder = replace(problem, live=2 * problem.live)
+    assert louder.table is problem.table
+    assert not louder.same_program(problem)
+
+
+def test_a_table_is_of_the_joints_that_slide_and_crush():
+    problem = assemble(small_wall(strength=8.0)).problem
+    fewer = {name: getattr(problem.law, name)[1:] for name in ("crushing", "crushing_force")}
+    other = replace(problem, law=replace(problem.law, **fewer))
+    assert not other.same_program(problem)
+    assert other.faces < problem.faces
+    of_old = {name: getattr(problem.law, name).copy() for name in fewer}
+    again = replace(other, law=replace(other.law, **of_old))
+    assert again.table is problem.table
+    assert again.same_program(problem)
+    weaker = replace(problem, law=replace(problem.law, crushing_force=problem.crushing_force / 2))
+    assert not weaker.same_program(problem)
+
+
+def velocity(d, block, arm):
+    vx, vy, omega = d[3 * block : 3 * block + 3]
+    return np.array([vx - omega * arm[1], vy + omega * arm[0]])
+
+
+@pytest.mark.parametrize("scene", [irregular(), two_blocks(), small_wall()], ids=["irregular", "two", "wall"])
+def test_joint_velocities_are_differences_of_rigid_body_velocities(scene):
+    assembly = assemble(scene)
+    problem, joints, shapes = assembly.problem, assembly.joints, assembly.geometry
+    d = np.random.default_rng(1).normal(size=3 * problem.blocks)
+    u = problem.B.T @ d
+    row = {block: number for number, block in enumerate(assembly.movable)}
+    for joint in range(problem.joints):
+        start, end = np.zeros(2), np.zeros(2)
+        for block, sign in ((joints.first[joint], 1), (joints.second[joint], -1)):
+            if block in row:
+                for motion, at in ((start, joints.start), (end, joints.end)):
+                    arm = (at[joint] - shapes.centroid[block]) / problem.length_unit
+                    motion += sign * velocity(d, row[block], arm)
+        normal = joints.normal[joint]
+        tangent = np.array([normal[1], -normal[0]])
+        expected = [start @ normal, end @ normal, start @ tangent]
+        assert u.reshape(3, -1)[:, joint] == pytest.approx(expected)
+
+
+def test_compression_pushes_the_first_block_away_from_the_second():
+    problem = assemble(block_on_floor()).problem
+    first, second, s = np.eye(3)
+    # Block A (first) stands on the floor: n lifts it, s pushes it right about its centroid above. At its
+    # start, to the left, n turns it clockwise, with half the joint for its arm.
+    assert problem.B @ first == pytest.approx([0, 1, -1])
+    assert problem.B @ second == pytest.approx([0, 1, 1])
+    assert problem.B @ s == pytest.approx([1, 0, 1.0 / problem.length_unit])
+
+
+def test_loads_act_where_they_are_put():
+    scene = block_on_floor(
+        2.0, 2.0, live=(3.0, 0.0), live_at=(1.0, 2.0), dead=(0.0, -4.0), dead_at=(1.5, 2.0), weight=6.0
+    )
+    problem = assemble(scene).problem
+    force, moment = problem.force_unit, problem.force_unit * problem.length_unit
+    assert problem.dead * [force, force, moment] == pytest.approx([0, -10, -2])
+    assert problem.live * [force, force, moment] == pytest.approx([3, 0, -3])
+
+
+def test_loads_that_no_number_can_compare_are_refused():
+    """A median weight of 1e-300 and a live load of 1e20: their ratio is beyond double precision."""
+    scene = block_on_floor(weight=1e-300, live=(1e20, 0.0))
+    with pytest.raises(mo.CaseError, match="double precision"):
+        assemble(scene)
+
+
+@pytest.mark.parametrize("language", ["cvxpy", "pyomo"])
+def test_states_and_shear_limits_are_in_the_problem_s_units(language):
+    problem = assemble(mo.load(WALLS[2])).problem
+    cohesive = ShearLimits(problem.friction, np.zeros(len(problem.sliding)))
+    plain = declared(problem, "static", language, limits=cohesive)
+    scaled = declared(problem, "static", language, limits=cohesive, of_load=True)
+    assert in_units_of_load(problem).force > 10  # else nothing is tested
+    slope = 0.5 * problem.friction
+    for limits in (cohesive, ShearLimits(slope, np.full(len(slope), 0.7))):
+        for driver in (plain, scaled):
+            driver.set_shear_limits(limits)
+        expected, found = plain.solve().state, scaled.solve().state
+        assert found.load_factor == pytest.approx(expected.load_factor, abs=1e-6)
+        balance = problem.B @ found.q + found.load_factor * problem.live + problem.dead
+        assert np.abs(balance).max() < 1e-6
+        assert problem.live @ found.d == pytest.approx(problem.live_norm, rel=1e-6)
+        dissipated = limits.cohesion @ problem.slip(found.p) - problem.dead @ found.d
+        assert dissipated == pytest.approx(found.load_factor * problem.live_norm, rel=1e-6)
+    assert scaled.effort.lp_solves == plain.effort.lp_solves == 2
+    assert scaled.size() == plain.size()

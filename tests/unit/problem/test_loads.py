@@ -1,12 +1,19 @@
-"""Loads on single blocks by name: what they do, by statics of a few blocks, and what is refused."""
+"""Loads on blocks by name and on edges, in the plane and in space: what they do by hand, what is refused."""
+
+import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
-from scenes import block_on_floor, forces_of
+from mappings import mirrored, turned
+from scenes import CASES, block_on_floor, forces_of, irregular
+from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble, on_matrices_of
+from masonry_opt.problem.loads import loads, weights
+from masonry_opt.scene.geometry import geometry
 from masonry_opt.words.summary import facts
 
 #: Three courses, two of whose blocks lie between others; "2-2" spans 2 to 6 and 1 to 2.
@@ -50,14 +57,11 @@ def test_a_load_is_what_the_block_s_own_force_is(tmp_path):
     """The same scene with each block's forces written in the block, and by a load, to the last digit."""
     own = {"live": (1.0, 0.5), "live_at": (0.4, 1.9), "dead": (0.1, -0.2), "dead_at": (0.9, 1.0)}
     written = block_on_floor(**own)
-    by_name = block_on_floor(live=(0.0, 0.0)).model_copy(
-        update={
-            "loads": [
-                mo.Load(block="A", live=own["live"], at=own["live_at"]),
-                mo.Load(block="A", dead=own["dead"], at=own["dead_at"]),
-            ]
-        }
-    )
+    loads = [
+        mo.Load(block="A", live=own["live"], at=own["live_at"]),
+        mo.Load(block="A", dead=own["dead"], at=own["dead_at"]),
+    ]
+    by_name = block_on_floor(live=(0.0, 0.0)).replace(loads=loads)
     one, other = (assemble(scene).problem for scene in (written, by_name))
     assert np.array_equal(one.live, other.live)
     assert np.array_equal(one.dead, other.dead)
@@ -65,14 +69,13 @@ def test_a_load_is_what_the_block_s_own_force_is(tmp_path):
 
 def test_a_weight_in_place_of_a_generator_s_is_pushed_too(tmp_path):
     """Sideways by half its weight, as the generator says of every block's; a column of one drum overturns."""
-    column = (
-        "[joints]\nfriction = 5\n[column]\nwidth = 1\nheight = 3\ndrums = 1\nweight = 6\nlive_per_weight = "
-    )
-    scene = loaded(column + '[0.5, 0]\n[[load]]\nblock = "d1"\nweight = 20\n', tmp_path)
+    column = "[joints]\nfriction = 5\n[column]\nwidth = 1\nheight = 3\ndrums = 1\nweight = 6\n"
+    push, load = "live_per_weight = [0.5, 0]\n", '[[load]]\nblock = "d1"\nweight = 20\n'
+    scene = loaded(column + push + load, tmp_path)
     assert acting(scene, "d1", "dead") == pytest.approx([0, -20, 0])
     assert acting(scene, "d1", "live") == pytest.approx([10, 0, 0])
     # With a dead push of 1 at its top: W b/2 = λ W/2 h/2 + 3.
-    scene = scene.model_copy(update={"loads": [*scene.loads, mo.Load(block="d1", dead=(1, 0), at=(0, 3))]})
+    scene = scene.replace(loads=[*scene.loads, mo.Load(block="d1", dead=(1, 0), at=(0, 3))])
     assert mo.solve(scene, "static").load_factor == pytest.approx((20 * 0.5 - 3) / (10 * 1.5), rel=1e-7)
 
 
@@ -123,18 +126,6 @@ def test_a_tilted_scene_takes_weights_alone():
         mo.Scene(**keys | {"blocks": [*scene.blocks, pushed]})
 
 
-def test_a_load_outside_of_its_block_is_warned_of():
-    for at, distance in (((1.0, 2.0), None), ((4.0, 6.0), 5.0)):
-        load = mo.Load(block="A", dead=(0, -0.1), at=at)
-        scene = block_on_floor().model_copy(update={"loads": [load]})
-        found = [one for one in mo.solve(scene, "static").warnings if one.code is Code.ACTS_OUTSIDE]
-        assert [(one.values["load"], one.values["blocks"]) for one in found] == (
-            [("dead", ["A"])] if distance else []
-        )
-        if distance:
-            assert found[0].values["distance"] == pytest.approx(distance)
-
-
 def test_other_loads_keep_matrices_and_other_blocks_do_not():
     """Sweeps keep the matrices of a scene while its joint properties and loads alone change."""
     scene = block_on_floor()
@@ -146,3 +137,236 @@ def test_other_loads_keep_matrices_and_other_blocks_do_not():
     for name in ("dead", "live", "friction", "force_unit"):
         assert np.array_equal(getattr(loaded.problem, name), getattr(fresh, name)), name
     assert on_matrices_of(before, block_on_floor(width=2)) is None
+
+
+BASE = mo.Block(name="base", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
+
+
+def block(name, vertices, weight=1.0, **loads):
+    return mo.Block(name=name, vertices=vertices, weight=weight, **loads)
+
+
+def scene(blocks, loads, friction=5.0, **keys):
+    made = [mo.EdgeLoad(**load) for load in loads]
+    return mo.Scene(joints={"friction": friction}, blocks=[*blocks, BASE], edge_loads=made, **keys)
+
+
+WIDTH, HEIGHT, DENSITY, WATER = 1.0, 3.0, 2.4, 1.0
+DAM = block("wall", [(0, 0), (WIDTH, 0), (WIDTH, HEIGHT), (0, HEIGHT)], DENSITY * WIDTH * HEIGHT)
+
+
+@pytest.mark.parametrize("depth", [0.5, 2.0, 3.0])
+def test_water_overturns_a_wall_by_the_moment_of_its_triangle(depth):
+    """γ h³ / 6 about the toe against W b / 2."""
+    water = {"start": (0, 0), "end": (0, depth), "pressure": (WATER * depth, 0), "kind": "live"}
+    result = mo.solve(scene([DAM], [water]), "static")
+    expected = (DENSITY * WIDTH * HEIGHT * WIDTH / 2) / (WATER * depth**3 / 6)
+    assert result.load_factor == pytest.approx(expected, rel=1e-7)
+
+
+def test_each_block_below_a_line_gets_its_part_of_a_linear_pressure():
+    """Three blocks side by side, one of them lower: p = 1 + x between 0 and 4, nothing on the lower one."""
+    blocks = [
+        block("left", [(0, 0), (1, 0), (1, 2), (0, 2)]),
+        block("low", [(1, 0), (2, 0), (2, 1), (1, 1)]),
+        block("right", [(2, 0), (5, 0), (5, 2), (2, 2)]),
+    ]
+    assembly = assemble(scene(blocks, [{"start": (0, 2), "end": (4, 2), "pressure": (1, 5)}]))
+    acting = forces_of(assembly) + np.array([0, 1, 0])  # without the weights
+    # ∫ (1 + x) dx and ∫ (1 + x) (x - xc) dx over each top.
+    expected = [[0, -1.5, -1 / 12], [0, 0, 0], [0, -8.0, -(2 / 3 - 4.0)]]
+    np.testing.assert_allclose(acting, expected, atol=1e-12)
+    assert assembly.bare_edge_loads == pytest.approx([1.0])
+
+
+def test_what_another_block_covers_bears_no_load():
+    """A neighbour covers the upper half of the right face: pressure 3 acts below y = 1 alone."""
+    tall = block("tall", [(0, 0), (1, 0), (1, 2), (0, 2)])
+    beside = [
+        block("foot", [(2, 0), (3, 0), (3, 1), (2, 1)]),
+        block("beam", [(1, 1), (3, 1), (3, 2), (1, 2)]),
+    ]
+    line = {"start": (1, 0), "end": (1, 2), "pressure": 3, "kind": "live"}
+    assembly = assemble(scene([tall, *beside], [line]))
+    np.testing.assert_allclose(forces_of(assembly, "live")[0], [-3.0, 0.0, -1.5], atol=1e-12)
+    np.testing.assert_allclose(forces_of(assembly, "live")[1:], 0)
+    assert assembly.bare_edge_loads == pytest.approx([1.0])
+
+
+def test_pressure_acts_into_the_block_whichever_way_the_line_runs():
+    ends = [(0, 0), (0, HEIGHT)]
+    for start, end, pressure in ((*ends, (6.0, 2.0)), (*reversed(ends), (2.0, 6.0))):
+        assembly = assemble(scene([DAM], [{"start": start, "end": end, "pressure": pressure}]))
+        acting = forces_of(assembly)[0] + np.array([0, DAM.weight, 0])
+        # 4 · 3 to the right; ∫ p (y - 1.5) dy = -(4 / 3) 1.5³ · 2 / 3, turning clockwise where it is high.
+        np.testing.assert_allclose(acting, [12.0, 0.0, 3.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("point", [mirrored, turned(math.radians(30))], ids=["mirrored", "turned"])
+@pytest.mark.parametrize("load", [{"pressure": (3.0, 1.0)}, {"force": (0.4, -0.2)}])
+def test_mirrored_and_turned_loads_have_the_same_load_factor(point, load):
+    def made(of):
+        turned_load = {key: of(v) if key == "force" else v for key, v in load.items()}
+        blocks = [
+            block("A", [of(v) for v in [(0, 0), (2, 0), (1.5, 1), (0.5, 1)]]),
+            block("B", [of(v) for v in [(0.5, 1), (1.5, 1), (1, 3)]]),
+            BASE.model_copy(update={"vertices": [of(v) for v in BASE.vertices]}),
+        ]
+        line = mo.EdgeLoad(start=of((0, 0)), end=of((0.5, 1)), kind="live", **turned_load)
+        return mo.Scene(joints={"friction": 0.6}, gravity=of((0, -1)), blocks=blocks, edge_loads=[line])
+
+    one, other = mo.solve(made(lambda v: v), "static"), mo.solve(made(point), "static")
+    assert one.status.usable
+    assert other.load_factor == pytest.approx(one.load_factor, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (((0, 0), (1, 0)), "covered by other blocks"),
+        (((2, 0), (4, 0)), "only fixed blocks"),
+        (((0, 5), (1, 5)), "no block has an edge"),
+        (((0.5, 0), (0.5, 2)), "no block has an edge"),
+        (((0, 2), (1, 2.1)), "no block has an edge"),
+        (((0, 2), (1e-9, 2)), "no longer than what is nothing"),
+    ],
+)
+def test_a_line_without_a_free_edge_is_refused(line, words):
+    load = mo.EdgeLoad(start=line[0], end=line[1], pressure=1)
+    with pytest.raises(mo.CaseError, match=rf"edge_load no\. 1.*{words}"):
+        assemble(block_on_floor().replace(edge_loads=[load]))
+
+
+NO_EDGE_LOADS = {
+    "'pressure' or 'force'": {},
+    "not both": {"pressure": 1, "force": (1, 0)},
+    "one point": {"pressure": 1, "end": (0, 0)},
+    "kind": {"pressure": 1, "kind": "alive"},
+}
+
+
+@pytest.mark.parametrize("words", NO_EDGE_LOADS)
+def test_what_is_no_edge_load_is_refused(words):
+    with pytest.raises(mo.CaseError, match=words):
+        mo.EdgeLoad(**{"start": (0, 0), "end": (1, 0)} | NO_EDGE_LOADS[words])
+
+
+def test_what_a_line_reaches_beyond_its_edges_is_warned_of():
+    """A line of length 2 above a block of width 1."""
+    load = mo.EdgeLoad(start=(0, 2), end=(2, 2), force=(0, -1))
+    (warning,) = mo.solve(block_on_floor().replace(edge_loads=[load]), "static").warnings
+    assert warning.code is Code.BARE_EDGE_LOAD
+    assert warning.values == {"number": 1, "length": pytest.approx(1.0)}
+
+
+class Shapes(NamedTuple):
+    """Of boxes, or of what is extruded."""
+
+    origin: np.ndarray
+    centroid: np.ndarray
+    size: np.ndarray
+
+
+def of_boxes(scene):
+    """Seen from an origin of no meaning."""
+    corners = np.array([block.box for block in scene.in_space()])
+    origin = np.array([0.3, -0.2, 0.7])
+    return Shapes(origin, corners.mean(axis=2) - origin, np.prod(corners[..., 1] - corners[..., 0], axis=1))
+
+
+def acting_in_space(scene, kind, shapes=None):
+    """Rows fx, fy, fz, mx, my, mz of one kind on the first block, the only one that moves."""
+    shapes, movable = shapes or of_boxes(scene), np.array([0])
+    return getattr(loads(scene, shapes, movable), kind).about(shapes.centroid[movable])
+
+
+# A box 1 × 2 × 3 has its centroid in (0.5, 1, 1.5).
+BY_HAND = {
+    "weight": ({"weight": None, "unit_weight": 5}, "weight", [0, 0, -30, 0, 0, 0]),
+    # 30 down at an arm of (0.5, -1, 0): r × f = (30, 15, 0).
+    "weight at an edge": ({"weight": 30, "weight_at": (1, 0, 1.5)}, "weight", [0, 0, -30, 30, 15, 0]),
+    "force": ({"live": (1, 2, 3)}, "live", [1, 2, 3, 0, 0, 0]),
+    # At the farthest corner, arm (0.5, 1, 1.5).
+    "force through the centroid": ({"live": (1, 2, 3), "live_at": (1, 2, 3)}, "live", [1, 2, 3, 0, 0, 0]),
+    # Arm (-0.5, -1, 1.5): r × (4, 0, 0) = (0, 1.5·4, 1·4).
+    "force at a corner": ({"dead": (4, 0, 0), "dead_at": (0, 0, 3)}, "dead", [4, 0, 0, 0, 6, 4]),
+    "moment": ({"live": (0, 0, 0), "live_moment": (1, -2, 3)}, "live", [0, 0, 0, 1, -2, 3]),
+    "moment and force": (
+        {"dead": (0, 4, 0), "dead_at": (0.5, 1, 3), "dead_moment": (7, 1, 0)},
+        "dead",
+        [0, 4, 0, 7 - 6, 1, 0],
+    ),
+    # Twice the weight of 30 along y at the arm of (0.5, -1, 0): r × (0, 60, 0) = (0, 0, 30).
+    "multiple of the weight": (
+        {"weight": 30, "weight_at": (1, 0, 1.5), "live": (0, 0, 0), "live_per_weight": (0, 2, 0)},
+        "live",
+        [0, 60, 0, 0, 0, 30],
+    ),
+    "nothing": ({"live": (0, 0, 0)}, "dead", [0, 0, 0, 0, 0, 0]),
+}
+
+
+@pytest.mark.parametrize("name", BY_HAND)
+def test_forces_and_moments_on_a_box(name):
+    keys, kind, expected = BY_HAND[name]
+    assert acting_in_space(box_on_floor((1, 2, 3), **keys), kind) == pytest.approx(expected, abs=1e-14)
+
+
+def test_loads_by_name_add_up_and_take_moments():
+    """At the top's middle, arm (0, 0, 1.5): (0, 1.5·2, 0); at the centroid; a weight in place of its own."""
+    scene = box_on_floor((1, 2, 3), live=(1, 0, 0), dead_moment=(0, 0, 1))
+    more = [
+        mo.Load(block="A", live=(2, 0, 0), at=(0.5, 1, 3)),
+        mo.Load(block="A", live=(0, 1, 0), live_moment=(0, 0, 5), dead_moment=(0, 2, 0)),
+        mo.Load(block="A", weight=7),
+    ]
+    scene = scene.model_copy(update={"loads": more})
+    assert acting_in_space(scene, "live") == pytest.approx([3, 1, 0, 0, 3, 5])
+    assert acting_in_space(scene, "dead") == pytest.approx([0, 0, 0, 0, 2, 1])
+    assert acting_in_space(scene, "weight") == pytest.approx([0, 0, -7, 0, 0, 0])
+    assert weights(scene, of_boxes(scene), np.array([0])).tolist() == [7]
+
+
+def test_weights_act_along_gravity_and_tilt_square_to_it():
+    """Of 10 along (0, -0.6, -0.8); towards -y up the slope: (0, -0.8, 0.6)."""
+    scene = box_on_floor(weight=10, live=(0, 0, 0))
+    scene = scene.model_copy(update={"gravity": (0.0, -3.0, -4.0), "tilt": (0.0, -5.0, 0.0)})
+    assert acting_in_space(scene, "weight") == pytest.approx([0, -6, -8, 0, 0, 0])
+    assert acting_in_space(scene, "live") == pytest.approx([0, -8, 6, 0, 0, 0])
+
+
+LOADED = {"live": (1, 1), "live_at": (0, 3), "dead": (-1, 0), "dead_at": (2, 0), "live_per_weight": (0.5, 0)}
+L_SHAPE = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]
+PLANE = {name: mo.load(CASES / f"{name}.toml") for name in ("livesley/wedges", "goodman_bray/slope")}
+PLANE["irregular"] = irregular()
+PLANE["notched"] = mo.Scene(
+    joints={"friction": 1},
+    thickness=0.3,
+    gravity=(1, -3),
+    blocks=[
+        mo.Block(name="A", vertices=L_SHAPE, unit_weight=4, **LOADED),
+        mo.Block(name="floor", vertices=[(0, 0), (3, 0), (3, -1)], fixed=True),
+    ],
+    loads=[mo.Load(block="A", live=(0, 3), dead=(1, 0), at=(1, 1))],
+)
+
+
+@pytest.mark.parametrize("plane", PLANE.values(), ids=PLANE)
+@pytest.mark.parametrize("thickness", [None, 0.5])
+def test_loads_of_an_extruded_scene_are_those_in_the_plane(plane, thickness):
+    """The moment m of the plane, from x to y, is -m about the y of space."""
+    space, flat = mo.extrude(plane, thickness), geometry(plane)
+    depth = thickness or plane.thickness
+    middle = np.full(len(flat.centroid), depth / 2)
+    shapes = Shapes(
+        np.array([flat.origin[0], 0, flat.origin[1]]),
+        np.column_stack([flat.centroid[:, 0], middle, flat.centroid[:, 1]]),
+        flat.size * depth,
+    )
+    movable = np.flatnonzero([not block.fixed for block in plane.blocks])
+    for kind in ("weight", "dead", "live"):
+        given = getattr(loads(plane, flat, movable), kind).about(flat.centroid[movable]).reshape(-1, 3)
+        lifted = getattr(loads(space, shapes, movable), kind).about(shapes.centroid[movable]).reshape(-1, 6)
+        expected = np.zeros_like(lifted)
+        expected[:, [0, 2]], expected[:, 4] = given[:, :2], -given[:, 2]
+        assert np.abs(lifted - expected).max() <= 1e-13 * max(np.abs(expected).max(), 1)

@@ -1,4 +1,4 @@
-"""The ``[arch]`` generator: areas, centroids, symmetry, and what it refuses."""
+"""The ``[arch]`` generator: areas, centroids, symmetry, skewbacks, and what it refuses."""
 
 import math
 
@@ -25,27 +25,14 @@ def by_quadrature(inner, outer, angle):
     return area, (r**2).sum() * np.cos(a).sum() * cell / area
 
 
-def test_sector_weights_are_those_of_annular_sectors():
-    first = arch().blocks()[0]
-    area, distance = by_quadrature(9.0, 11.0, math.pi / 9)
+def test_weights_are_those_of_annular_sectors_and_balance_there_or_on_the_centreline():
+    first, angle = arch().blocks()[0], math.pi / 9
+    area, distance = by_quadrature(9.0, 11.0, angle)
     assert first.weight == pytest.approx(3 * area, rel=1e-6)
     assert math.hypot(*first.weight_at) == pytest.approx(distance, rel=1e-6)
-
-
-def test_weights_along_the_centreline_balance_on_its_arc():
-    first = arch(weights="centreline").blocks()[0]
-    angle = math.pi / 9
-    assert first.weight == arch().blocks()[0].weight
-    assert math.hypot(*first.weight_at) == pytest.approx(10 * np.sinc(angle / 2 / math.pi), rel=1e-12)
-
-
-def test_straight_weights_are_those_of_the_polygons_drawn():
-    assembly = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch(weights="straight").blocks()))
-    for block, area, centroid in zip(
-        assembly.scene.blocks[:9], assembly.geometry.size, assembly.geometry.centroid, strict=False
-    ):
-        assert block.weight == pytest.approx(3 * area, rel=1e-12)
-        np.testing.assert_allclose(block.weight_at, centroid + assembly.geometry.origin, atol=1e-12)
+    on_line = arch(weights="centreline").blocks()[0]
+    assert on_line.weight == first.weight
+    assert math.hypot(*on_line.weight_at) == pytest.approx(10 * np.sinc(angle / 2 / math.pi), rel=1e-12)
 
 
 def test_joints_are_radial_and_as_long_as_the_arch_is_thick():
@@ -61,7 +48,7 @@ def test_an_arch_without_thickness_has_no_area(thickness):
     )
     for made in (arch(thickness=thickness), by_rise(6.0, thickness=thickness)):
         with pytest.raises(mo.CaseError, match="no area"):
-            mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=made.blocks()))
+            mo.solve(mo.Scene(joints={"friction": 0.5}, blocks=made.blocks()))
 
 
 @pytest.mark.parametrize("changes", [{"thickness": 1e30}, {"rise": 1e30}, {"span": 1e-300}, {"rise": 1e-300}])
@@ -137,3 +124,68 @@ def test_a_pointed_arch_weighs_what_lies_between_its_lines(weights, curved, vous
         moment = (shapes.size * (shapes.centroid[:, 1] + shapes.origin[1]))[:voussoirs].sum()
     assert sum(block.weight for block in built) == pytest.approx(3 * area, rel=1e-6)
     assert sum(block.weight * block.weight_at[1] for block in built) == pytest.approx(3 * moment, rel=1e-6)
+
+
+SEGMENT = {"span": 4.0, "rise": 1.0, "thickness": 0.5, "voussoirs": 9, "unit_weight": 2.0}
+
+#: Of that segment: inner radius 2.5, half angle with sin 0.8 and cos 0.6. Across and up of its foot.
+ACROSS, UP = 0.5 * 0.8, 0.5 * 0.6
+
+
+def segment(**keys):
+    return mo.Arch(**SEGMENT | keys)
+
+
+def named(blocks):
+    return {block.name: block for block in blocks}
+
+
+def solved(blocks, friction=0.9, **keys):
+    return mo.solve(mo.Scene(joints={"friction": friction}, blocks=blocks, **keys), "static")
+
+
+def test_a_skewback_fills_the_corner_between_foot_bed_and_back():
+    blocks = named(segment(skewbacks=1.0, live_per_weight=(0.5, 0)).blocks(thickness=0.3))
+    left, right = blocks["skewback 1"], blocks["skewback 2"]
+    expected = [(-2, 0), (-2 - ACROSS, UP), (-3, UP), (-3, 0)]
+    assert np.array(left.vertices) == pytest.approx(np.array(expected), abs=1e-12)
+    assert np.array(right.vertices) == pytest.approx(np.array(expected) * [-1, 1], abs=1e-12)
+    for block in (left, right):
+        assert block.weight == pytest.approx(2.0 * UP * (1.0 - ACROSS / 2) * 0.3)
+        assert block.live_per_weight == (0.5, 0)
+    # Abutments lie under the beds, as high as the arch is thick.
+    assert np.array(blocks["abutment 1"].vertices) == pytest.approx(
+        np.array([(-3, -0.5), (-2, -0.5), (-2, 0), (-3, 0)]), abs=1e-12
+    )
+
+
+def test_as_wide_as_the_foot_it_is_a_wedge():
+    scene = mo.Scene(joints={"friction": 0.9}, blocks=segment(skewbacks=ACROSS).blocks())
+    assembly = assemble(scene)
+    left = assembly.geometry.polygons[[block.name for block in scene.blocks].index("skewback 1")]
+    assert len(left.exterior.coords) - 1 == 3
+    assert left.area == pytest.approx(ACROSS * UP / 2)
+    assert len(assembly.joints.extent) == 10 + 2
+
+
+def test_ends_at_different_heights_have_beds_of_their_own():
+    """Of radius and angles, the other way round, moved: the bed is level with the inner end of its foot."""
+    ring = {"radius": 2, "angles": (45, 150), "thickness": 0.4, "voussoirs": 5, "unit_weight": 1}
+    blocks = named(mo.Arch(**ring, skewbacks=0.8, at=(1, -1), name="a").blocks())
+    for name, angle, side in (("a skewback 1", 45, 1), ("a skewback 2", 150, -1)):
+        x, y = 1.8 * math.cos(math.radians(angle)) + 1, 1.8 * math.sin(math.radians(angle)) - 1
+        outer = y + 0.4 * math.sin(math.radians(angle))
+        corners = np.array(blocks[name].vertices)
+        assert corners[[0, 3]] == pytest.approx(np.array([(x, y), (x + side * 0.8, y)]), abs=1e-12)
+        assert corners[1:3, 1] == pytest.approx([outer, outer])
+
+
+def test_narrow_skewbacks_turn_with_the_arch_and_wide_ones_do_not():
+    """The wider the bed the more the arch carries, up to what it does between fixed abutments."""
+    loads = [mo.Load(block=f"v{number}", live=(1, 0)) for number in range(1, 10)]
+    between = solved(segment().blocks(), loads=loads).load_factor
+    widths = (ACROSS, 0.6, 1.0, 2.5, 20.0)
+    factors = [solved(segment(skewbacks=width).blocks(), loads=loads).load_factor for width in widths]
+    assert all(np.diff(factors) > 0)
+    assert factors[0] < 0.3 * between
+    assert factors[-1] == pytest.approx(between, rel=1e-6)

@@ -1,11 +1,11 @@
-"""Case files: read, written back, and the same scene built in Python."""
+"""Case files: read, written back, the same in Python; what is wrong in them ends in one clear message."""
 
 import json
 import math
 import tomllib
 
 import pytest
-from scenes import ALL_CASES, CASES, two_blocks
+from scenes import ALL_CASES, CASES, GOOD, run_command, two_blocks
 
 import masonry_opt as mo
 
@@ -17,6 +17,11 @@ def test_json_holds_the_same_keys(tmp_path):
 
 
 SQUARE = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0))
+APART, AROUND, HOLE = (
+    [(4, 0), (5, 0), (5, 1)],
+    [(-4, 0), (-1, 0), (-1, 3)],
+    [(-2, 1), (-1.5, 1), (-1.5, 1.2)],
+)
 
 
 def on_floor(*blocks, **keys):
@@ -45,28 +50,16 @@ WRITTEN = {
         joints={"friction_angle": 20},
         exceptions=[{"between": ("A", "floor"), "friction_angle": 25, "dilatancy_angle": 0}],
     ),
-    "parts": on_floor(
-        mo.Block(
-            name="A", parts=[SQUARE.vertices, [(4, 0), (5, 0), (5, 1)]], weight=1, live_per_weight=(1, 0)
-        )
-    ),
-    "a hole": on_floor(
-        mo.Block(
-            name="B",
-            vertices=[(-4, 0), (-1, 0), (-1, 3)],
-            holes=[[(-2, 1), (-1.5, 1), (-1.5, 1.2)]],
-            weight=1,
-            live=(1, 0),
-        )
-    ),
-    "edge loads": on_floor(
+    "parts": on_floor(mo.Block(name="A", parts=[SQUARE.vertices, APART], weight=1, live_per_weight=(1, 0))),
+    "a hole": on_floor(mo.Block(name="B", vertices=AROUND, holes=[HOLE], weight=1, live=(1, 0))),
+    "loads": on_floor(
         SQUARE,
         edge_loads=[
             mo.EdgeLoad(start=(0, 0), end=(0, 1), pressure=(2, 0)),
             mo.EdgeLoad(start=(0, 1), end=(1, 1), force=(0, -1), kind="live"),
         ],
+        loads=[mo.Load(block="A", dead=(0, -1), at=(0.5, 1))],
     ),
-    "loads": on_floor(SQUARE, loads=[mo.Load(block="A", dead=(0, -1), at=(0.5, 1))]),
     "load cases": on_floor(
         SQUARE,
         loads=[mo.Load(block="A", live=(0, -1), group="wind")],
@@ -97,14 +90,8 @@ def test_scene_survives_being_written(tmp_path, scene, ending):
 
 
 def test_wall_generator_expands_courses_gaps_and_repeats():
-    wall = mo.Wall(
-        block=(4, 2),
-        weight=3,
-        live=(0.5, 0),
-        courses=["u", [1, 1, 1]],
-        course={"u": [0.5, 1, -1, 0.5]},
-        repeat=2,
-    )
+    courses = {"courses": ["u", [1, 1, 1]], "course": {"u": [0.5, 1, -1, 0.5]}, "repeat": 2}
+    wall = mo.Wall(block=(4, 2), weight=3, live=(0.5, 0), **courses)
     blocks = {block.name: block for block in wall.blocks()}
     assert list(blocks) == [*(f"{row}-{number}" for row in range(1, 5) for number in range(1, 4)), "base"]
     assert blocks["1-3"].vertices == [(10, 0), (12, 0), (12, 2), (10, 2)]
@@ -157,3 +144,118 @@ def test_wrong_angles_are_refused_in_one_line(given, words):
     with pytest.raises(mo.CaseError, match=words) as error:
         mo.JointDefaults(**given)
     assert "\n" not in str(error.value)
+
+
+WALL = "[joints]\nfriction = 0.5\n[wall]\nblock = [4, 1]\nweight = 1\n"
+BESIDE = '[[block]]\nname = "B"\nvertices = [[0.9, 0], [1.9, 0], [1.9, 1], [0.9, 1]]\nweight = 1\n'
+
+
+WRONG_CASES = {
+    "duplicate name": (GOOD.replace('"base"', '"A"'), ["no. 1 and no. 2", "'A'", "rename"]),
+    "infinite": (GOOD.replace("[1.0, 0.0]", "[inf, 0.0]"), ["block no. 1 ('A')", "live[0]", "inf"]),
+    "two vertices": (GOOD.replace(", [1, 1], [0, 1]", ""), ["block no. 1 ('A')", "'vertices'", "at least 3"]),
+    "negative friction": (GOOD.replace("0.6", "-0.6"), ["[joints]", "'friction'", "zero or more", "-0.6"]),
+    "TOML syntax": (GOOD + "x = = 1", ["not valid TOML", "line 13"]),
+    "unknown key": (
+        GOOD.replace("weight", "wieght"),
+        ["block no. 1 ('A')", "'wieght'", "did you mean 'weight'"],
+    ),
+    "a key by its name in Python": (
+        GOOD.replace("[[block]]", "[[blocks]]"),
+        ["'blocks'", "did you mean 'block'"],
+    ),
+    "unknown table": (GOOD + "[joins]\nx = 1", ["unknown key 'joins'", "did you mean"]),
+    "wrong type": (GOOD.replace("weight = 1.0", 'weight = "1"'), ["block no. 1 ('A')", "'weight'", "number"]),
+    "NaN": (GOOD.replace("[1, 1]", "[1, nan]"), ["block no. 1 ('A')", "vertices[2][1]", "nan"]),
+    "huge": (GOOD.replace("[1, 1]", "[1, 1e300]"), ["vertices[2][1]", "1e+300"]),
+    "overlap": (GOOD + BESIDE, ["'A' and 'B' overlap", "move them apart"]),
+    "no fixed block": (GOOD.replace("fixed = true", "weight = 1"), ["no block is fixed", "fixed = true"]),
+    "no live load": (GOOD.replace("live = [1.0, 0.0]", ""), ["no block carries a live load", "live"]),
+    "live load on a support": (
+        GOOD + "live = [1.0, 0.0]\n",
+        ["block no. 2 ('base')", "fixed block carries no load"],
+    ),
+    "no weight": (GOOD.replace("weight = 1.0", ""), ["block no. 1 ('A')", "'weight' or 'unit_weight'"]),
+    "friction beyond any": (GOOD.replace("0.6", "1e9"), ["[joints]", "'friction'", "write inf"]),
+    "single brackets": (GOOD + '[joint]\nbetween = ["A", "base"]', ["[joint]", "double brackets"]),
+    "one coordinate": (GOOD.replace("[1, 1]", "[1]"), ["vertices[2]", "two numbers"]),
+    "joint of one block": (GOOD + '[[joint]]\nbetween = ["A"]', ["'between'", "names of two blocks"]),
+    "tie with one end": (GOOD + '[[tie]]\nbetween = ["A", "ground"]\nat = [[0, 1]]', ["'at'", "two entries"]),
+    "joint of unknown block": (
+        GOOD + '[[joint]]\nbetween = ["A", "bas"]',
+        ["no block 'bas'", "did you mean 'base'"],
+    ),
+    "stresses of a joint that fall": (
+        GOOD + '[[joint]]\nbetween = ["A", "base"]\ndilatancy_stress = [2, 1]',
+        ["joint between ['A', 'base']", "'dilatancy_stress'"],
+    ),
+    "no block": ("[joints]\nfriction = 0.5", ["no block"]),
+    "empty": ("", ["[joints]", "missing"]),
+    "wall without blocks": (WALL + "courses = [[-1]]", ["[wall]", "course no. 1", "no block"]),
+    "wall with an unknown course": (
+        WALL + 'courses = ["H"]\ncourse = { G = [1] }',
+        ["[wall]", "no course is named 'H'", "G"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_CASES)
+def test_wrong_case_file(name, tmp_path, monkeypatch, capsys):
+    text, expected = WRONG_CASES[name]
+    path = tmp_path / "case.toml"
+    path.write_text(text)
+    code, out, err = run_command(monkeypatch, capsys, "solve", path)
+    assert code == 2
+    assert out == ""
+    assert str(path) in err
+    assert "Traceback" not in err
+    for words in expected:
+        assert words in err
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("missing.toml", None, "no such file"),
+        ("folder.toml", ..., "is a folder"),
+        ("list.json", b"[1]", "one JSON object"),
+        ("broken.json", b"{", "not valid JSON"),
+        ("table.json", b'{"joints": [1]}', "must be a table"),
+        ("twice.json", b'{"joints": {"friction": 0.1, "friction": 0.9}}', "'friction' is given twice"),
+        ("case.yaml", b"", ".toml or .json"),
+    ],
+)
+def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
+    path = tmp_path / name
+    if content is ...:
+        path.mkdir()
+    elif content is not None:
+        path.write_bytes(content)
+    code, out, err = run_command(monkeypatch, capsys, "solve", path)
+    assert (code, out) == (2, "")
+    assert str(path) in err
+    assert words in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        (["-o", "beta=0.5"], "no option 'beta'"),
+        (["--method", "magic"], "choose from: static"),
+        (["--plot", "picture.gif"], ".png"),
+        (["--plot", "/no/such/folder/picture.png"], "cannot be written"),
+        (["--plot", "picture.png", "--plot-kind", "stress"], "mechanism, thrust, utilisation, curve"),
+        (["--plot", "picture.png", "--plot-kind", "curve"], "--option curve=true"),
+        (["--plot", "picture.png", "--plot-kind", "curve", "--names"], "names"),
+        (["--plot-kind", "thrust"], "--plot FILE"),
+        (["--names"], "--plot FILE"),
+    ],
+)
+def test_wrong_option(option, words, tmp_path, monkeypatch, capsys):
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD)
+    code, out, err = run_command(monkeypatch, capsys, "solve", path, *option)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert "Traceback" not in err

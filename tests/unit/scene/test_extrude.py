@@ -2,6 +2,7 @@
 
 import pytest
 import shapely
+from mappings import mapped
 from scenes import CASES, block_on_floor, irregular, small_wall, two_blocks
 from scenes_in_space import volume
 
@@ -15,11 +16,6 @@ L_SHAPE = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]
 
 def on_floor(*blocks, joints=None, **keys):
     return mo.Scene(joints=joints or {"friction": 0.5}, blocks=[*blocks, FLOOR], **keys)
-
-
-def outline(part):
-    """A convex part seen from the front: its corners' hull, the shape of all its cuts across y."""
-    return shapely.MultiPoint(part.vertices[:, [0, 2]]).convex_hull
 
 
 SCENES = {
@@ -42,14 +38,8 @@ SCENES = {
     ),
     "straight corners": on_floor(mo.Block(name="A", vertices=[(0, 0), (0.5, 0), *SQUARE[1:]], weight=1)),
     "arch": mo.load(CASES / "oppenheim" / "seven_voussoirs.toml"),
-    "far away": mo.Scene(
-        joints={"friction": 0.5},
-        blocks=[
-            mo.Block(name="A", vertices=[(1e4 + x, y - 1e4) for x, y in L_SHAPE], weight=1),
-            mo.Block(
-                name="floor", vertices=[(1e4 + x, y - 1e4) for x, y in FLOOR.vertices], fixed=True
-            ),
-        ],
+    "far away": mapped(
+        on_floor(mo.Block(name="A", vertices=L_SHAPE, weight=1)), lambda v: (1e4 + v[0], v[1] - 1e4)
     ),
 }  # fmt: skip
 
@@ -63,7 +53,8 @@ def test_solids_are_the_polygons_with_a_thickness(name, thickness):
     assert [block.name for block in space.blocks] == [block.name for block in plane.blocks]
     for index, block in enumerate(space.in_space()):
         parts, flat = block.polyhedra, shapely.transform(shapes.polygons[index], lambda p: p + shapes.origin)
-        drawn = [outline(part) for part in parts]
+        # Seen from the front: the shape of all cuts across y.
+        drawn = [shapely.MultiPoint(part.vertices[:, [0, 2]]).convex_hull for part in parts]
         assert shapely.union_all(drawn).symmetric_difference(flat).area <= 1e-9 * flat.area
         # Parts do not overlap, are convex, and turned outwards: each encloses its outline times the depth.
         assert sum(polygon.area for polygon in drawn) == pytest.approx(flat.area, rel=1e-9)

@@ -26,7 +26,7 @@ FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fi
 
 
 def scene(*blocks, **more):
-    return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks, FLOOR], **more)
+    return mo.Scene(joints={"friction": 0.5}, blocks=[*blocks, FLOOR], **more)
 
 
 def joints_of(scene):
@@ -119,7 +119,7 @@ def test_an_overlap_is_told_by_place_and_area_and_blamed_on_rounding_only_if_sha
     blocks = [square("A", shift, 0), square("B", shift + left, 0)]
     ground = [(shift - 5, -1), (shift + 5, -1), (shift + 5, 0), (shift - 5, 0)]
     floor = mo.Block(name="floor", vertices=ground, fixed=True)
-    both = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks, floor])
+    both = mo.Scene(joints={"friction": 0.5}, blocks=[*blocks, floor])
     with pytest.raises(mo.CaseError, match="blocks 'A' and 'B' overlap") as error:
         joints_of(both)
     area, x, y = map(float, re.search(r"area of (\S+) round \((\S+), (\S+)\)", str(error.value)).groups())
@@ -147,9 +147,7 @@ def test_faces_that_nearly_touch_are_reported_and_joined_by_a_larger_tolerance(g
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-3, 2e-2])
 @pytest.mark.parametrize("share", [1.1, 2.5])
-def test_a_bed_that_gapes_over_the_tolerance_at_one_end_is_a_small_gap_and_no_meeting_of_corners(
-    tolerance, share
-):
+def test_a_bed_that_gapes_at_one_end_is_a_small_gap_and_no_meeting_of_corners(tolerance, share):
     """B touches A at its left corner, and stands up by share · tolerance at its right one, a length of 1."""
     gap = share * tolerance
     stones = [

@@ -90,10 +90,7 @@ WRONG_SCENES = {
     "gravity in the plane": ({"gravity": (0, -1)}, ["'gravity'", "'A'"]),
     "thickness": ({"thickness": 2}, ["'thickness'", "'A'"]),
     "strength": ({"joints": {"friction": 1, "strength": 9}}, ["'joints'", "'strength'"]),
-    "dilatancy by stress": (
-        {"joints": {"friction": 1, "dilatancy_stress": (1, 2)}},
-        ["'joints'", "'dilatancy_stress'"],
-    ),
+    "dilatancy by stress": ({"joints": {"friction": 1, "dilatancy_stress": (1, 2)}}, ["'dilatancy_stress'"]),
     "strength of one joint": (
         {"exceptions": [{"between": ("A", "floor"), "strength": 9}]},
         ["['A', 'floor']", "'strength'"],
@@ -145,6 +142,7 @@ def test_a_wrong_scene_of_solids_is_refused(name):
         ({"loads": [{"block": "flat", "live": (1, 0, 0)}]}, ["'flat'", "'live'"]),
         ({"loads": [{"block": "flat", "live": (1, 0), "at": (1, 0, 0)}]}, ["'flat'", "'at'"]),
         ({"loads": [{"block": "flat", "dead_moment": (1, 0, 0)}]}, ["'flat'", "'dead_moment'"]),
+        ({"contact_tolerance": 0.1}, ["'contact_tolerance'"]),
     ],
 )
 def test_three_numbers_are_refused_in_the_plane(keys, words):

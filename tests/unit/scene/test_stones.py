@@ -1,12 +1,14 @@
-"""Blocks of other shapes than convex ones, and corners that stand on edges."""
+"""Blocks of other shapes than convex ones, their convex pieces, and corners that stand on edges."""
 
 import numpy as np
 import pytest
+import shapely
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
+from masonry_opt.scene.outlines import convex_pieces
 
 FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
 L_SHAPE = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]
@@ -37,15 +39,11 @@ def test_area_and_centroid_of_notches_parts_and_holes():
         assert shape.centroid[0] + shape.origin == pytest.approx([0.75, 1.25])
         assert not shape.convex[0]
         assert shape.convex[1]
-    holed = geometry(
-        scene(
-            stone([(0, 0), (2, 0), (2, 2), (0, 2)], holes=[[(0.5, 1), (1, 1), (1, 1.5), (0.5, 1.5)]]), FLOOR
-        )
-    )
-    assert holed.size[0] == pytest.approx(3.75)
-    assert holed.centroid[0] + holed.origin == pytest.approx(
-        [(4 - 0.25 * 0.75) / 3.75, (4 - 0.25 * 1.25) / 3.75]
-    )
+    holed = stone([(0, 0), (2, 0), (2, 2), (0, 2)], holes=[[(0.5, 1), (1, 1), (1, 1.5), (0.5, 1.5)]])
+    shape = geometry(scene(holed, FLOOR))
+    assert shape.size[0] == pytest.approx(3.75)
+    middle = [(4 - 0.25 * 0.75) / 3.75, (4 - 0.25 * 1.25) / 3.75]
+    assert shape.centroid[0] + shape.origin == pytest.approx(middle)
 
 
 def test_a_portal_stands_on_two_joints():
@@ -88,10 +86,8 @@ def test_corner_on_corner_is_reported_unless_both_blocks_are_held_there():
     assert joints_of(*stack).without_normal == []
     steps = [unit("A", 0, 0), unit("D", 1, 1), unit("post", 2, 1, weight=None, fixed=True), FLOOR]
     assert joints_of(*steps).without_normal == [(0, 1)]
-    pushed = [
-        block.model_copy(update={"live": (1.0, 0.0)}) if block.name == "A" else block for block in steps
-    ]
-    (warning,) = mo.solve(scene(*pushed), "static").warnings
+    pushed = steps[0].replace(live=(1.0, 0.0))
+    (warning,) = mo.solve(scene(pushed, *steps[1:]), "static").warnings
     assert warning.code is Code.CORNERS_MEET
     assert warning.values["pairs"] == [["A", "D"]]
 
@@ -105,3 +101,56 @@ def test_properties_of_an_exception_hold_for_every_joint_of_the_pair():
     joints = find_joints(whole, geometry(whole))
     assert joints.friction.tolist() == [0.3, 0.3]
     assert joints.strength.tolist() == [9.0, 9.0]
+
+
+L_POLYGON = shapely.Polygon([(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)])
+PLUS = shapely.union_all([shapely.box(1, 0, 2, 3), shapely.box(0, 1, 3, 2)])
+FRAME = shapely.box(0, 0, 3, 3).difference(shapely.box(1, 1, 2, 2))
+
+
+def star(points, seed):
+    """A polygon with random notches, convex nowhere near."""
+    rng = np.random.default_rng(seed)
+    angle = np.sort(rng.uniform(0, 2 * np.pi, points))
+    radius = rng.uniform(0.2, 1, points)
+    return shapely.Polygon(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))
+
+
+#: A polygon and the most pieces: the fewest there are, or what Hertel and Mehlhorn's bound gives, one more
+#: than twice the corners that turn inwards; those of a hole with one more cut.
+POLYGONS = {
+    "triangle": (shapely.Polygon([(0, 0), (1, 0), (0, 1)]), 1),
+    "a convex one": (shapely.Point(0, 0).buffer(1), 1),
+    "L": (L_POLYGON, 2),
+    "plus": (PLUS, 5),
+    "frame": (FRAME, 8),
+    "turned L": (shapely.affinity.rotate(L_POLYGON, 33.3), 2),
+    "apart": (shapely.union_all([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)]), 2),
+    **{f"star {seed}": (star(25, seed), 2 * 25) for seed in range(4)},
+}
+
+
+@pytest.mark.parametrize("name", POLYGONS)
+def test_pieces_are_convex_and_make_up_the_whole(name):
+    polygon, most = POLYGONS[name]
+    pieces = convex_pieces(polygon, 1e-9)
+    assert len(pieces) <= most
+    drawn = shapely.polygons([shapely.linearrings(piece) for piece in pieces])
+    assert shapely.is_ccw(shapely.get_exterior_ring(drawn)).all()
+    assert shapely.area(drawn).sum() == pytest.approx(polygon.area, rel=1e-12)
+    assert shapely.union_all(drawn).symmetric_difference(polygon).area < 1e-12
+    for piece in pieces:
+        side = np.roll(piece, -1, axis=0) - piece
+        following = np.roll(side, -1, axis=0)
+        turn = side[:, 0] * following[:, 1] - side[:, 1] * following[:, 0]
+        assert (turn > -1e-9).all()
+    own = {tuple(corner) for corner in shapely.get_coordinates(polygon)}
+    assert {tuple(corner) for piece in pieces for corner in piece} <= own
+
+
+def test_what_is_thinner_than_the_tolerance_is_no_piece():
+    """A flag on a pole of width 1e-4."""
+    flag = shapely.union_all([shapely.box(0, 0, 1e-4, 2), shapely.box(1e-4, 1, 1, 2)])
+    assert len(convex_pieces(flag, 1e-6)) == 2
+    (piece,) = convex_pieces(flag, 1e-3)
+    assert shapely.Polygon(piece).area == pytest.approx(1, rel=1e-3)

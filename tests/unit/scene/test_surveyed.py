@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -15,16 +16,13 @@ from masonry_opt.scene.geometry import geometry
 Corners = list[tuple[float, float]]
 
 
-def scene_of(blocks: dict[str, Corners], tolerance: float, **joints: float) -> mo.Scene:
+def scene_of(blocks: dict[str, Corners], tolerance: float) -> mo.Scene:
     """Blocks by name, "base" fixed."""
-    return mo.Scene(
-        joints=mo.JointDefaults(**{"friction": 0.6, **joints}),
-        blocks=[
-            mo.Block(name=name, vertices=corners, **({"fixed": True} if name == "base" else {"weight": 1.0}))
-            for name, corners in blocks.items()
-        ],
-        tolerance=tolerance,
-    )
+    made = [
+        mo.Block(name=name, vertices=corners, **({"fixed": True} if name == "base" else {"weight": 1.0}))
+        for name, corners in blocks.items()
+    ]
+    return mo.Scene(joints={"friction": 0.6}, blocks=made, tolerance=tolerance)
 
 
 def joints_of(scene: mo.Scene, floating: bool = False):
@@ -113,10 +111,8 @@ def test_what_touches_nothing_is_told_the_tolerance_that_joins_it() -> None:
 
 def test_the_open_part_of_a_broken_edge_is_a_small_gap() -> None:
     """Half of the bed falls away by 2 mm: it is told beside the half that touches."""
-    blocks = {
-        "A": [(0, 0), (1, 0), (1, 1), (0, 1)],
-        "base": [(-0.5, 0), (-0.5, -1), (1.5, -1), (1.5, -0.004), (0.5, 0)],
-    }
+    falling = [(-0.5, 0), (-0.5, -1), (1.5, -1), (1.5, -0.004), (0.5, 0)]
+    blocks = {"A": [(0, 0), (1, 0), (1, 1), (0, 1)], "base": falling}
     open_half = joints_of(scene_of(blocks, 1e-4))
     assert open_half.extent == pytest.approx([0.5], rel=1e-2)
     assert open_half.gaps == {(0, 1): pytest.approx(0.002, rel=1e-2)}
@@ -148,7 +144,7 @@ def brick_wall() -> mo.Scene:
     half, full = [0.5, 1.0, 1.0, 0.5], [1.0] * 3
     courses = [half if row % 2 == 0 else full for row in range(14)]
     wall = mo.Wall(block=(0.25, 0.065), weight=1, live=(1, 0), courses=courses)
-    return mo.Scene(joints=mo.JointDefaults(friction=0.65), blocks=wall.blocks())
+    return mo.Scene(joints={"friction": 0.65}, blocks=wall.blocks())
 
 
 def rubble() -> mo.Scene:
@@ -157,31 +153,20 @@ def rubble() -> mo.Scene:
     cells = shapely.get_parts(shapely.voronoi_polygons(shapely.MultiPoint(points)))
     cells = shapely.transform(cells, lambda corners: corners / [1, 1.8])
     stones = shapely.intersection(cells, shapely.box(0, 0, 2, 1.2))
-    blocks = [
-        mo.Block(
-            name=f"{number}",
-            vertices=[tuple(corner) for corner in shapely.get_coordinates(stone)[:-1].tolist()],
-            weight=stone.area,
-            live=(stone.area, 0),
-        )
-        for number, stone in enumerate(stones)
-    ]
+    blocks = []
+    for number, stone in enumerate(stones):
+        corners = [tuple(corner) for corner in shapely.get_coordinates(stone)[:-1].tolist()]
+        blocks.append(mo.Block(name=f"{number}", vertices=corners, weight=stone.area, live=(stone.area, 0)))
     base = mo.Block(name="base", vertices=[(-0.5, -0.2), (2.5, -0.2), (2.5, 0), (-0.5, 0)], fixed=True)
-    return mo.Scene(joints=mo.JointDefaults(friction=0.65), blocks=[*blocks, base])
+    return mo.Scene(joints={"friction": 0.65}, blocks=[*blocks, base])
 
 
 def arch() -> mo.Scene:
     """A semicircular ring of 21 voussoirs with a load at its quarter."""
-    ring = mo.Arch(
-        radius=2.15,
-        angles=(180, 0),
-        thickness=0.3,
-        voussoirs=21,
-        unit_weight=20,
-        point_loads=[mo.PointLoad(voussoir=6, force=(0, -1))],
-        weights="straight",
-    )
-    return mo.Scene(joints=mo.JointDefaults(friction=0.65), blocks=ring.blocks())
+    loads = [mo.PointLoad(voussoir=6, force=(0, -1))]
+    ring = {"radius": 2.15, "angles": (180, 0), "thickness": 0.3, "voussoirs": 21, "unit_weight": 20}
+    ring = mo.Arch(**ring, point_loads=loads, weights="straight")
+    return mo.Scene(joints={"friction": 0.65}, blocks=ring.blocks())
 
 
 def moved(scene: mo.Scene, by: float, seed: int) -> mo.Scene:
@@ -195,11 +180,11 @@ def moved(scene: mo.Scene, by: float, seed: int) -> mo.Scene:
     return mo.Scene(joints=scene.joints, blocks=blocks, tolerance=3 * by)
 
 
-def lengths(joints) -> dict[tuple[int, int], float]:
+def lengths(joints) -> Counter:
     """Length that each pair of blocks shares."""
-    shared: dict[tuple[int, int], float] = {}
+    shared: Counter = Counter()
     for first, second, length in zip(joints.first, joints.second, joints.extent, strict=True):
-        shared[int(first), int(second)] = shared.get((int(first), int(second)), 0.0) + float(length)
+        shared[int(first), int(second)] += float(length)
     return shared
 
 
@@ -218,7 +203,7 @@ def test_all_joints_are_found_where_every_corner_is_moved(made, by: float) -> No
         found = lengths(assemble(scene).joints)
         long = 10 * scene.tolerance
         for pair in drawn | found:
-            if max(drawn.get(pair, 0.0), found.get(pair, 0.0)) > long + 2 * scene.tolerance:
+            if max(drawn[pair], found[pair]) > long + 2 * scene.tolerance:
                 assert found[pair] == pytest.approx(drawn[pair], abs=2 * scene.tolerance), (seed, pair)
 
 

@@ -1,4 +1,4 @@
-"""Whether there is a load factor at all: what is proven, by which residuals, and what is not."""
+"""Whether there is a load factor at all: what is proven, by which residuals, and what is named."""
 
 import json
 from dataclasses import replace
@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
+from atlas.small_scenes import rectangle
 from scenes import block_on_floor, pressed_down, values_of
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import PROOF
+from masonry_opt.answer.acceptance import PROOF, Kind
+from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.infeasibility import (
     Existence,
     InfeasibilityCertificate,
@@ -18,9 +20,14 @@ from masonry_opt.answer.infeasibility import (
     static_residual,
 )
 from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.answer.sense import warnings_of
+from masonry_opt.answer.solution import Solution
+from masonry_opt.drawing.elements import KINDS
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.result import make_result
+from masonry_opt.solvers.registry import find_solver
 from masonry_opt.standing.combinatorial_cuts import combinatorial_cuts
 from masonry_opt.standing.existence import existence
 
@@ -33,7 +40,7 @@ COULOMB = ["mcp", "nonassociative", "refined", "global"]
 def plug(lean: float, live: tuple[float, float], friction: float = 0.5) -> mo.Scene:
     """A block that widens upwards by ``lean`` a side, between two fixed ones."""
     return mo.Scene(
-        joints=mo.JointDefaults(friction=friction),
+        joints={"friction": friction},
         blocks=[
             mo.Block(name="left", vertices=[(-2, 0), (0, 0), (-lean, 1), (-2, 1)], fixed=True),
             mo.Block(name="plug", vertices=[(0, 0), (1, 0), (1 + lean, 1), (-lean, 1)], weight=1, live=live),
@@ -64,9 +71,7 @@ def test_friction_that_grows_with_the_load_is_proven_to_hold(method):
     """A mechanism exists, and the face that it moves cannot come to yield: one cut of each sort."""
     result = mo.solve(PUSHED, method)
     assert result.status is Status.JAMMED
-    assert result.infeasibility.existence is Existence.NO_STATE
-    assert result.infeasibility.clamped == ()
-    assert values_of(result, Code.NO_COLLAPSE) == {"static_cuts": 1, "kinematic_cuts": 1}
+    assert (result.status, result.infeasibility.existence) == (Status.JAMMED, Existence.NO_STATE)
     assert values_of(result, Code.JOINTS)["pairs"] == [["A", "floor"]]
     told = json.loads(result.to_json())["infeasibility"]
     assert told["proven"]
@@ -83,9 +88,7 @@ def test_an_associative_answer_depends_on_statics_alone():
     assert not result.infeasibility.proven
 
 
-@pytest.mark.parametrize(
-    "scene", [block_on_floor(), plug(0.8, (0, 1))], ids=["pushed along", "pulled out of a wide wedge"]
-)
+@pytest.mark.parametrize("scene", [block_on_floor(), plug(0.8, (0, 1))])
 def test_nothing_is_proven_where_a_load_factor_exists(scene):
     found = of(scene)
     assert found.existence is Existence.UNDECIDED
@@ -109,7 +112,12 @@ def test_friction_between_fixed_faces_is_named():
     assert result.load_factor is None
     assert result.infeasibility.existence is Existence.UNBOUNDED
     named = values_of(result, Code.CLAMPED)["pairs"]
-    assert {frozenset(pair) for pair in named} == {frozenset(("left", "plug")), frozenset(("right", "plug"))}
+    pairs = {frozenset(("left", "plug")), frozenset(("right", "plug"))}
+    assert {frozenset(pair) for pair in named} == pairs
+    (warning,) = [warning for warning in result.warnings if warning.code is Code.HELD_BY_CLAMPING]
+    assert {frozenset(pair) for pair in warning.values["pairs"]} == pairs
+    # Without a proof nothing is claimed.
+    assert warnings_of(result.assembly, None) == ()
 
 
 def test_what_only_wedging_would_hold_falls_and_is_named():
@@ -120,26 +128,20 @@ def test_what_only_wedging_would_hold_falls_and_is_named():
 
 
 def test_dilatancy_that_falls_with_stress_is_no_reason_to_claim_more():
-    joints = mo.JointDefaults(friction=2.0, dilatancy=0.1, dilatancy_stress=(0.1, 1.0))
-    assert of(PUSHED.model_copy(update={"joints": joints})).existence is Existence.UNBOUNDED
-    assert of(pressed_down().model_copy(update={"joints": joints})).existence is Existence.NO_MECHANISM
+    law = {"friction": 2.0, "dilatancy": 0.1, "dilatancy_stress": (0.1, 1.0)}
+    assert of(PUSHED.replace(joints=law)).existence is Existence.UNBOUNDED
+    assert of(pressed_down().replace(joints=law)).existence is Existence.NO_MECHANISM
 
 
-@pytest.mark.parametrize(
-    ("kind", "seed"),
-    [("stack", 8), *(pytest.param(*of, marks=pytest.mark.slow) for of in (("arch", 28), ("wall", 15)))],
-)
-def test_random_scenes_that_jam(kind, seed):
-    result = mo.solve(random_scene(kind, seed))
+@pytest.mark.parametrize("of", [("stack", 8), pytest.param(("arch", 28), marks=pytest.mark.slow)])
+def test_random_scenes_that_jam(of):
+    result = mo.solve(random_scene(*of))
     assert result.status is Status.JAMMED
     assert result.infeasibility.existence is Existence.NO_STATE
     assert 0 < result.infeasibility.cut_residual <= PROOF
 
 
-@pytest.mark.parametrize(
-    "kind",
-    ["stack", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("wall", "arch", "tessellation"))],
-)
+@pytest.mark.parametrize("kind", ["stack", pytest.param("wall", marks=pytest.mark.slow)])
 def test_no_proof_where_a_state_is_known(kind):
     """Random scenes with a certified load factor: the cuts must leave it room."""
     for seed in range(2):
@@ -186,3 +188,45 @@ def test_a_motion_that_gains_no_energy_shows_nothing():
     assert static_residual(problem, sinks, p, np.zeros_like(held)) > 0.1
     assert static_residual(problem, -sinks, -p, held) == np.inf
     assert static_residual(replace(problem, dead=0.5 * problem.dead), sinks, p, held) < 1e-12
+
+
+def slot(blocks: int) -> mo.Scene:
+    """Blocks in a row between a floor and a roof, the first pushed along; another stands outside."""
+    row = [
+        rectangle(f"b{number}", number, 0, number + 1, 1, weight=1, live=(0 if number else 1, 0))
+        for number in range(blocks)
+    ]
+    row += [rectangle("outside", -5, 0, -4, 1, weight=1), rectangle("floor", -9, -1, 20, 0)]
+    return mo.Scene(joints={"friction": 0.5}, blocks=[*row, rectangle("roof", -2, 1, 20, 2)])
+
+
+def joints_named(result):
+    """The joints named, by the names of their blocks."""
+    named = values_of(result, Code.JOINTS)
+    assert named["status"] == str(result.status)
+    return [tuple(pair) for pair in named["pairs"]]
+
+
+@pytest.mark.parametrize("blocks", [1, 4])
+def test_dilatancy_names_the_joints_that_lock_and_no_others(blocks):
+    """Each of the row between floor and roof; the block outside has no part in it."""
+    result = mo.solve(slot(blocks), "static")
+    assert result.status is Status.LOCKED
+    expected = {(f"b{number}", other) for number in range(blocks) for other in ("floor", "roof")}
+    assert set(joints_named(result)) == expected
+    assert values_of(result, Code.DILATANCY_LOCKS) == {}
+
+
+@pytest.mark.parametrize(("status", "moves"), [*((one, True) for one in Status), (Status.UNSTABLE, False)])
+def test_every_status_can_be_drawn(status, moves):
+    assembly = assemble(slot(2))
+    problem = assembly.problem
+    q, d = np.ones(3 * problem.joints), np.linspace(-1, 1, 3 * problem.blocks)
+    found = Found(q=q, d=d) if moves else Found()
+    found = certified(problem, 0.5, q, d) if status.usable else found
+    solution = Solution(status, Kind.ASSOCIATIVE, found=found)
+    result = make_result(assembly, solution, Effort(), "static", find_solver("cvxpy", None))
+    # Of an answer, and of what falls, in every kind.
+    for kind in KINDS if status in (Status.OPTIMAL, Status.UNSTABLE) else KINDS[:1]:
+        title = result.plot(kind).axes[0].get_title()
+        assert (f"no load factor ({status})" in title) != status.usable

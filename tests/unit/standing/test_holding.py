@@ -1,14 +1,20 @@
-"""What would hold a scene that falls under its dead load, held against statics by hand."""
+"""What falls in the plane and in space, and what would hold it, against statics by hand."""
 
+import math
 from math import cos, radians, sin, tan
 
+import numpy as np
 import pytest
 from atlas.small_scenes import rectangle
 from mappings import mapped, turned
 from scenes import block_on_floor, values_of
+from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
+from masonry_opt.analysis import prepare
+from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.standing import holding
 from masonry_opt.standing.diagnosis import falling_mechanism
 
@@ -17,28 +23,21 @@ NEAR = 1.1e-3
 
 
 def scene(friction, *blocks, **keys):
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=list(blocks), **keys)
+    return mo.Scene(joints={"friction": friction}, blocks=list(blocks), **keys)
 
 
 def on_slope(degrees: float, friction: float, cohesion: float = 0.0) -> mo.Scene:
     """A flat block of weight 2 on a slope, its bed 4 long: gravity turned instead of the blocks."""
-    flat = scene(
-        friction,
-        rectangle("A", 0, 0, 4, 1, weight=2, live=(1, 0)),
-        rectangle("ramp", -9, -1, 9, 0),
-        gravity=(sin(radians(degrees)), -cos(radians(degrees))),
-    )
-    return flat.model_copy(update={"joints": mo.JointDefaults(friction=friction, cohesion=cohesion)})
+    block = rectangle("A", 0, 0, 4, 1, weight=2, live=(1, 0))
+    down = (sin(radians(degrees)), -cos(radians(degrees)))
+    return scene(friction, block, rectangle("ramp", -9, -1, 9, 0), gravity=down).replace(cohesion=cohesion)
 
 
 def against_wall(friction: float) -> mo.Scene:
     """A block of weight 1, 1 wide and 2 high, that a dead force of 4 presses against a wall: its shear, 1,
     turns it by 1/2, which the wall's normal force resists by 4 times 1."""
-    return scene(
-        friction,
-        rectangle("A", 0, 0, 1, 2, weight=1, dead=(4, 0), live=(0, 1)),
-        rectangle("wall", 1, 0, 2, 2),
-    )
+    block = rectangle("A", 0, 0, 1, 2, weight=1, dead=(4, 0), live=(0, 1))
+    return scene(friction, block, rectangle("wall", 1, 0, 2, 2))
 
 
 def under_ceiling(*others: mo.Block, friction: float = 0.5) -> mo.Scene:
@@ -70,8 +69,7 @@ def test_least_friction_that_holds(falls, factor, pair):
     assert found["factor"] / found["above"] < 1 + NEAR * (1 if factor < 4 else 10)
     # And it does: the scene with so much friction has a state, with less it has none.
     for times, stands in ((found["factor"], True), (found["above"], False)):
-        joints = falls.joints.model_copy(update={"friction": times * falls.joints.friction})
-        again = mo.solve(falls.model_copy(update={"joints": joints}), "static")
+        again = mo.solve(falls.replace(friction=times * falls.joints.friction), "static")
         assert (again.status is not mo.Status.UNSTABLE) is stands
 
 
@@ -108,9 +106,9 @@ def test_what_friction_could_jam_in_a_corner_hangs_all_the_same():
 
 def test_where_joints_without_friction_slide_no_factor_helps():
     falls = on_slope(30, 0.5)
-    beside = [rectangle("B", -8, 0, -4, 1, weight=1)]
+    beside = rectangle("B", -8, 0, -4, 1, weight=1)
     smooth = [mo.Joint(between=("A", "ramp"), friction=0.0)]
-    both = falls.model_copy(update={"blocks": [*falls.blocks, *beside], "exceptions": smooth})
+    both = falls.replace(blocks=[*falls.blocks, beside], exceptions=smooth)
     found = values_of(mo.solve(both, "static"), Code.FRICTION_WOULD_HOLD)
     assert ["A", "ramp"] in found["pairs"]
     assert found["factor"] is None
@@ -139,9 +137,101 @@ def test_few_programs(monkeypatch):
 @pytest.mark.parametrize("method", ["static", "mcp"])
 def test_a_pillar_that_crushes_under_its_weight_asks_for_strength(method):
     """Weight 1 on a joint of length 1 that carries 0.9: no friction holds it, more strength does."""
-    scene = block_on_floor().model_copy(update={"joints": mo.JointDefaults(friction=0.6, strength=0.9)})
+    scene = block_on_floor().replace(strength=0.9)
     result = mo.solve(scene, method)
     assert result.status is Status.UNSTABLE
     assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.STRENGTH_WOULD_HOLD]
-    enough = scene.model_copy(update={"joints": mo.JointDefaults(friction=0.6, strength=1.1)})
-    assert mo.solve(enough, "static").load_factor > 0
+    assert mo.solve(scene.replace(strength=1.1), "static").load_factor > 0
+
+
+FLOOR = mo.box("floor", (-5, 2), (-5, 5), (-1, 0), fixed=True)
+
+
+def on_floor(*blocks, friction=0.6, **keys):
+    return mo.Scene(joints={"friction": friction}, blocks=[*blocks, FLOOR], **keys)
+
+
+def told(result):
+    return {reason.code: reason.values for reason in result.reasons}
+
+
+def test_an_overhanging_box_falls_about_the_edge():
+    """A physical pendulum: with its centroid e beyond the edge and h/2 above, α = g e / (k² + e² + h²/4) with
+    k² = (a² + h²)/12, as the reaction α h/2 : g − α e is within the cone."""
+    a, h, e = 1.6, 1.0, 0.4
+    box = mo.box("A", (1.6, 1.6 + a), (0, 1), (0, h), weight=1.0, live=(1, 0, 0))
+    result = mo.solve(on_floor(box), "static")
+    assert result.status is Status.UNSTABLE
+    assert told(result)[Code.FALLS] == {"blocks": ["A"]}
+    assert told(result)[Code.NO_FRICTION_HOLDS] == {"blocks": ["A"]}
+    alpha = e / ((a * a + h * h) / 12 + e * e + h * h / 4)
+    assert alpha * h / 2 < 0.6 * (1 - alpha * e)
+    block = result.blocks.iloc[0]
+    assert block[["wx", "wy", "wz"]].to_numpy(float) == pytest.approx([0, alpha, 0], abs=1e-5)
+    velocity = block[["vx", "vy", "vz"]].to_numpy(float)
+    assert velocity == pytest.approx([alpha * h / 2, 0, -alpha * e], abs=1e-5)
+
+
+def test_a_box_on_a_slope_needs_its_tangent():
+    box = mo.box("A", (0, 1), (0, 1), (0, 1), weight=1.0, live=(1, 0, 0))
+    result = mo.solve(on_floor(box, gravity=(0.66, 0, -1)), "static")
+    held = told(result)[Code.FRICTION_WOULD_HOLD]
+    assert held["pairs"] == [["A", "floor"]]
+    assert held["factor"] == pytest.approx(1.1, rel=1e-3)
+    assert not held["hangs"]
+
+
+@pytest.mark.parametrize(("slope", "stands"), [(0.599, True), (0.601, False)])
+@pytest.mark.parametrize("solver", ["clarabel", "highs"])
+def test_the_cone_decides_whether_a_box_stands(slope, stands, solver):
+    """Across a side, 7.5° off an axis, the polygon would hold up to 0.6 cos(π/24) = 0.5949 alone."""
+    box = mo.box("A", (0, 1), (0, 1), (0, 1), weight=1.0, live=(0, 0, -1))
+    gravity = (slope * math.cos(math.radians(7.5)), slope * math.sin(math.radians(7.5)), -1)
+    result = mo.solve(on_floor(box, gravity=gravity), "static", solver=solver)
+    assert (Code.FALLS not in told(result)) is stands
+    assert 0.6 * math.cos(math.pi / 24) < 0.599
+
+
+def test_what_hangs_is_named():
+    box = mo.box("A", (0, 1), (0, 1), (-2, -1), weight=1.0, live=(1, 0, 0))
+    result = mo.solve(on_floor(box), "mcp")
+    assert told(result)[Code.HANGS] == {"blocks": ["A"]}
+    assert told(result)[Code.FALLS] == {"blocks": ["A"]}
+
+
+def test_friction_between_walls_clamps_and_joints_are_named():
+    """Pulled along the walls: associative flow has no room to open, and any clamping carries any load."""
+    walls = (mo.box(f"wall {x}", (x, x + 1), (-1, 2), (0, 2), fixed=True) for x in (-1, 1))
+    box = mo.box("A", (0, 1), (0, 1), (0, 1), weight=1.0, live=(0, 1, 0))
+    result = mo.solve(on_floor(box, *walls), "static")
+    assert result.status is Status.LOCKED
+    assert result.infeasibility.existence is Existence.UNBOUNDED
+    # Numbers of joints, not of contact points: three, with walls and floor.
+    assert set(result.infeasibility.clamped) <= {0, 1, 2}
+    points = np.array(result.solution.infeasibility.clamped)
+    assert len(points) > 3
+    assert set(result.infeasibility.clamped) == set(result.contacts["joint"].iloc[points])
+    warning = next(w for w in result.warnings if w.code is Code.HELD_BY_CLAMPING)
+    named = {name for pair in warning.values["pairs"] for name in pair}
+    assert {"A", "wall -1", "wall 1"} <= named
+
+
+def test_contacts_are_found_once_while_joints_alone_change(monkeypatch):
+    found, session = [], prepare("static", keeps=True)
+
+    def counted(*of, **how):
+        found.append(of)
+        return find_joints(*of, **how)
+
+    monkeypatch.setattr("masonry_opt.problem.assembly.find_joints", counted)
+    box = box_on_floor((2, 2, 1), 0.5)
+    for friction in (0.3, 0.4, 0.45):
+        assert session.solve(box.replace(friction=friction)).load_factor == pytest.approx(friction, rel=1e-6)
+    assert len(found) == 1
+
+
+def test_a_box_with_unlimited_friction_can_fall():
+    """Without points that slide there is no cone."""
+    box = mo.box("A", (1.6, 3.2), (0, 1), (0, 1), weight=1.0, live=(1, 0, 0))
+    result = mo.solve(on_floor(box, friction=math.inf), "static")
+    assert told(result)[Code.FALLS] == {"blocks": ["A"]}

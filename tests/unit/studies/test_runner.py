@@ -10,26 +10,16 @@ import pytest
 
 import masonry_opt as mo
 from masonry_opt.studies import process, runner
-from masonry_opt.studies.runner import (
-    CRASHED,
-    DIED,
-    FINISHED,
-    MEMORY_LIMIT,
-    MOST_DEATHS,
-    REFUSED,
-    TIME_LIMIT,
-    Workers,
-    in_processes,
-    run_alone,
-)
+from masonry_opt.studies.runner import Workers, in_processes, run_alone
 
 
 @pytest.mark.parametrize("cores", [1, 2])
 def test_results_come_in_the_order_of_their_tasks(cores, monkeypatch):
     monkeypatch.setattr(runner, "cores", lambda: cores)
-    seconds = [0.3, *[0.0] * 6]
-    assert in_processes([partial(hogs.wait_for, each, each) for each in seconds]) == seconds
-    assert os.getpid() not in in_processes([os.getpid] * 3)
+    seconds = [0.2, *[0.0] * 4]
+    *ends, process = in_processes([*(partial(hogs.wait_for, each, each) for each in seconds), os.getpid])
+    assert ends == seconds
+    assert process != os.getpid()
 
 
 def test_tasks_run_beside_each_other_and_are_taken_as_workers_become_free():
@@ -57,7 +47,7 @@ def test_an_error_in_making_a_task_is_raised_after_those_before_it():
     ends = []
     with Workers(count=1) as workers, pytest.raises(LookupError):
         ends.extend(workers.map(tasks()))
-    assert [end.how for _, end in ends] == [FINISHED] * 2
+    assert [end.how for _, end in ends] == [runner.FINISHED] * 2
 
 
 def test_an_error_is_the_caller_s_and_ends_the_others():
@@ -76,9 +66,9 @@ def test_a_task_that_kills_its_workers_is_given_up_alone(tmp_path):
         ends = dict(workers.map(tasks))
         # Whoever lost all of its processes goes on with others.
         again = dict(workers.map([os.getpid]))
-    assert ends.pop(0).how == DIED
-    assert len(list(tmp_path.iterdir())) == MOST_DEATHS
-    assert [end.how for end in (*ends.values(), *again.values())] == [FINISHED] * 9
+    assert ends.pop(0).how == runner.DIED
+    assert len(list(tmp_path.iterdir())) == runner.MOST_DEATHS
+    assert [end.how for end in (*ends.values(), *again.values())] == [runner.FINISHED] * 9
 
 
 def test_nothing_goes_on_when_the_caller_is_interrupted():
@@ -108,21 +98,21 @@ def test_a_process_does_not_import_the_main_program(monkeypatch, tmp_path):
 
 def test_a_process_over_its_limits_is_killed():
     slow = run_alone(partial(time.sleep, 30.0), 0.3, 4000)
-    assert (slow.how, slow.reason, slow.value) == (TIME_LIMIT, "over 0.3 s", None)
+    assert (slow.how, slow.reason, slow.value) == (runner.TIME_LIMIT, "over 0.3 s", None)
     assert 0.3 < slow.seconds < 10  # of 30
-    large = run_alone(partial(hogs.hoard, 3000), 30, 700)
-    assert (large.how, large.reason) == (MEMORY_LIMIT, "over 700 MB")
-    assert 700 < large.peak < 3000
+    large = run_alone(partial(hogs.hoard, 3000), 30, 400)
+    assert (large.how, large.reason) == (runner.MEMORY_LIMIT, "over 400 MB")
+    assert 400 < large.peak < 3000
 
 
 @pytest.mark.parametrize(
     ("task", "how", "reason"),
     [
-        (hogs.die, DIED, "exit code 7"),
-        (hogs.fail, CRASHED, "ZeroDivisionError: by zero"),
-        (hogs.fail_unreadably, CRASHED, "UnreadableError: no at there"),
-        (partial(hogs.refuse, "nowhere"), REFUSED, "nowhere"),
-        (hogs.wait_for, CRASHED, "TypeError"),
+        (hogs.die, runner.DIED, "exit code 7"),
+        (hogs.fail, runner.CRASHED, "ZeroDivisionError: by zero"),
+        (hogs.fail_unreadably, runner.CRASHED, "UnreadableError: no at there"),
+        (partial(hogs.refuse, "nowhere"), runner.REFUSED, "nowhere"),
+        (hogs.wait_for, runner.CRASHED, "TypeError"),
     ],
 )
 def test_other_ends_are_told(task, how, reason):

@@ -1,81 +1,46 @@
-"""Every reason has its sentence; a few of them, with numbers and names to be made, word for word."""
+"""Every reason has its sentence, a few word for word; facts of a result by their labels; both in space."""
 
+import dataclasses
+import json
+import math
 import re
+from dataclasses import replace
 from math import inf
 
+import numpy as np
 import pytest
-from scenes import two_blocks
+from atlas.small_scenes import pebble
+from drawn import labels
+from mappings import mapped, mirrored
+from scenes import CASES, block_on_floor, overhanging, small_wall, two_blocks
+from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.words.sentences import message, numeral
+from masonry_opt.answer.answer import Found
+from masonry_opt.answer.reasons import Code, reason, size_of
+from masonry_opt.answer.sense import warnings_of
+from masonry_opt.drawing.elements import result_elements
+from masonry_opt.drawing.page import page
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.laws import BY_FACES
+from masonry_opt.words.sentences import message, numeral, sentences
+from masonry_opt.words.summary import facts
 
 #: A value of each name that a reason has, as ``solve`` gives it.
 VALUES = {
-    "above": 1.44,
-    "associative": 0.6,
-    "beyond": 0.6,
-    "blocks": ["A"],
-    "bound": 0.25,
-    "by": 1e-6,
-    "candidates": 12,
-    "count": 7,
-    "dilatancy": -2.0,
-    "distance": 120.0,
-    "draws": 12,
-    "elastic": 0.9,
-    "epsilon": 3e-9,
-    "exact": True,
-    "factor": 1.4434,
-    "fall": 1e-3,
-    "first": str(mo.Status.CYCLING),
-    "folds": 4,
-    "forces": True,
-    "friction": 0.5,
-    "change": 2e-3,
-    "gap": 1e-4,
-    "give": 1e-4,
-    "hangs": False,
-    "highest": 0.5,
-    "in_vain": False,
-    "interrupted": True,
-    "joints": 9000,
-    "kinematic_cuts": 1,
-    "last": 0.4,
-    "least": 0.4,
-    "left_out": 2,
-    "length": 0.5,
-    "load": "dead",
-    "load_factor": 0.5,
-    "lowest": 0.4,
-    "most": 0.6,
-    "normal_forces": [12.5],
-    "fixed": True,
-    "against": False,
-    "names": ["lorry"],
-    "number": 3,
-    "off": 0.1,
-    "pairs": [["A", "B"]],
-    "peak": 0.5,
-    "deep_fall": (0.4, 0.3),
-    "stiffness": (0.4, 0.5),
-    "stress": None,
-    "without": 1,
-    "period": 2,
-    "rates": 100.0,
-    "ratio": 1000.0,
-    "remedies": ["beta=0.3"],
-    "residuals": {"flow": 0.1},
-    "size": 3.0,
-    "softer": 10.0,
-    "states": 21,
-    "static_cuts": 2,
-    "status": str(mo.Status.LOCKED),
-    "steps": 27,
-    "time_limit": 60.0,
-    "widths": [1e-3],
+    "above": 1.44, "against": False, "associative": 0.6, "beyond": 0.6, "blocks": ["A"], "bound": 0.25,
+    "by": 1e-6, "candidates": 12, "change": 2e-3, "count": 7, "deep_fall": (0.4, 0.3), "dilatancy": -2.0,
+    "distance": 120.0, "draws": 12, "elastic": 0.9, "epsilon": 3e-9, "exact": True, "factor": 1.4434,
+    "fall": 1e-3, "first": str(mo.Status.CYCLING), "fixed": True, "folds": 4, "forces": True,
+    "friction": 0.5, "gap": 1e-4, "give": 1e-4, "hangs": False, "highest": 0.5, "in_vain": False,
+    "interrupted": True, "joints": 9000, "kinematic_cuts": 1, "last": 0.4, "least": 0.4, "left_out": 2,
+    "length": 0.5, "load": "dead", "load_factor": 0.5, "lowest": 0.4, "most": 0.6, "names": ["lorry"],
+    "normal_forces": [12.5], "number": 3, "off": 0.1, "pairs": [["A", "B"]], "peak": 0.5, "period": 2,
+    "rates": 100.0, "ratio": 1000.0, "remedies": ["beta=0.3"], "residuals": {"flow": 0.1}, "size": 3.0,
+    "softer": 10.0, "states": 21, "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27,
+    "stiffness": (0.4, 0.5), "stress": None, "time_limit": 60.0, "widths": [1e-3], "without": 1,
     "word": "unknown",
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("code", Code)
@@ -131,21 +96,221 @@ def test_several_reasons_are_one_message():
 @pytest.mark.parametrize(
     ("value", "spec", "text"),
     [
-        (-0.0, ".6g", "0"),
-        (-4e-8, ".7f", "0.0000000"),
-        (-6e-8, ".7f", "-0.0000001"),
-        (-0.0, ".1e", "0.0e+00"),
-        (-4e-4, "+.3f", "0.000"),
-        (4e-4, "+.3f", "0.000"),
-        (0.01, "+.3f", "+0.010"),
-        (-1e-17, ".6g", "-1e-17"),
-        (-inf, ".6g", "-inf"),
-        (inf, ".7f", "inf"),
-        (1234567.25, ".7f", "1234567.2500000"),
-        (1.5e300, ".7f", "1.5000000e+300"),
+        *((-0.0, ".6g", "0"), (-0.0, "g", "0"), (-0.0, ".1e", "0.0e+00"), (-4e-8, ".7f", "0.0000000")),
+        *((-4e-4, "+.3f", "0.000"), (4e-4, "+.3f", "0.000"), (0.01, "+.3f", "+0.010")),
+        *(
+            (-6e-8, ".7f", "-0.0000001"),
+            (-1e-17, ".6g", "-1e-17"),
+            (-inf, ".6g", "-inf"),
+            (inf, ".7f", "inf"),
+        ),
+        *((1234567.25, ".7f", "1234567.2500000"), (1.5e300, ".7f", "1.5000000e+300")),
         (-2e12, "+.3f", "-2.000e+12"),
-        (-0.0, "g", "0"),
     ],
 )
 def test_no_sign_before_a_zero_and_no_digits_that_are_none(value, spec, text):
     assert numeral(value, spec) == text
+
+
+def warned(scene, code):
+    found = warnings_of(assemble(scene), None)
+    assert len(sentences(found)) == len(found)
+    return next((warning.values for warning in found if warning.code is code), None)
+
+
+def with_blocks(*blocks):
+    return mo.Scene(joints={"friction": 0.6}, blocks=[*box_on_floor((1, 1, 1)).blocks, *blocks])
+
+
+def beside(name, x, weight=1.0):
+    return mo.box(name, (x, x + 1), (0, 1), (0, 1), weight=weight)
+
+
+def test_weights_of_another_unit_are_told_per_volume():
+    assert warnings_of(assemble(box_on_floor()), None) == ()
+    scene = with_blocks(beside("B", 2), beside("C", 4, weight=1000.0))
+    assert warned(scene, Code.WEIGHTS_DIFFER) == {"blocks": ["C"], "ratio": 1000.0, "per": "volume"}
+
+
+def test_faces_that_are_not_turned_one_way_are_told():
+    """A tetrahedron one face of which is clockwise seen from outside, the others not; all turned is none."""
+    faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 2, 3]]
+    corners = [(2, 0, 0), (3, 0, 0), (2, 1, 0), (2, 0, 1)]
+    mixed = mo.Solid(name="B", vertices=corners, faces=faces, weight=1)
+    assert warned(with_blocks(mixed), Code.FACES_TURNED) == {"blocks": ["B"]}
+    inwards = [face[::-1] for face in [*faces[:3], [0, 3, 2]]]
+    all_inwards = mo.Solid(name="B", vertices=corners, faces=inwards, weight=1)
+    assert warned(with_blocks(all_inwards), Code.FACES_TURNED) is None
+
+
+def test_contact_points_are_no_joints():
+    """A box on a floor has one joint of four points."""
+    counted = size_of(assemble(box_on_floor()).problem)
+    assert counted == {"contacts": 4}
+    (words,) = sentences([reason(Code.NOT_EXPECTED, **counted)])
+    assert "4 contact points" in words
+    assert "joint" not in words
+
+
+def test_the_summary_tells_contact_points_law_and_moments():
+    scene = box_on_floor((2, 2, 1), 0.5, live_moment=(0, 0, 1))
+    result = mo.solve(scene, "static", solver="highs")
+    assert "1 block, 1 joint, 4 contact points" in result.summary
+    known = facts(result)
+    assert known["live load"] == "a force on 1 block; a moment on 1 block"
+    assert "24" in known["friction"]
+    assert f"{100 * (1 - math.cos(math.pi / 24)):.2g} %" in known["friction"]
+    assert "24" not in facts(mo.solve(scene, "static"))["friction"]
+
+
+def test_the_load_to_expect_tells_its_own_law():
+    """It is that of the cone, as that of the answer beside it, unless that is of polygons."""
+    result = mo.solve(box_on_floor((2, 2, 1), 0.5), "mcp")
+    assert (result.friction_law, result.at_expected.friction_law) == ("cone", "cone")
+    assert "to expect" not in facts(result)["friction"]
+    found = dataclasses.replace(result.solution.answer, forms=BY_FACES)
+    by_sides = dataclasses.replace(result, solution=dataclasses.replace(result.solution, found=found))
+    assert by_sides.friction_law == "polygon of 24 sides"
+    assert "to expect" in facts(by_sides)["friction"]
+
+
+def test_what_meets_without_a_normal_is_told():
+    assembly = assemble(with_blocks(beside("B", 1)))
+    joints = dataclasses.replace(assembly.joints, without_normal=[(0, 2)])
+    (warning,) = warnings_of(dataclasses.replace(assembly, joints=joints), None)
+    assert warning.code is Code.WITHOUT_NORMAL
+    assert warning.values == {"pairs": [["A", "B"]]}
+    assert "'A'–'B'" in sentences([warning])[0]
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        two_blocks().replace(joints={"dilatancy": 0.1}),
+        small_wall(friction=float("inf")),
+        block_on_floor(friction=0.0),
+    ],
+    ids=["all dilate", "nothing slides", "no friction"],
+)
+def test_where_the_flow_rule_is_associative_no_lower_state_is_spoken_of(scene):
+    """All methods answer one question there, and say the same of it."""
+    one_pass, linear = mo.solve(scene, "mcp"), mo.solve(scene, "static")
+    assert one_pass.exact
+    assert one_pass.load_factor == pytest.approx(linear.load_factor, rel=1e-6, abs=1e-6)
+    assert facts(one_pass)["how sure"] == facts(linear)["how sure"]
+
+
+def numbers(result):
+    """The numbers of the line of load factors, without those of remarks."""
+    told = re.sub(r"\(.*?\)", "", facts(result)["load factors"])
+    return [float(number) for number in re.findall(r"[\d.]+", told)]
+
+
+def test_the_three_load_factors_stand_in_one_line():
+    result = mo.solve(two_blocks(), "mcp")
+    assert numbers(result) == pytest.approx([0.15, result.expected, 0.25], rel=1e-4)
+    assert numbers(result.at_expected) == numbers(result)[1:]
+    assert len(facts(result)["load factors"].splitlines()) == 1
+    assert "load factors" not in facts(mo.solve(two_blocks(), "static"))
+
+
+def test_what_is_above_the_load_to_expect_is_not_called_safe():
+    """But by rounding, where both are one and said once."""
+    result = mo.solve(two_blocks(), "mcp")
+
+    def said(load_factor):
+        found = replace(result.solution.answer, load_factor=load_factor)
+        line = facts(replace(result, solution=replace(result.solution, found=found)))["load factors"]
+        return [part.split(" 0.")[0] for part in line.split(" · ")]
+
+    (safe, expected, _), (both, _) = said(0.15), said((1 + 1e-8) * result.expected)
+    assert both == f"{safe} and {expected}"
+    assert said(0.2)[0] not in (safe, both)
+
+
+@pytest.mark.parametrize("code", [Code.NO_PLATEAU, Code.NOT_EXPECTED])
+def test_no_plateau_and_none_are_said_by_their_reason(code):
+    result = mo.solve(two_blocks(), "mcp")
+    why = reason(code, give=1e-6, change=0.02, softer=10.0, load_factor=7.0, joints=9000)
+    found = result.solution.expected.found if code is Code.NO_PLATEAU else Found()
+    expected = replace(result.solution.expected, found=found, reasons=[why])
+    odd = replace(result, solution=replace(result.solution, expected=expected))
+    assert message([why]) in facts(odd)["load factors"]
+    assert message(result.at_expected.reasons) not in facts(result)["load factors"]
+    assert numbers(odd)[:: 2 if odd.expected else 1] == [0.15, 0.25]
+
+
+def test_which_law_crushes_joints_is_said_with_every_load_factor():
+    """The parabola itself or chords; and of a Coulomb answer that what stands beside it crushes alike."""
+    weak = block_on_floor().replace(joints={"strength": 8.0})
+    how = (("static", {}), ("static", {"solver": "highs"}), ("mcp", {}))
+    said = {facts(mo.solve(weak, method, **options))["crushing"] for method, options in how}
+    assert len(said) == 3
+    assert "crushing" not in facts(mo.solve(block_on_floor(), "mcp"))
+
+
+@pytest.fixture(scope="module")
+def failed():
+    """A state that its certificate does not bear out: a pebble on a boulder of 10⁸ times its weight."""
+    scene = pebble(1e4, push_both=False)(CASES)
+    result = mo.solve(scene, "nonassociative", start="cohesive", remedies="slope")
+    assert result.status is mo.Status.SOLVER_FAILED
+    assert result.history["load_factor"].notna().any()
+    return result
+
+
+def test_nothing_moves_in_words_and_numbers(failed):
+    assert "moves" not in facts(failed)
+    assert "moves" not in failed.details
+    assert failed.blocks[["vx", "vy", "omega"]].isna().all(axis=None)
+    assert failed.joints[["n", "s", "m", "slip", "opening", "utilisation"]].isna().all(axis=None)
+    told = json.loads(failed.to_json())
+    assert {row["vx"] for row in told["block_results"]} == {None}
+
+
+def test_nothing_moves_in_pictures_and_pages(failed):
+    assert not result_elements(failed).movement
+    assert not any("joint" in label for label in labels(failed))
+    assert "tried" not in failed.plot().axes[0].get_title()
+    (slider,) = [line for line in page(failed).splitlines() if 'id="moved"' in line]
+    assert " disabled" in slider
+
+
+#: A zero with a sign, and one of what is said to be many.
+SIGNED = re.compile(r"(?<![\w.])-0(\.0*)?(e[+-]\d+)?(?![\w.])")
+MANY = re.compile(r"(?<![\d.e+-])1 (?!is\b|was\b|has\b|hinges\b|slides\b|separates\b|crushes\b)[a-z]+s\b")
+
+
+SCENES = {
+    # Coordinates below zero, and a sign before each zero.
+    "mirrored": lambda: mapped(two_blocks(), mirrored, lambda v: (-v[0], v[1] or -0.0)),
+    "no friction": lambda: block_on_floor(friction=0.0),
+    "slides": lambda: block_on_floor(4, 2, 0.5),
+    "falls": overhanging,
+    "wall": lambda: small_wall(2, 2),
+    "tilted": lambda: block_on_floor(friction=0.0, live=(0, 0)).replace(tilt="left"),
+}
+
+
+@pytest.mark.parametrize("method", ["static", "mcp", "nonassociative"])
+@pytest.mark.parametrize("name", SCENES)
+def test_results_have_no_signed_zero_and_count_one_as_one(name, method):
+    result = mo.solve(SCENES[name](), method)
+    for frame in (result.joints, result.blocks, result.history):
+        numbers = frame.select_dtypes("float64").to_numpy()
+        assert not (np.signbit(numbers) & (numbers == 0)).any()
+    told = [result.summary, result.details, result.to_json(), repr(result.load_factor)]
+    assert [text for text in told if SIGNED.search(text)] == []
+    assert not MANY.search(result.details)
+
+
+def test_a_load_factor_of_many_digits_is_short(tmp_path):
+    """λ = 0.5 · 10²⁴ exactly: eight digits and a power of ten, in words as in JSON."""
+    scene = block_on_floor(live=(1e-24, 0.0))
+    result = mo.solve(scene, "static")
+    assert result.load_factor == pytest.approx(0.5e24, rel=1e-6)
+    for text in (result.details, result.plot().axes[0].get_title(), result._repr_html_()):
+        assert not re.search(r"\d{12}", text)
+    (printed,) = re.findall(r"λ = (\S+)", result.summary.splitlines()[1])
+    assert float(printed) == pytest.approx(result.load_factor, rel=1e-6)
+    assert json.loads(result.to_json())["load_factor"] == result.load_factor

@@ -1,13 +1,15 @@
-"""COMPAS JSON to scenes: files written here in the structures that COMPAS writes."""
+"""COMPAS JSON to scenes, in the plane and in space: files written here in the forms that COMPAS writes."""
 
 import json
 
 import numpy as np
 import pytest
+from touching_solids import contacts_of
 
 import masonry_opt as mo
 from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
+from masonry_opt.scene.space.shapes import shapes
 
 BASE = [(-2, -1), (5, -1), (5, 0), (-2, 0)]
 LOW = [(0, 0), (2, 0), (2, 1), (0, 1)]
@@ -49,18 +51,11 @@ def assembly(meshes, supports):
 
 
 def assembly_of_2021(meshes, supports):
-    node = {
-        str(number): {
-            "x": 0.0,
-            "is_support": number in supports,
-            "block": {
-                "dtype": "compas_assembly.datastructures/Block",
-                "value": {"data": mesh, "compas": "0.18"},
-            },
-        }
-        for number, mesh in enumerate(meshes)
-    }
-    return {"dtype": "compas_assembly.datastructures/Assembly", "value": {"data": {"node": node, "edge": {}}}}
+    kind, node = "compas_assembly.datastructures", {}
+    for number, mesh in enumerate(meshes):
+        block = {"dtype": f"{kind}/Block", "value": {"data": mesh, "compas": "0.18"}}
+        node[str(number)] = {"x": 0.0, "is_support": number in supports, "block": block}
+    return {"dtype": f"{kind}/Assembly", "value": {"data": {"node": node, "edge": {}}}}
 
 
 def assembly_of_2018(meshes, supports):
@@ -71,17 +66,11 @@ def assembly_of_2018(meshes, supports):
 
 def model(meshes, supports):
     """As compas_dem writes it."""
-    elements = {
-        f"guid-{number}": wrapped(
-            "compas_dem.elements/Block",
-            {
-                "transformation": None,
-                "geometry": wrapped("compas.datastructures/Mesh", mesh),
-                "is_support": number in supports,
-            },
-        )
-        for number, mesh in enumerate(meshes)
-    }
+    elements = {}
+    for number, mesh in enumerate(meshes):
+        geometry = wrapped("compas.datastructures/Mesh", mesh)
+        own = {"transformation": None, "geometry": geometry, "is_support": number in supports}
+        elements[f"guid-{number}"] = wrapped("compas_dem.elements/Block", own)
     return wrapped("compas_dem.models/BlockModel", {"transformation": None, "elements": elements})
 
 
@@ -91,13 +80,8 @@ def problem(meshes, supports):
 
 def assert_outline(block, outline):
     """The same corners, in whatever order."""
-    found, expected = (
-        sorted(tuple(np.round(p, 6) + 0.0) for p in ring) for ring in (block.vertices, outline)
-    )
-    assert np.array(found) == pytest.approx(np.array(expected), abs=1e-6)
-
-
-WRITERS = [assembly, assembly_of_2021, assembly_of_2018, model, problem]
+    found, expected = (np.array(sorted(map(tuple, np.round(ring, 6)))) for ring in (block.vertices, outline))
+    assert found == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.fixture
@@ -115,7 +99,7 @@ def read(path, **more):
 
 
 @pytest.mark.parametrize("order", [ACROSS_X, ACROSS_Y])
-@pytest.mark.parametrize("write", WRITERS)
+@pytest.mark.parametrize("write", [assembly, assembly_of_2021, assembly_of_2018, model, problem])
 def test_prisms_are_seen_across_the_wall(file, write, order):
     meshes = [prism(outline, order=order, old=write is assembly_of_2018) for outline in (BASE, LOW, HIGH)]
     scene = read(file(write(meshes, {0})))
@@ -274,10 +258,9 @@ def test_a_stack_of_boxes_has_two_directions(file):
 def test_what_lies_down_is_seen_from_above_if_asked(file):
     lying = [prism(outline, order="xyz") for outline in (BASE, LOW)]
     assert_outline(read(file(assembly(lying, {0})), along="z").blocks[1], LOW)
-    with pytest.raises(mo.CaseError, match="'along'"):
-        read(file(assembly(lying, {0})), along=(1, 0, 1))
-    with pytest.raises(mo.CaseError, match="'along'"):
-        read(file(assembly(lying, {0})), along="sideways")
+    for along in ((1, 0, 1), "sideways"):
+        with pytest.raises(mo.CaseError, match="'along'"):
+            read(file(assembly(lying, {0})), along=along)
 
 
 @pytest.mark.parametrize("content", [b"", b'{"dtype": "compas', b"\x00\xff\xfe", b"[" * 100_000])
@@ -300,3 +283,107 @@ def test_ends_in_fans_of_triangles(file):
     scene = read(file(assembly([prism(BASE), mesh], {0})))
     assert_outline(scene.blocks[1], PORTAL)
     assert scene.blocks[1].weight == pytest.approx(10 * 8 * 0.5)
+
+
+GIVEN = {"friction": 0.5, "unit_weight": 10.0}
+
+
+def mesh(corners, faces):
+    vertex = {str(n): dict(zip("xyz", map(float, corner), strict=True)) for n, corner in enumerate(corners)}
+    return {"vertex": vertex, "face": {str(n): list(face) for n, face in enumerate(faces)}}
+
+
+def frustum(low, high, z0, z1):
+    """A stone that narrows upwards: a prism along no level direction."""
+    corners = [(x, y, z) for half, z in ((low, z0), (high, z1)) for x, y in _corners(half)]
+    sides = [(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)]
+    return mesh(corners, [(3, 2, 1, 0), (4, 5, 6, 7), *sides])
+
+
+def _corners(half):
+    return [(-half, -half), (half, -half), (half, half), (-half, half)]
+
+
+def box(size, middle, xaxis=(1, 0, 0), yaxis=(0, 1, 0)):
+    frame = {"dtype": "compas.geometry/Frame", "data": {"point": middle, "xaxis": xaxis, "yaxis": yaxis}}
+    x, y, z = size
+    return {"dtype": "compas.geometry/Box", "data": {"frame": frame, "xsize": x, "ysize": y, "zsize": z}}
+
+
+def heap(*meshes, supports=(0,)):
+    node = {str(n): {"block": {"data": own}, "is_support": n in supports} for n, own in enumerate(meshes)}
+    return {"data": {"graph": {"data": {"node": node}}}}
+
+
+def test_what_is_no_prism_of_one_wall_is_read_whole(file):
+    data = heap(frustum(2, 2, -1, 0), frustum(1, 0.5, 0, 3))
+    for scene in (
+        mo.read_compas(file(data), **GIVEN),
+        mo.read_compas(file(data), **GIVEN, live=(1, 0, 0)),
+        mo.read_compas(file(data), **GIVEN, space=True),
+    ):
+        assert scene.dimension == 3
+        # Of a frustum h (A + a + sqrt(A a)) / 3.
+        assert shapes(scene).size[1] == pytest.approx(3 * (4 + 1 + 2) / 3)
+    pushed = mo.read_compas(file(data), **GIVEN | {"friction": 2.0}, live=(1, 0, 0))
+    # It overturns about an edge of its base: half of it over the height of its centroid.
+    height = 3 / 4 * (4 + 2 * 2 + 3 * 1) / (4 + 2 + 1)
+    assert mo.solve(pushed, "static").required() == pytest.approx(1 / height, rel=1e-5)
+    with pytest.raises(mo.CaseError, match=r"no prism.*'live' of three numbers"):
+        mo.read_compas(file(data), **GIVEN, live=(1, 0))
+
+
+def test_prisms_are_read_whole_if_asked(file):
+    data = heap(frustum(2, 2, -1, 0), frustum(1, 1, 0, 3))
+    assert mo.read_compas(file(data), **GIVEN, live=(0, 1, 0)).dimension == 3
+    assert mo.read_compas(file(data), **GIVEN, along="y").dimension == 2
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0)])
+def test_a_flat_support_is_the_top_of_a_slab(file, order):
+    ground = mesh([(x, y, 0) for x, y in _corners(4)], [order])
+    scene = mo.read_compas(file(heap(ground, frustum(1, 1, 0, 3))), **GIVEN, live=(1, 0, 0))
+    assert scene.blocks[0].corners()[:, 2].max() == 0
+    assert contacts_of(scene).extent == pytest.approx([4])
+    with pytest.raises(mo.CaseError, match="block '0' is a single face"):
+        mo.read_compas(file(heap(ground, frustum(1, 1, 0, 3), supports=(1,))), **GIVEN, space=True)
+
+
+def test_boxes_in_courses(file):
+    """As lists of lists; the upper one turned by a quarter about the vertical."""
+    low, high = box((4, 2, 1), (0, 0, 0.5)), box((2, 4, 1), (0, 0, 1.5), xaxis=(0, 1, 0), yaxis=(-1, 0, 0))
+    scene = mo.read_compas(file({"courses": [[low], [high]]}), **GIVEN, fixed_below=0, space=True)
+    assert [block.fixed for block in scene.blocks] == [True, False]
+    assert np.ptp(scene.blocks[1].corners(), axis=0) == pytest.approx([4, 2, 1])
+    assert contacts_of(scene).extent == pytest.approx([8])
+
+
+def test_models_with_a_list_of_elements(file):
+    elements = [
+        {"data": {"shape": {"data": frustum(2, 2, -1, 0)}, "is_support": True}},
+        {"data": {"shape": {"data": frustum(1, 0.5, 0, 3)}, "is_support": False}},
+    ]
+    scene = mo.read_compas(file({"data": {"elements": elements}}), **GIVEN)
+    assert [block.fixed for block in scene.blocks] == [True, False]
+
+
+SKEWED = [box((1, 1, 1), (0, 0, 5), xaxis=axis) for axis in ((0, 0, 0), (0, 2, 0))]
+
+
+@pytest.mark.parametrize("wrong", [box((1, 1, 0), (0, 0, 5)), *SKEWED])
+def test_boxes_that_are_none_are_named(file, wrong):
+    with pytest.raises(mo.CaseError, match="block '1' is a box"):
+        mo.read_compas(file([box((1, 1, 1), (0, 0, 0)), wrong]), **GIVEN, fixed=["0"])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "named"),
+    [
+        *(({"live": 0.1}, "COMPAS data: key 'live'"), ({"live": ()}, "live")),
+        *(({"live": (1, 0), "space": True}, "live"), ({"fixed_below": "ground"}, "fixed_below")),
+        *(({"along": "y", "live": (1, 0, 0)}, "along"), ({"along": 3}, "along")),
+    ],
+)
+def test_options_that_mean_nothing_are_named(file, wrong, named):
+    with pytest.raises(mo.CaseError, match=named):
+        mo.read_compas(file(heap(frustum(2, 2, -1, 0), frustum(1, 0.5, 0, 3))), **GIVEN, **wrong)

@@ -1,12 +1,15 @@
-"""Drawings of nets of joint lines: the cells are the stones."""
+"""Drawings of nets of joint lines, whose cells are the stones; drawings and scenes refused by name."""
 
 import math
+import sys
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import shapely
-from sheets import polylines, read
+from scenes import WALLS
+from scenes_in_space import box_on_floor
+from sheets import FLOOR, STONE, polylines, read
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -97,9 +100,8 @@ def test_lines_that_miss_each_other_by_a_little(sheet, off):
 
     path = sheet(facade(change), floor=False)
     assert len(read(path, net=True, outline_tolerance=0.01).blocks) == len(FACADE)
-    with pytest.raises(
-        mo.CaseError, match=r"LINE \w+ on layer 'joints' divides no stone .*'outline_tolerance'"
-    ):
+    missed = r"LINE \w+ on layer 'joints' divides no stone .*'outline_tolerance'"
+    with pytest.raises(mo.CaseError, match=missed):
         read(path, net=True)
 
 
@@ -112,9 +114,8 @@ def test_layers_are_left_out(sheet):
     with pytest.raises(mo.CaseError, match=r"'Cracks' divides no stone .*'without_layers'"):
         read(path, net=True)
     assert len(read(path, net=True, without_layers=["cracks"]).blocks) == len(FACADE)
-    with pytest.raises(
-        mo.CaseError, match=r"'without_layers' \(--without-layer\): nothing is drawn on 'crack'"
-    ):
+    unknown = r"'without_layers' \(--without-layer\): nothing is drawn on 'crack'"
+    with pytest.raises(mo.CaseError, match=unknown):
         read(path, net=True, without_layers=["crack"])
 
 
@@ -144,3 +145,112 @@ def test_a_stone_in_a_stone_fills_a_hole(sheet):
     stones = {len(block.holes): block for block in scene.blocks if not block.fixed}
     assert sorted(stones) == [0, 1]
     assert len(assemble(scene).joints.first) == 5
+
+
+ON, UPRIGHT = {"layer": "stone"}, {"layer": "stone", "extrusion": (0, 1, 0)}
+#: Two triangles beside each other.
+NET = [((0, 0), (1, 0)), ((1, 0), (1, 1)), ((1, 1), (0, 0)), ((1, 0), (2, 0)), ((2, 0), (1, 1))]
+#: What closes a spline with a period.
+RING = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+
+WRONG = {
+    "crosses itself": polylines([(0, 0), (4, 0), (0, 1), (4, 1)]),
+    "no area": polylines([(0, 0), (4, 0), (2, 0)]),
+    "twice": polylines(STONE, STONE),
+    "open": lambda space: space.add_lwpolyline(STONE, dxfattribs=ON),
+    "a lone line": lambda space: space.add_line((0, 0), (1, 0), dxfattribs=ON),
+    "a point": lambda space: space.add_line((1, 1), (1, 1), dxfattribs=ON),
+    "a net": lambda space: [space.add_line(a, b, dxfattribs=ON) for a, b in NET],
+    "a reference": lambda space: space.add_blockref("stones", (0, 0), dxfattribs=ON),
+    "an upright ellipse": lambda space: space.add_ellipse((0, 2), (1, 0, 0), 0.5, dxfattribs=UPRIGHT),
+    "a spline without points": lambda space: space.add_spline(dxfattribs=ON),
+    "a periodic spline": lambda space: space.add_spline(dxfattribs=ON).set_closed(RING),
+    "a filled area": lambda space: space.add_solid(STONE, dxfattribs=ON),
+    "upright": lambda space: space.add_lwpolyline(STONE, close=True, dxfattribs=UPRIGHT),
+    "in space": lambda space: space.add_polyline3d([*RING[:2], (1, 0, 1)], close=True, dxfattribs=ON),
+    "a mesh": lambda space: space.add_polymesh((3, 3), dxfattribs=ON),
+}
+
+
+@pytest.mark.parametrize("make", WRONG.values(), ids=WRONG)
+def test_what_is_no_block_is_named_by_layer_and_handle(sheet, make):
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: [A-Z]+ [0-9A-F]+ on layer 'stone'"):
+        read(sheet(make))
+
+
+def test_drawings_without_blocks_or_supports(sheet):
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: "):
+        read(sheet(lambda space: space.add_text("A"), floor=False))
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: .*stone"):
+        read(sheet(polylines(STONE), floor=False))
+
+
+WRONG_VALUES = {
+    "friction": -1,
+    "unit_weight": "heavy",
+    "live": (1,),
+    "tolerance": 0,
+    "sagitta": -1,
+    "layers": [],
+}
+
+
+@pytest.mark.parametrize("key", WRONG_VALUES)
+def test_wrong_values_are_named(sheet, key):
+    with pytest.raises(mo.CaseError, match=f"'{key}'"):
+        read(sheet(polylines(STONE)), **{key: WRONG_VALUES[key]})
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda space: space.add_circle((0, 1), 1),
+        lambda space: space.add_lwpolyline([(0, 0, 1), (1, 0, 0)], format="xyb", close=True),
+        lambda space: space.add_ellipse((0, 1), (1, 0), 0.5),
+        lambda space: space.add_spline([(0, 0), (1, 1), (2, 0), (0, 0)]),
+    ],
+)
+def test_a_sagitta_too_small_is_refused(sheet, make):
+    with pytest.raises(mo.CaseError, match=r"[A-Z]+ \w+ on layer '0'.* 4000 chords.*sagitta"):
+        read(sheet(make), sagitta=1e-12)
+
+
+def test_files_that_are_no_dxf(sheet, tmp_path):
+    path = sheet(polylines(STONE))
+    without_model_space = path.read_bytes().replace(b"\nModel\n", b"\nOther\n")
+    of_binary = b"AutoCAD Binary DXF\r\n"
+    for content in (b"", b"\x00\xff" * 500, b"0\nSECTION\n2\nENTITIES\n", of_binary, without_model_space):
+        path.write_bytes(content)
+        with pytest.raises(mo.CaseError, match=r"sheet\.dxf: not valid DXF"):
+            read(path)
+
+
+def test_paths_that_are_no_dxf(tmp_path):
+    (tmp_path / "folder.dxf").mkdir()
+    for path in (tmp_path / "folder.dxf", tmp_path / "missing.dxf", tmp_path / "wall.dwg", 5):
+        with pytest.raises(mo.CaseError):
+            read(path)
+
+
+def test_without_ezdxf_the_extra_is_named(sheet, monkeypatch):
+    path = sheet(polylines(STONE))
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    with pytest.raises(mo.OptionError, match=r"\.\[drawings\]"):
+        read(path)
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path):
+    apart = mo.Block(name="apart", parts=[STONE, [(5, 0), (6, 0), (6, 1)]], weight=1)
+    floor = mo.Block(name="floor", vertices=FLOOR, fixed=True)
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=[apart, floor])
+    wall = mo.load(WALLS[0])
+    for drawn, name, error, named in (
+        (scene, "apart.dxf", mo.CaseError, "'apart'"),
+        ("wall", "wall.dxf", mo.CaseError, None),
+        (wall, "wall.dwg", mo.CaseError, None),
+        (wall, "gone/wall.dxf", mo.MasonryError, "gone"),
+        (box_on_floor(), "solids.dxf", mo.OptionError, "solids"),
+    ):
+        with pytest.raises(error, match=named):
+            mo.write_dxf(drawn, tmp_path / name)
+    assert not list(tmp_path.iterdir())

@@ -1,12 +1,16 @@
-"""OBJ, PLY and STL to scenes in space: files of boxes, notched and turned blocks written here."""
+"""OBJ, PLY and STL to scenes in space; the command `convert`: what it writes, and how it ends."""
 
 import random
 import re
+import shlex
 from itertools import pairwise
 
+import ezdxf
 import numpy as np
 import pytest
 from meshes import QUADS, box, obj, ply, prism, stl
+from scenes import WALLS, run_command
+from scipy.spatial.transform import Rotation
 from touching_solids import contacts_of
 
 import masonry_opt as mo
@@ -47,20 +51,14 @@ def test_each_closed_mesh_is_a_block(file, write, name):
     assert mo.solve(scene, "static").required() == pytest.approx(2 / 5, rel=1e-5)
 
 
-def test_objects_and_groups_name_blocks(file):
-    assert [block.name for block in read(file(obj(STONES))).blocks] == list(STONES)
-    assert [block.name for block in read(file(obj(STONES, word="g"))).blocks] == list(STONES)
-    nameless = b"\n".join(line for line in obj(STONES).splitlines() if not line.startswith(b"o "))
-    assert [block.name for block in read(file(nameless), fixed=["stones-0"]).blocks] == [
-        "stones-0",
-        "stones-1",
-        "stones-2",
-    ]
-
-
-def test_words_may_be_set_apart_by_tabs(file):
+def test_objects_and_groups_name_blocks_set_apart_by_blanks_or_tabs(file):
     data = obj(STONES)
+    assert [block.name for block in read(file(data)).blocks] == list(STONES)
+    assert [block.name for block in read(file(obj(STONES, word="g"))).blocks] == list(STONES)
     assert read(file(data.replace(b" ", b"\t"))).blocks == read(file(data)).blocks
+    nameless = b"\n".join(line for line in data.splitlines() if not line.startswith(b"o "))
+    numbered = [f"stones-{number}" for number in range(3)]
+    assert [block.name for block in read(file(nameless), fixed=numbered[:1]).blocks] == numbered
 
 
 def test_supports_by_layer_name_and_height(file):
@@ -77,24 +75,18 @@ def test_supports_by_layer_name_and_height(file):
         read(file(obj(blocks)))
     with pytest.raises(mo.CaseError, match="no block 'd'"):
         read(file(obj(blocks)), fixed=["d"])
+    with pytest.raises(mo.CaseError, match="a mesh: key 'live': needs three numbers"):
+        read(file(obj(blocks)), live=(1, 0))
 
 
 def test_axes_and_units(file):
     """As it comes with y upwards, in millimetres: the same scene."""
-    turned = {
-        name: (1000 * corners[:, [0, 2, 1]] * [1, 1, -1], faces) for name, (corners, faces) in STONES.items()
-    }
+    turned = {name: (1000 * at[:, [0, 2, 1]] * [1, 1, -1], faces) for name, (at, faces) in STONES.items()}
     one, other = read(file(obj(STONES), "z.obj")), read(file(obj(turned), "y.obj"), up="y", scale=0.001)
     assert shapes(other).size == pytest.approx(shapes(one).size)
-    for block, expected in zip(other.blocks, one.blocks, strict=True):
-        assert np.array(sorted(block.corners().round(9).tolist())) == pytest.approx(
-            np.array(sorted(expected.corners().tolist()))
-        )
-
-
-def test_a_load_in_the_plane_is_refused_by_its_key(file):
-    with pytest.raises(mo.CaseError, match="a mesh: key 'live': needs three numbers"):
-        read(file(obj(STONES)), live=(1, 0))
+    for blocks in zip(other.blocks, one.blocks, strict=True):
+        found, expected = (np.array(sorted(block.corners().round(9).tolist())) for block in blocks)
+        assert found == pytest.approx(expected)
 
 
 U = [(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)]
@@ -128,36 +120,6 @@ def test_a_block_with_a_hole_through_it_and_one_in_the_hole(file):
     assert sum(contacts_of(scene).extent) == pytest.approx(3 + 4)
 
 
-@pytest.mark.parametrize("missing", range(10))
-def test_a_notched_block_with_a_face_missing_is_refused(file, missing):
-    corners, faces = prism(U, 0.5)
-    portal = corners, faces[:missing] + faces[missing + 1 :]
-    with pytest.raises(mo.CaseError, match=r"block 'portal' is not closed at its edge from \("):
-        read(file(obj({"fixed": box((-1, 5), (-1, 2), (-1, 0)), "portal": portal})))
-
-
-def test_a_block_with_a_face_inside_is_refused(file):
-    corners, faces = STONES["high"]
-    with pytest.raises(mo.CaseError, match="block 'high' is not closed at its edge"):
-        read(file(obj(STONES | {"high": (corners, [*faces, (0, 1, 6)])})))
-
-
-def test_a_block_of_two_boxes_in_one_another_is_refused(file):
-    (low, faces), (high, _) = box((0, 2), (0, 1), (1, 3)), box((1, 3), (0, 1), (2, 4))
-    cross = np.concatenate([low, high]), [*faces, *(tuple(8 + one for one in face) for face in faces)]
-    with pytest.raises(mo.CaseError, match="block 'high' has faces that cross"):
-        read(file(obj(STONES | {"high": cross})))
-
-
-def turned(corners, angle=0.3):
-    cos, sin = np.cos(angle), np.sin(angle)
-    return (
-        corners
-        @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
-        @ np.array([[1, 0, 0], [0, cos, sin], [0, -sin, cos]])
-    )
-
-
 @pytest.mark.parametrize("digits", [3, 4, 5])
 def test_coordinates_of_few_digits_still_touch(file, digits):
     """A running bond out of all axes, its corners rounded each for itself."""
@@ -166,7 +128,8 @@ def test_coordinates_of_few_digits_still_touch(file, digits):
         ends = [0, 2, 4] if course % 2 else [0, 1, 3, 4]
         for start, end in pairwise(ends):
             wall[f"{course} {start}"] = box((start, end), (0, 1), (course / 2, course / 2 + 0.5))
-    wall = {name: (turned(corners), faces) for name, (corners, faces) in wall.items()}
+    turn = Rotation.from_euler("zx", [0.3, 0.3])
+    wall = {name: (turn.apply(corners), faces) for name, (corners, faces) in wall.items()}
     scene = read(file(obj(wall, digits)))
     assert scene.tolerance == pytest.approx(2 * 10.0**-digits)
     found = contacts_of(scene)
@@ -190,7 +153,11 @@ def test_faces_that_are_not_flat_are_shared_by_triangles(file):
     assert shapes(scene).size.sum() == pytest.approx(3)
 
 
+GROUND, (PORTAL, SIDES) = box((-1, 5), (-1, 2), (-1, 0)), prism(U, 0.5)
 OPEN = (STONES["low"][0], QUADS[1:])
+GRAIN = box((9, 9 + 1e-9), (0, 1e-9), (0, 1e-9))
+HIGH, BESIDE = box((0, 2), (0, 1), (1, 3))[0], box((1, 3), (0, 1), (2, 4))[0]
+CROSSED = np.concatenate([HIGH, BESIDE]), [*QUADS, *(tuple(8 + corner for corner in face) for face in QUADS)]
 WRONG = {
     "an open block": (obj(STONES | {"low": OPEN}), "block 'low': face no. "),
     "a face alone": (obj(STONES | {"low": (STONES["low"][0], QUADS[:1])}), "block 'low' is a single face"),
@@ -199,11 +166,16 @@ WRONG = {
     "no number": (obj(STONES) + b"\nv 1 x 2", "not valid OBJ: line "),
     "infinite": (obj(STONES).replace(b"5.000000000", b"1e999"), "block 'high' has a coordinate"),
     "empty": (b"", "holds no faces"),
-    "a grain": (
-        obj(STONES | {"dust": box((9, 9 + 1e-9), (0, 1e-9), (0, 1e-9))}, 12),
-        "block 'dust' is smaller",
+    "a grain": (obj(STONES | {"dust": GRAIN}, 12), "block 'dust' is smaller"),
+    "a face inside": (
+        obj(STONES | {"high": (HIGH, [*QUADS, (0, 1, 6)])}),
+        "block 'high' is not closed at its edge",
     ),
+    "two boxes in one another": (obj(STONES | {"high": CROSSED}), "block 'high' has faces that cross"),
 }
+for number in range(10):
+    left = obj({"fixed": GROUND, "portal": (PORTAL, SIDES[:number] + SIDES[number + 1 :])})
+    WRONG[f"notched, without face {number}"] = left, r"block 'portal' is not closed at its edge from \("
 
 
 @pytest.mark.parametrize(("data", "named"), WRONG.values(), ids=WRONG)
@@ -228,3 +200,123 @@ def test_any_damage_ends_with_a_scene_or_a_message(file):
             told.append(str(error))
     assert len(told) > 30
     assert all(re.search(r"broken\.(obj|ply|stl): ", message) for message in told)
+
+
+NEEDED = ["--friction", "0.65", "--unit-weight", str(1 / 7)]
+
+
+@pytest.fixture
+def wall(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "wall.dxf"
+    code, out, err = run_command(monkeypatch, capsys, "convert", WALLS[0], path)
+    assert (code, err) == (0, "")
+    assert "34 blocks (1 fixed)" in out
+    return path
+
+
+def test_a_drawing_becomes_a_case_file(wall, tmp_path, monkeypatch, capsys):
+    for out in (tmp_path / "wall.toml", tmp_path / "wall_out.json"):
+        code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *NEEDED, "--live", "1,0")
+        assert (code, err) == (0, "")
+        assert "83 joints" in told
+        assert mo.solve(out, "static").required() == pytest.approx(0.64286, abs=5e-6)
+
+
+def test_options_of_dxf(tmp_path, monkeypatch, capsys):
+    """One stone of 4 m × 1 m drawn in millimetres; the other layers are not read."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = 4
+    space = document.modelspace()
+    stone = [(0, 0), (4000, 0), (4000, 1000), (0, 1000)]
+    ground = [(-1000, -1000), (9000, -1000), (9000, 0), (-1000, 0)]
+    for layer, ring in (("top", stone), ("rock", ground)):
+        space.add_lwpolyline(ring, close=True, dxfattribs={"layer": layer})
+    space.add_line((0, 0), (1, 1), dxfattribs={"layer": "axes"})
+    document.saveas(tmp_path / "stone.dxf")
+    options = shlex.split(
+        "--friction 0.5 --unit-weight 20 --live-layer top=-0.5,0 --layer top --layer rock --fixed-layer rock "
+        "--to-metres --tolerance 1e-5 --outline-tolerance 2e-5 --sagitta 0.01"
+    )
+    out = tmp_path / "stone.toml"
+    code, _, err = run_command(monkeypatch, capsys, "convert", tmp_path / "stone.dxf", out, *options)
+    assert (code, err) == (0, "")
+    scene = mo.load(out)
+    assert scene.tolerance == 1e-5
+    assert scene.blocks[0].live_per_weight == (-0.5, 0.0)
+    assert mo.solve(scene, "static").required() == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ([], "--friction"),
+        (["--friction", "0.5"], "--unit-weight"),
+        ([*NEEDED, "--live", "1;0"], "--live"),
+        ([*NEEDED, "--live-layer", "blocks"], "--live-layer"),
+        ([*NEEDED, "--along", "x"], "--along"),
+        ([*NEEDED, "--fixed", "1-1"], "--fixed"),
+        ([*NEEDED, "--layer", "gone"], "(--layer): nothing is drawn on 'gone'"),
+        ([*NEEDED, "--live-layer", "gone=1,0"], "(--live-layer): no movable block is on 'gone'"),
+        ([*NEEDED, "--fixed-layer", "rock"], "(--fixed-layer)"),
+        ([*NEEDED, "--friction", "-1"], "'friction'"),
+    ],
+)
+def test_wrong_options_are_named_and_nothing_is_written(wall, tmp_path, monkeypatch, capsys, options, named):
+    out = tmp_path / "wall.toml"
+    code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *options)
+    assert (code, told) == (2, "")
+    assert err.startswith("error: ")
+    assert named in err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("name", ["case.toml", "case.json"])
+@pytest.mark.parametrize("options", [[], NEEDED])
+def test_what_can_be_done_with_a_case_file_is_told(tmp_path, monkeypatch, capsys, name, options):
+    case, out = tmp_path / name, tmp_path / "out.json"
+    mo.save(mo.load(WALLS[0]), case)
+    code, told, err = run_command(monkeypatch, capsys, "convert", case, out, *options)
+    assert (code, told) == (2, "")
+    assert f"masonry-opt solve {case}" in err
+    assert ".dxf" in err
+    assert not out.exists()
+
+
+def test_a_drawing_with_a_thickness_becomes_solids(wall, tmp_path, monkeypatch, capsys):
+    """The same load factor in its plane (the wall of Table 1, whose weights are unit weight times thickness),
+    and blocks that can be pushed out of it."""
+    out = tmp_path / "wall.toml"
+    options = ["--friction", "0.65", "--unit-weight", "1", "--thickness", "0.5"]
+    code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *options, "--live", "1,0")
+    assert (code, err) == (0, "")
+    assert "83 joints" in told
+    solid = mo.load(out)
+    assert solid.blocks[0].live_per_weight in ((1, 0, 0), (0, 0, 0))
+    weight = sum(block.weight for block in solid.blocks if not block.fixed)
+    assert weight == pytest.approx(0.5 * 6 * 5 * 4 * 1.75)  # six courses as long as five blocks
+    run_command(monkeypatch, capsys, "convert", wall, out, *options, "--live", "0,1,0")
+    assert mo.load(out).blocks[-1].live_per_weight in ((0, 1, 0), (0, 0, 0))
+
+
+MESH = obj({"fixed": box((-1, 3), (-1, 2), (-1, 0)), "stone": box((0, 2), (0, 1), (0, 4))})
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_mesh_becomes_a_case_file_that_holds_or_names_it(tmp_path, monkeypatch, capsys, beside):
+    if beside:
+        monkeypatch.setattr("masonry_opt.cli.files._MOST_CORNERS", 10)
+    drawn, out = tmp_path / "stones" / "stone.obj", tmp_path / "stone.toml"
+    drawn.parent.mkdir()
+    drawn.write_bytes(MESH)
+    options = shlex.split("--friction 0.9 --unit-weight 20 --live 1,0,0 --scale 0.5")
+    code, told, err = run_command(monkeypatch, capsys, "convert", drawn, out, *options)
+    assert (code, err) == (0, "")
+    assert "1 joint" in told
+    assert ('file = "stones/stone.obj"' in out.read_text()) == beside
+    read = mo.read_mesh(drawn, friction=0.9, unit_weight=20, live=(1, 0, 0), scale=0.5)
+    assert mo.load(out).blocks == read.blocks
+    assert mo.solve(out, "static").required() == pytest.approx(2 / 4, rel=1e-6)
+    drawn.unlink()
+    if beside:
+        with pytest.raises(mo.CaseError, match=r"stone\.obj: no such file"):
+            mo.load(out)

@@ -18,15 +18,9 @@ def same_points(found, expected):
 
 def ridge(name, along, below, **keys):
     """A prism of triangles with its ridge on z = 0, three long, from below or from above."""
-    z = -1 if below else 1
-    across = 1 - along
-    corners = []
-    for at in (-1.5, 1.5):
-        for off, height in ((0, 0), (-1, z), (1, z)):
-            point = [0.0, 0.0, float(height)]
-            point[along], point[across] = at, off
-            corners.append(point)
-    return hull(name, corners, **keys)
+    z = -1.0 if below else 1.0
+    corners = [(at, off, height) for at in (-1.5, 1.5) for off, height in ((0, 0), (-1, z), (1, z))]
+    return hull(name, [(y, x, z) for x, y, z in corners] if along else corners, **keys)
 
 
 def test_a_box_on_another_shares_the_overlap_of_their_faces():
@@ -71,65 +65,47 @@ def test_a_ring_on_a_floor_has_the_corners_of_its_hole_too():
     blocks = scene(frame, FLOOR)
     ((_, area, _, points),) = joints(blocks)
     assert area == pytest.approx(16 - 4)
-    same_points(
-        points, [(x, y, 0) for low, high in ((0, 4), (1, 3)) for x in (low, high) for y in (low, high)]
-    )
+    same_points(points, [(x, y, 0) for ends in ((0, 4), (1, 3)) for x in ends for y in ends])
     found = contacts_of(blocks)
     outer, inner = (found.point[found.ring == ring] for ring in (0, 1))
     assert np.ptp(outer, axis=0) == pytest.approx([4, 4, 0])
     assert np.ptp(inner, axis=0) == pytest.approx([2, 2, 0])
 
 
-def test_a_wedge_on_its_edge_touches_at_two_points():
-    ((pair, area, normal, points),) = joints(scene(ridge("A", 1, below=False), FLOOR))
-    assert pair == ("A", "floor")
-    assert area == 0
-    assert normal == pytest.approx([0, 0, 1])
-    same_points(points, [(0, -1.5, 0), (0, 1.5, 0)])
+def tip(name, z, x=0.0, y=0.0, **keys):
+    """A tetrahedron that stands on its corner, upwards or downwards."""
+    return hull(name, [(x, y, 0), (-1, -1, z), (1, -1, z), (0, 1, z)], **keys)
 
 
-def test_an_edge_that_reaches_over_a_face_touches_along_the_part_above_it():
-    short = box("floor", (-1, 1), (-1, 1), (-1, 0), fixed=True)
-    blocks = scene(ridge("A", 0, below=False), short)
-    ((_, _, normal, points),) = joints(blocks)
-    same_points(points, [(-1, 0, 0), (1, 0, 0)])
-    assert normal == pytest.approx([0, 0, 1])
-    assert np.abs(contacts_of(blocks).tangent[0]) == pytest.approx([1, 0, 0])
-
-
-@pytest.mark.parametrize("upside_down", [False, True])
-def test_a_corner_on_a_face_touches_at_a_point_with_the_normal_of_the_face(upside_down):
-    z = -1 if upside_down else 1
-    cone = hull("A", [(0.25, 0.5, 0), (-1, -1, z), (1, -1, z), (0, 1, z)])
-    ground = box("floor", (-5, 5), (-5, 5), (0, 1) if upside_down else (-1, 0), fixed=True)
-    ((_, area, normal, points),) = joints(scene(cone, ground))
-    assert area == 0
-    assert normal == pytest.approx([0, 0, z])
-    same_points(points, [(0.25, 0.5, 0)])
-
-
-def test_two_ridges_that_cross_touch_at_a_point_normal_to_both():
-    upper, lower = ridge("A", 0, below=False), ridge("B", 1, below=True, fixed=True)
-    ((pair, area, normal, points),) = joints(scene(upper, lower))
-    assert pair == ("A", "B")
-    assert area == 0
-    assert normal == pytest.approx([0, 0, 1])
-    same_points(points, [(0, 0, 0)])
-    ((_, _, normal, _),) = joints(scene(lower, upper))
-    assert normal == pytest.approx([0, 0, -1])
-
-
-def tip(name, z, **keys):
-    return hull(name, [(0, 0, 0), (-1, -1, z), (1, -1, z), (0, 1, z)], **keys)
+SHORT, ABOVE = (box("floor", (-a, a), (-a, a), z, fixed=True) for a, z in ((1, (-1, 0)), (5, (0, 1))))
+LOWER = ridge("lower", 1, below=True, fixed=True)
 
 
 @pytest.mark.parametrize(
-    "lower",
+    ("blocks", "upwards", "expected"),
     [
-        tip("B", -1, fixed=True),  # corner on corner
-        ridge("B", 0, below=True, fixed=True),  # corner on edge
+        # A wedge on its edge; an edge that reaches over a face touches along the part above it.
+        ((ridge("A", 1, below=False), FLOOR), 1, [(0, -1.5, 0), (0, 1.5, 0)]),
+        ((ridge("A", 0, below=False), SHORT), 1, [(-1, 0, 0), (1, 0, 0)]),
+        # A corner on a face, from above and from below.
+        ((tip("A", 1, 0.25, 0.5), FLOOR), 1, [(0.25, 0.5, 0)]),
+        ((tip("A", -1, 0.25, 0.5), ABOVE), -1, [(0.25, 0.5, 0)]),
+        # Two ridges that cross: normal to both.
+        ((ridge("A", 0, below=False), LOWER), 1, [(0, 0, 0)]),
+        ((LOWER, ridge("A", 0, below=False)), -1, [(0, 0, 0)]),
     ],
 )
+def test_edges_and_corners_touch_at_points_without_an_area(blocks, upwards, expected):
+    ((pair, area, normal, points),) = joints(scene(*blocks))
+    assert (pair, area) == (tuple(block.name for block in blocks), 0)
+    assert normal == pytest.approx([0, 0, upwards])
+    same_points(points, expected)
+    if len(expected) == 2:
+        along = np.abs(np.sign(expected[1]))
+        assert np.abs(contacts_of(scene(*blocks)).tangent[0]) == pytest.approx(along)
+
+
+@pytest.mark.parametrize("lower", [tip("B", -1, fixed=True), ridge("B", 0, below=True, fixed=True)])
 def test_what_has_no_normal_is_no_joint_and_told(lower):
     blocks = scene(tip("A", 1), lower)
     found = contacts_of(blocks, floating=True)
@@ -231,15 +207,6 @@ def test_a_block_within_another_is_no_matter_of_tolerance(inner):
     with pytest.raises(mo.CaseError, match="one lies within the other") as error:
         contacts_of(scene(FLOOR, *stones))
     assert "tolerance" not in str(error.value)
-
-
-def test_a_contact_tolerance_is_for_space():
-    plane = [
-        mo.Block(name=name, vertices=[(0, z), (1, z), (1, z + 1)], weight=1, fixed=not z)
-        for z, name in enumerate("ab")
-    ]
-    with pytest.raises(mo.CaseError, match="'contact_tolerance'"):
-        scene(*plane, contact_tolerance=0.1)
 
 
 def test_a_strip_narrower_than_ten_tolerances_is_no_joint():

@@ -1,9 +1,33 @@
-"""The joints of a scene in space do not depend on how it lies, is numbered, measured or drawn."""
+"""Shapes of solids in closed form, and what is refused; joints do not depend on how a scene lies."""
+
+import math
+import re
 
 import numpy as np
 import pytest
+import shapely
+from meshes import prism
+from scenes_in_space import box_on_floor
+from scipy.spatial import ConvexHull, Voronoi
 from scipy.spatial.transform import Rotation
-from touching_solids import box, contacts_of, hull, in_triangles, joints, moved, parted, scene
+from touching_solids import (
+    FLOOR,
+    box,
+    contacts_of,
+    hull,
+    in_triangles,
+    joints,
+    moved,
+    parted,
+    scene,
+    with_parts,
+)
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.contacts.find import find_joints
+from masonry_opt.scene.geometry import geometry
+from masonry_opt.scene.space.shapes import shapes
 
 #: Square prisms turned on each other, solids of parts, a wedge on its edge, a cone on its tip, a crossing.
 TURNED = [(0.7, 0, 0), (0, 0.7, 0), (-0.7, 0, 0), (0, -0.7, 0)]
@@ -97,3 +121,220 @@ def test_joints_do_not_depend_on_numbers_or_on_faces_in_triangles(matrix):
     renumbered = blocks.model_copy(update={"blocks": blocks.blocks[::-1]})
     assert_same(seen_back(renumbered, matrix), EXPECTED)
     assert_same(seen_back(in_triangles(blocks), matrix), EXPECTED)
+
+
+def cells(count, seed):
+    """Cells of random points in a unit cube, one of them fixed, and of each two that share a face its area
+    and number of corners. Points mirrored at its sides bound the cells."""
+    points = np.random.default_rng(seed).random((count, 3))
+    mirrored = [np.where(np.arange(3) == k, 2 * side - points, points) for k in range(3) for side in (0, 1)]
+    diagram = Voronoi(np.concatenate([points, *mirrored]))
+    corners = [diagram.vertices[diagram.regions[diagram.point_region[number]]] for number in range(count)]
+    blocks = [hull(f"{number}", own, fixed=number == 0) for number, own in enumerate(corners)]
+    faces = {}
+    for pair, face in zip(diagram.ridge_points.tolist(), diagram.ridge_vertices, strict=True):
+        if max(pair) < count:
+            own, normal = diagram.vertices[face], points[pair[1]] - points[pair[0]]
+            # Seen along a coordinate axis it is smaller by that component of the normal.
+            axis = int(np.abs(normal).argmax())
+            seen = ConvexHull(np.delete(own, axis, axis=1)).volume
+            area = seen * np.linalg.norm(normal) / abs(normal[axis])
+            faces[min(pair), max(pair)] = area, len(face)
+    return scene(*blocks), faces
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_cells_of_a_voronoi_diagram_share_its_faces(turned):
+    seed = 1
+    blocks, faces = cells(100, seed)
+    found = contacts_of(moved(blocks, Rotation.random(random_state=seed).as_matrix()) if turned else blocks)
+    tolerance = 3e-6
+    shared = {(i, j): a for i, j, a in zip(found.first, found.second, found.extent, strict=True)}
+    corners = dict(zip(shared, np.bincount(found.joint), strict=True))
+    assert len(shared) == len(found.first)  # one joint a pair
+    assert shared.keys() <= faces.keys()
+    # What is missing is narrower than ten tolerances; corners nearer than a tolerance are one.
+    assert all(faces[pair][0] < 10 * tolerance for pair in faces.keys() - shared.keys())
+    for pair, area in shared.items():
+        assert area == pytest.approx(faces[pair][0], abs=tolerance)
+    assert np.mean([corners[pair] == faces[pair][1] for pair in shared]) > 0.97
+    assert (found.gaps, found.without_normal) == ({}, [])
+
+
+@pytest.mark.parametrize("case", [
+    "casapulla_lauro/arch", "examples/segmental_arch_on_columns", "ferris_tinloi/wall_6",
+    "gilbert/wedge_blocks", "paterson_zwick/diamond_4",
+])  # fmt: skip
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_plane_scene_extruded_has_its_joints_as_polygons(case, turned):
+    plane = mo.load(f"cases/{case}.toml")
+    joints = find_joints(plane, geometry(plane))
+    solid = mo.extrude(plane, 0.7)
+    found = contacts_of(moved(solid, Rotation.random(random_state=4).as_matrix()) if turned else solid)
+    expected = sorted(zip(joints.first, joints.second, joints.extent * 0.7, strict=True))
+    shared = sorted(zip(found.first, found.second, found.extent, strict=True))
+    np.testing.assert_allclose(shared, expected, rtol=1e-6)
+    np.testing.assert_array_equal(np.bincount(found.joint), 4)
+
+
+def test_a_corner_on_an_edge_in_the_plane_is_an_edge_on_a_face_in_space():
+    floor = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
+    wedge = mo.Block(name="A", vertices=[(1, 0), (2, 1), (0, 1)], weight=1)
+    plane = mo.Scene(joints={"friction": 0.5}, blocks=[wedge, floor])
+    assert find_joints(plane, geometry(plane)).extent == pytest.approx([0])
+    found = contacts_of(mo.extrude(plane, 2.0))
+    assert found.extent == pytest.approx([0])
+    assert np.ptp(found.point, axis=0) == pytest.approx([0, 2, 0])
+
+
+CUBE = box("A", (0, 1), (0, 2), (0, 3))
+
+
+def of_first(blocks):
+    """Of the first block volume, centroid in the scene's coordinates and areas of faces, falling."""
+    found = shapes(blocks)
+    areas = shapely.area(found.faces.polygon[found.faces.block == 0])
+    return found.size[0], found.centroid[0] + found.origin, sorted(areas, reverse=True)
+
+
+def cube(change):
+    """A cube of unit sides with other vertices and faces, on a floor."""
+    unit = scene(box("A", (0, 1), (0, 1), (0, 1)), FLOOR)
+    return unit.model_copy(update={"blocks": [with_parts(unit, change).blocks[0], FLOOR]})
+
+
+def reversed_face(number):
+    def change(vertices, faces):
+        return vertices, [face[::-1] if number in (None, at) else face for at, face in enumerate(faces)]
+
+    return change
+
+
+def test_a_box_and_a_pyramid_have_their_volume_centroid_and_faces():
+    volume, centroid, areas = of_first(scene(CUBE, FLOOR))
+    assert volume == pytest.approx(6)
+    assert centroid == pytest.approx([0.5, 1, 1.5])
+    assert areas == pytest.approx([6, 6, 3, 3, 2, 2])
+    pyramid = hull("A", [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (0, 0, 2)])
+    volume, centroid, areas = of_first(scene(pyramid, FLOOR))
+    assert volume == pytest.approx(4 * 2 / 3)
+    assert centroid == pytest.approx([0, 0, 0.5])
+    assert areas == pytest.approx([4, *4 * [math.sqrt(5)]])
+
+
+def test_the_middle_of_what_can_move_is_the_origin_and_its_diagonal_gives_the_tolerance():
+    found = shapes(scene(CUBE, FLOOR))
+    assert found.origin == pytest.approx([0.5, 1, 1.5])
+    assert found.tolerance == pytest.approx(1e-6 * math.sqrt(14))
+    far = scene(box("A", (1e10, 1e10 + 1), (0, 1), (0, 1)), FLOOR)
+    assert shapes(far).tolerance == 8 * np.spacing(1e10)
+    assert shapes(scene(CUBE, FLOOR, tolerance=0.01)).tolerance == 0.01
+
+
+@pytest.mark.parametrize("number", [None, 3])
+def test_faces_turned_inwards_are_turned_round(number):
+    volume, centroid, areas = of_first(cube(reversed_face(number)))
+    assert volume == pytest.approx(1)
+    assert centroid == pytest.approx([0.5, 0.5, 0.5])
+    assert areas == pytest.approx(6 * [1])
+
+
+def test_coplanar_pieces_are_one_face():
+    assert of_first(in_triangles(scene(CUBE, FLOOR)))[2] == pytest.approx([6, 6, 3, 3, 2, 2])
+    # Two parts side by side are a box: where they meet is no outer face.
+    halves = parted("A", ((0, 1), (0, 1), (0, 3)), ((0, 1), (1, 2), (0, 3)))
+    volume, centroid, areas = of_first(scene(halves, FLOOR))
+    assert volume == pytest.approx(6)
+    assert centroid == pytest.approx([0.5, 1, 1.5])
+    assert areas == pytest.approx([6, 6, 3, 3, 2, 2])
+
+
+def test_a_smaller_part_on_a_larger_one_leaves_a_face_with_a_hole():
+    found = shapes(scene(parted("A", ((0, 3), (0, 3), (0, 1)), ((1, 2), (1, 2), (1, 2))), FLOOR))
+    (ring,) = (face for face in found.faces.polygon[found.faces.block == 0] if len(face.interiors))
+    assert ring.area == pytest.approx(8)
+    assert [len(ring.exterior.coords), len(ring.interiors[0].coords)] == [5, 5]
+
+
+def solid(name, vertices, faces):
+    return mo.Solid(name=name, weight=1, vertices=[*map(tuple, vertices)], faces=[[*face] for face in faces])
+
+
+def refused(blocks, *words):
+    with pytest.raises(mo.CaseError) as error:
+        shapes(blocks)
+    assert re.match("scene: block 'A'", str(error.value))
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_surfaces_with_a_hole_or_a_face_too_many_are_refused():
+    refused(cube(lambda vertices, faces: (vertices, faces[:-1])), "face no. 1 ", "no other face")
+    refused(cube(lambda vertices, faces: (vertices, [*faces, faces[0]])), "face no. 1 ", "2 other faces")
+
+
+def test_a_face_that_is_not_flat_is_refused_with_how_much():
+    def lifted(vertices, faces):
+        vertices = vertices.copy()
+        vertices[6, 2] += 0.04
+        return vertices, faces
+
+    # A square with one corner lifted by h: its corners lie h/4 off the plane through their middle that is
+    # square to the area's normal, to the first order in h.
+    refused(cube(lifted), "face no. 2 ", "0.01 off", "'tolerance'")
+    raised = cube(lifted).model_copy(update={"tolerance": 0.02})
+    assert shapes(raised).size[0] == pytest.approx(1.01, abs=5e-3)
+
+
+def test_a_solid_without_volume_is_refused():
+    refused(cube(lambda vertices, faces: (vertices * [1, 1, 1e-9], faces)), "volume")
+
+
+def test_a_solid_that_is_not_convex_needs_parts():
+    """A U: its notch is .5 deep, and the far walls of the notch are .6 in front of each other's planes."""
+    corners, faces = prism([(0, 0), (1, 0), (1, 1), (0.8, 1), (0.8, 0.5), (0.2, 0.5), (0.2, 1), (0, 1)], 1.0)
+    refused(scene(solid("A", corners, faces), FLOOR), "0.8 ", "'parts'")
+
+
+def test_parts_of_a_block_that_overlap_are_refused_with_place_and_volume():
+    block = parted("A", ((0, 1), (0, 1), (0, 1)), ((0.5, 2), (0, 1), (0, 1)), ((0, 1), (1, 2), (0, 1)))
+    refused(scene(block, FLOOR), "no. 1 and 2 ", "0.5 round (0.75, 0.5, 0.5)", "0.5 deep")
+
+
+def test_a_solid_whose_surface_has_no_inside_is_refused():
+    """Six triangles round a ring of a projective plane with six corners, closed by the rest of it: every edge
+    is in two faces, and they cannot be turned one way."""
+    faces = ("014", "015", "023", "024", "035", "123", "125", "134", "245", "345")
+    vertices = np.random.default_rng(1).normal(size=(6, 3))
+    refused(scene(solid("A", vertices, [[*map(int, face)] for face in faces]), FLOOR), "face no. ", "inside")
+
+
+def test_the_thin_end_of_a_part_has_two_faces():
+    """Near its tip a wedge is thinner than the tolerance: its upper face is no piece of its lower one."""
+    low = [(0, 0), (4, 0), (4, 0.02), (0.2, 0.0009), (0, 0.0005)]
+    ground = box("ground", (-1, 5), (-1, 2), (-1, 0), fixed=True)
+    wedge = solid("wedge", *prism(low, 1.0))
+    x, z = np.array(low).T
+    area = abs(x @ np.roll(z, -1) - z @ np.roll(x, -1)) / 2
+    assert shapes(scene(ground, wedge, tolerance=0.001)).size[1] == pytest.approx(area)
+
+
+def test_holes_count_against_the_middle():
+    """A ring of 4 × 4 with a hole from (1, 1) to (2, 3): (16·(2, 2) − 2·(1.5, 2)) / 14."""
+    sides = (((0, 4), (0, 1)), ((0, 4), (3, 4)), ((0, 1), (1, 3)), ((2, 4), (1, 3)))
+    ring = parted("ring", *((x, y, (-1, 0)) for x, y in sides), weight=None, fixed=True)
+    assembly = assemble(scene(box("plate", (0, 4), (0, 4), (0, 1), live=(1, 0, 0)), ring))
+    found = assembly.joints.middle + assembly.geometry.origin
+    assert found == pytest.approx(np.array([[29 / 14, 2, 0]]), abs=1e-9)
+
+
+def test_boxes_and_distances_outside_of_hulls():
+    assembly = assemble(box_on_floor((1, 2, 3)))
+    shapes = assembly.geometry
+    low, high = shapes.boxes
+    assert low[0] + shapes.origin == pytest.approx([0, 0, 0])
+    assert high[0] + shapes.origin == pytest.approx([1, 2, 3])
+    # Inside, on a face, 2 in front of one, and off a corner by (3, 4, 12).
+    points = np.array([(0.5, 1, 1), (0, 1, 1), (0.5, 4, 1), (4, 6, 15)]) - shapes.origin
+    found = shapes.outside(np.zeros(4, dtype=int), points)
+    assert found == pytest.approx([0, 0, 2, 13], abs=1e-6)

@@ -1,0 +1,340 @@
+"""What is drawn of loads, and of joints by how they move and what they carry: by hand, and in equilibrium."""
+
+import numpy as np
+import pytest
+import shapely
+from atlas.small_scenes import rectangle
+from drawn import arrows, elements_of, labels, marks, solved
+from scenes import CASES, WALLS, block_on_floor, on_a_corner, overhanging
+
+import masonry_opt as mo
+from masonry_opt.answer.motion import fastest, joint_motion
+from masonry_opt.drawing.carried import chains, thrust
+from masonry_opt.drawing.colours import IDLE, UTILISATION
+from masonry_opt.drawing.elements import FULL, counts, result_elements
+from masonry_opt.drawing.marks import moved, size_of
+from masonry_opt.problem.assembly import assemble
+
+ARCH = CASES / "casapulla_lauro" / "arch.toml"
+
+
+def test_a_face_that_separates_does_not_slide():
+    """A block that is pushed away from a wall: it slides on the floor and leaves the wall."""
+    scene = block_on_floor(4, 2, 0.5)
+    result = mo.solve(scene.replace(blocks=[*scene.blocks, rectangle("wall", -1, 0, 0, 3)]))
+    motion = joint_motion(result.assembly, result.solution)
+    on = {second: number for number, second in enumerate(result.joints["second"])}
+    assert motion.slides.tolist() == [number == on["floor"] for number in range(2)]
+    assert motion.separates.tolist() == [number == on["wall"] for number in range(2)]
+    (face,), (bed,) = marks(result, "separates"), marks(result, "slides")
+    # Midway between the wall, at rest, and the block, moved to the right by 6 % of its width.
+    assert face == pytest.approx(np.array([[0.12, 2], [0.12, 0]]))
+    assert bed == pytest.approx(np.array([[0.12, 0], [4.12, 0]]))
+    assert {"sliding joint", "separating joint"} <= set(labels(result))
+    assert not {"hinging joint", "crushing joint"} & set(labels(result))
+
+
+def test_an_arch_has_four_hinges():
+    result = solved(ARCH)
+    hinges = marks(result, "hinges")[:, 0]
+    assert len(hinges) == 4
+    # That on the support has not moved: at the arch's extrados, 10.55 from its middle.
+    assert hinges[np.argmin(hinges[:, 1])] == pytest.approx([10.55, 0], abs=1e-6)
+    assert not len(marks(result, "slides"))
+    assert "sliding joint" not in labels(result)
+
+
+def test_a_toe_that_crushes_is_crossed():
+    result = mo.solve(block_on_floor(1, 2, 0.8).replace(strength=4.0), "static")
+    assert len(marks(result, "crushes")) == len(marks(result, "crosses")) == 1
+    assert not len(marks(result, "slides"))
+    assert "crushing joint" in labels(result)
+
+
+def test_the_fastest_corner_moves_by_a_tenth_and_stays_in_the_picture():
+    # A block of 1 × 2 overturns about its toe (1, 0): fastest is the corner furthest from it, (0, 2).
+    elements = result_elements(mo.solve(block_on_floor(1, 2, 0.8)))
+    corners = np.array([[0, 2], [0, 0], [1, 0], [1, 2]]) - elements.assembly.geometry.origin
+    after = moved(corners, elements.motion[0])
+    assert after[0] - corners[0] == pytest.approx(FULL * 2 * np.array([2, 1]) / np.sqrt(5))
+    assert after[2] == pytest.approx(corners[2])
+    low, high = elements.box([], 1.0)
+    assert ((after > low) & (after < high)).all()
+
+
+@pytest.mark.parametrize("case", [WALLS[0], ARCH], ids=["wall", "arch"])
+def test_joints_open_and_slip_as_the_motions_of_their_blocks_say(case):
+    """The motion of the first block against the second, resolved along the joint by hand."""
+    result = solved(case)
+    motion, joints, frame = result_elements(result).motion, result.assembly.joints, result.joints
+    apart = moved(joints.middle, motion[joints.first]) - moved(joints.middle, motion[joints.second])
+    full = FULL * size_of(result.assembly) / fastest(result.assembly, result.solution.d)
+    along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
+    assert (apart * joints.normal).sum(axis=1) == pytest.approx(full * frame["opening"], abs=1e-9)
+    assert (apart * along).sum(axis=1) == pytest.approx(full * frame["slip"], abs=1e-9)
+
+
+def motion_of(result):
+    return joint_motion(result.assembly, result.solution)
+
+
+def test_the_mechanism_of_a_crushing_block_is_one():
+    """Pressed down in its middle until the joint's whole length crushes."""
+    block = rectangle("A", 0, 0, 2, 1, weight=1, live=(0, -1))
+    scene = mo.Scene(joints={"friction": 0.5, "strength": 2.0}, blocks=[block, rectangle("b", -1, -1, 3, 0)])
+    result = mo.solve(scene, "static")
+    assert result.load_factor == pytest.approx(3.0, rel=1e-6)  # 2.0 × 2 - 1
+    motion = motion_of(result)
+    assert (motion.crushes[0], motion.slides[0], motion.hinges[0]) == (True, False, False)
+
+
+def test_what_opens_and_slips_and_carries_nothing_separates():
+    """A keystone that is pulled out: a joint keeps an edge in touch, but presses on nothing."""
+    result = mo.solve(CASES / "closed_forms" / "keystone.toml")
+    motion = motion_of(result)
+    idle = result.joints["n"].abs().to_numpy() < 1e-9
+    opens = result.joints["opening"].to_numpy() > 0.01
+    assert (idle & opens).any()
+    assert motion.separates[idle & opens].all()
+
+
+def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
+    """Blocks of a pile of diamonds turn about a corner that they share with a neighbour at rest, on which
+    they do not press; another comes off. (Of its many mechanisms one has three that turn so, one two.)"""
+    result = mo.solve(CASES / "paterson_zwick" / "diamond_4.toml")
+    motion, joints = motion_of(result), result.joints
+    farther = (joints["opening"] + joints["rotation"].abs() * joints["length"] / 2).to_numpy()
+    nearer = (joints["opening"] - joints["rotation"].abs() * joints["length"] / 2).to_numpy()
+    stays = (np.abs(nearer) < 1e-6) & (joints["slip"].abs().to_numpy() < 1e-6) & (farther > 0.1)
+    idle = joints["n"].abs().to_numpy() < 1e-9
+    assert (stays & idle).sum() >= 2
+    assert motion.hinges[stays].all()
+    assert not motion.separates[stays].any()
+    assert motion.separates.any()
+
+
+@pytest.mark.parametrize("beyond", [1.0, 1e-3, 1e-5])
+def test_a_block_that_falls_off_an_edge_turns_about_it(beyond):
+    """By hand: of 3 by 1, its centroid 0.5 above the edge and a beyond it, it begins to turn as a pendulum
+    does, by a / ((3² + 1²) / 12 + a² + 0.5²) of gravity (0.48 for a = 1); friction holds the edge."""
+    result = mo.solve(overhanging(beyond))
+    motion = motion_of(result)
+    speed = beyond / (10 / 12 + beyond**2 + 0.25)
+    assert result.blocks["omega"][0] == pytest.approx(-speed, rel=1e-4)
+    assert (motion.hinges[0], motion.slides[0], motion.separates[0]) == (True, False, False)
+    assert motion.hinge[0] + result.assembly.geometry.origin == pytest.approx([1.5 - beyond, 0])
+
+
+def test_a_block_that_slides_off_keeps_its_friction():
+    """On a slope of 1 in 2, friction 0.2, by associative flow: its speed is what gravity leaves along the
+    direction in which it slides and lifts off."""
+    block = mo.Block(name="A", vertices=[(0, 0), (2, 1), (1, 3), (-1, 2)], weight=1, live=(1, 0))
+    ground = mo.Block(name="ground", vertices=[(-4, -2), (6, 3), (6, -3)], fixed=True)
+    result = mo.solve(mo.Scene(joints={"friction": 0.2}, blocks=[block, ground]))
+    motion = motion_of(result)
+    slope, friction_angle = np.arctan(0.5), np.arctan(0.2)
+    speed = np.hypot(result.blocks["vx"][0], result.blocks["vy"][0])
+    assert speed == pytest.approx(np.sin(slope - friction_angle), rel=1e-6)
+    assert (motion.slides[0], motion.hinges[0], motion.separates[0]) == (True, False, False)
+
+
+@pytest.mark.parametrize("floor_first", [False, True])
+def test_weight_and_push_meet_the_floor_below_their_resultant(floor_first):
+    # A block of 4 × 2 and weight 3 slides at the push 0.5 × 3 to the right at its centroid, (2, 1). The
+    # line of both runs through there at 1 : 2 and meets the floor at x = 2.5; the floor pushes back.
+    scene = block_on_floor(4, 2, 0.5, weight=3.0, live=(3.0, 0.0))
+    if floor_first:
+        scene = scene.model_copy(update={"blocks": scene.blocks[::-1]})
+    result = mo.solve(scene)
+    resultant, point = thrust(result)
+    on_block = -resultant if floor_first else resultant
+    assert on_block == pytest.approx(np.array([[-1.5, 3.0]]), abs=1e-6)
+    assert point == pytest.approx(np.array([[2.5, 0.0]]), abs=1e-6)
+
+
+@pytest.mark.parametrize("scene", [ARCH, on_a_corner()], ids=["arch", "corner on an edge"])
+def test_resultants_balance_the_loads_of_every_block(scene):
+    """Forces and moments about the centroid, from the blocks as they are given."""
+    result = mo.solve(scene)
+    scene, joints = result.assembly.scene, result.assembly.joints
+    resultant, point = thrust(result)
+    # A joint that nothing presses together carries nothing in these scenes, without cohesion.
+    acts = np.isfinite(point[:, 0])
+    largest = np.abs(resultant).max()
+    assert np.abs(resultant[~acts]).max(initial=0.0) < 1e-5 * largest
+    for index in result.assembly.movable:
+        block = scene.blocks[index]
+        polygon = shapely.Polygon(block.vertices)
+        centroid = np.array(polygon.centroid.coords[0])
+        weight = np.array([0.0, -block.weight_of(polygon.area * scene.thickness)])
+        live = result.load_factor * np.array(block.live)
+        of_weight = weight + result.load_factor * -weight[1] * np.array(block.live_per_weight)
+        points = [np.array(at or centroid) for at in (block.weight_at, block.live_at)]
+        forces = [*zip((of_weight, live), points, strict=True)]
+        for side, sign in ((joints.first, 1.0), (joints.second, -1.0)):
+            own = acts & (side == index)
+            forces += zip(sign * resultant[own], point[own], strict=True)
+        force = sum(force for force, _ in forces)
+        arms = [(force, at - centroid) for force, at in forces]
+        moment = sum(arm[0] * force[1] - arm[1] * force[0] for force, arm in arms)
+        assert [*force, moment] == pytest.approx([0.0] * 3, abs=1e-5 * largest)
+
+
+def test_the_line_of_thrust_runs_through_an_arch_from_support_to_support():
+    result = solved(ARCH)
+    line = marks(result, "line", "thrust")
+    assert line.shape == (27, 2, 2)
+    points, times = np.unique(line.reshape(-1, 2).round(9), axis=0, return_counts=True)
+    assert sorted(times) == [1, 1] + [2] * 26
+    # Between intrados and extrados; voussoirs have straight edges.
+    radius = np.hypot(*points.T)
+    assert (radius > 9.45 - 1e-6).all()
+    assert (radius < 10.55 + 1e-6).all()
+    assert points[times == 1][:, 1] == pytest.approx([0, 0], abs=1e-9)
+    # The resultants on supports say how large all are.
+    assert len(marks(result, "resultants", "thrust")) == 2
+
+
+def test_a_wall_has_no_chain_and_a_column_has_one():
+    wall = assemble(mo.load(WALLS[0]))
+    assert len(chains(wall, np.ones(wall.problem.joints, dtype=bool))) == 0
+    column = assemble(mo.load(CASES / "closed_forms" / "dam_overturns.toml"))
+    # The top lift has one joint; three lifts lie between two.
+    assert len(chains(column, np.ones(column.problem.joints, dtype=bool))) == 3
+    assert len(chains(column, np.zeros(column.problem.joints, dtype=bool))) == 0
+
+
+def test_every_joint_has_the_colour_of_its_utilisation():
+    result = solved(WALLS[0])
+    used = result.joints["utilisation"].to_numpy()
+    drawn = {each.colour: len(each.points) for each in result_elements(result).layers["utilisation"]}
+    edges = np.linspace(0, 1, len(UTILISATION) + 1)
+    edges[-1] = np.inf
+    expected = np.histogram(used[~np.isnan(used)], edges)[0]
+    assert [drawn.get(colour, 0) for colour in UTILISATION] == expected.tolist()
+    assert drawn.get(IDLE, 0) == np.isnan(used).sum()
+
+
+def test_forces_start_at_the_centroid_and_end_on_a_face_that_they_push():
+    scene = block_on_floor(2, 3, live=(1.0, 0.0), dead=(0.0, -2.0), dead_at=(0.5, 3.0))
+    (weight,), (live,), (dead,) = (arrows(scene, kind) for kind in ("weight", "live", "dead"))
+    # The longest of each kind takes 9 % of the scene's larger side.
+    assert weight == pytest.approx(np.array([[1, 1.5], [1, 1.5 - 0.27]]))
+    assert live == pytest.approx(np.array([[1, 1.5], [1.27, 1.5]]))
+    assert dead == pytest.approx(np.array([[0.5, 3.27], [0.5, 3]]))
+
+
+def test_every_load_of_a_block_has_an_arrow_where_it_acts():
+    """On one block: its own force, and two of loads, one of them at a point inside it."""
+    loads = [mo.Load(block="A", live=(2, 0), at=(0.5, 2.5)), mo.Load(block="A", live=(0, -1), dead=(0, -1))]
+    scene = block_on_floor(2, 3).replace(loads=loads)
+    assert arrows(scene, "live") == pytest.approx(
+        np.array([[[1, 1.5], [1.135, 1.5]], [[0.5, 2.5], [0.77, 2.5]], [[1, 1.5], [1, 1.365]]])
+    )
+    assert arrows(scene, "dead") == pytest.approx(np.array([[[1, 1.5], [1, 1.23]]]))
+
+
+def test_arrows_go_with_their_points_and_keep_their_direction():
+    # A block of 1 × 2 overturns about its toe (1, 0) by 6 % of 2 for its fastest corner, (0, 2).
+    result = mo.solve(block_on_floor(1, 2, 0.8))
+    (tail, tip) = arrows(result, "live")[0]
+    turn = 0.12 / np.sqrt(5)
+    assert tail == pytest.approx([0.5 + turn * 1, 1 + turn * 0.5])
+    assert tip - tail == pytest.approx([0.18, 0])
+
+
+def test_all_weights_of_many_blocks_have_one_arrow_but_where_they_push():
+    ((tail, tip),) = arrows(WALLS[0], "weight")
+    assert (tip - tail)[0] == pytest.approx(0)
+    assert (tip - tail)[1] < 0
+    assert len(arrows(WALLS[0], "live")) == 33
+    assert "direction of all weights" in labels(WALLS[0])
+    tilted = block_on_floor(2, 3, live=(0.0, 0.0)).replace(tilt="left")
+    ((tail, tip),) = arrows(tilted, "live")
+    assert tip - tail == pytest.approx([-0.27, 0])
+
+
+def test_water_pushes_more_the_deeper():
+    water = mo.EdgeLoad(start=(0, 0), end=(0, 3), pressure=(3.0, 0.0), kind="live")
+    scene = block_on_floor(2, 3, live=(0.0, 0.0)).replace(edge_loads=[water])
+    rows = arrows(scene, "live")
+    tip, length = rows[:, 1], rows[:, 1, 0] - rows[:, 0, 0]
+    assert tip[:, 0] == pytest.approx(np.zeros(len(rows)))
+    assert length / length.max() == pytest.approx(1 - tip[:, 1] / 3)
+    (along,) = marks(scene, "live", shape="line")
+    assert np.array(along) == pytest.approx(rows[[0, -1], 0])
+    assert "live load, times λ" in labels(scene)
+
+
+def test_nothing_that_is_drawn_of_loads_leaves_the_frame():
+    scene = CASES / "goodman_bray" / "slope.toml"
+    elements, kind = elements_of(scene)
+    low, high = elements.box(elements.shown(kind), 0.0) + elements.assembly.geometry.origin
+    ends = np.concatenate([arrows(scene, name).reshape(-1, 2) for name in ("live", "weight", "dead")])
+    assert (ends >= low).all()
+    assert (ends <= high).all()
+
+
+@pytest.mark.parametrize("along_an_edge", [False, True])
+def test_a_state_under_dead_load_alone_is_shown_without_the_live_load(along_an_edge):
+    """Where a scene falls by itself, and at the ends of a margin; the scene itself is drawn with it."""
+    scene = block_on_floor(dead=(0.9, 0.0))
+    if along_an_edge:
+        push = mo.EdgeLoad(start=(0, 0), end=(0, 2), force=(1, 0), kind="live")
+        scene = block_on_floor(dead=(0.9, 0.0), live=(0.0, 0.0)).replace(edge_loads=[push])
+    falls = mo.solve(scene, "static")
+    margin = mo.least(lambda mu: block_on_floor(friction=mu, dead=(0.4, 0.0)), 0.1, 0.9, samples=0)
+    for result in (falls, margin.fails.result, margin.holds.result):
+        assert not len(marks(result, "live"))
+        assert len(arrows(result, "dead")) == 1
+        assert "live load, times λ" not in labels(result)
+        assert "further dead load" in labels(result)
+    assert len(arrows(scene, "live")) > 0
+    assert "live load, times λ" in labels(mo.solve(block_on_floor(), "static"))
+
+
+def beside(*blocks):
+    """More blocks on the floor beside a block of 2 × 3, whose lower left corner is the origin."""
+    scene = block_on_floor(2, 3)
+    return scene.replace(blocks=[*scene.blocks, *blocks])
+
+
+#: A gap of 0.001 between faces of height 2; C stands on B's corner with its own.
+GAP = beside(rectangle("B", 2.001, 0, 4, 2, weight=1))
+CORNER = beside(rectangle("B", 2, 0, 4, 2, weight=1), rectangle("C", 4, 2, 5, 3, weight=1))
+
+
+def test_joints_found_are_drawn_and_counted():
+    assert len(marks(WALLS[0], "joint")) == 83
+    assert mo.draw(WALLS[0]).axes[0].get_title().endswith("33 blocks, 1 support, 83 joints")
+
+
+def test_a_small_gap_is_marked_as_no_joint():
+    (gap,) = marks(GAP, "gaps")
+    assert np.sort(gap[:, 1]) == pytest.approx([0, 2], abs=0.01)
+    assert gap[:, 0] == pytest.approx([2, 2], abs=0.002)
+    assert len(marks(GAP, "joint")) == 2
+    assert "small gap: no joint" in labels(GAP)
+    assert "1 small gap" in counts(assemble(GAP))
+    assert "small gap: no joint" not in labels(WALLS[0])
+
+
+def test_corners_on_corners_and_on_edges_have_marks_of_their_own():
+    assert marks(CORNER, "corners") == pytest.approx(np.array([[[4, 2]]]))
+    assert "corner on corner: no joint" in labels(CORNER)
+    assert any("corner on corner" in text.get_text() for text in mo.draw(CORNER).texts)
+    assert marks(on_a_corner(), "joint", shape="square") == pytest.approx(np.array([[[1, 0]]]))
+    assert len(marks(on_a_corner(), "joint", shape="line")) == 3
+    assert {"joint", "joint of a corner on an edge"} <= set(labels(on_a_corner()))
+
+
+def test_a_block_that_touches_nothing_is_drawn_and_named():
+    scene = beside(rectangle("far up", 0, 5, 1, 6, weight=1))
+    with pytest.raises(mo.CaseError):
+        mo.solve(scene)
+    figure = mo.draw(scene, names=True)
+    assert "far up" in {text.get_text() for text in figure.axes[0].texts}
+    assert any("'far up' touches no other block" in text.get_text() for text in figure.texts)
+    alone = scene.model_copy(update={"blocks": scene.blocks[1:]})
+    assert counts(assemble(alone, floating=True)) == "1 block, 1 support, 0 joints"
+    mo.draw(alone)
