@@ -121,6 +121,7 @@ class Code(StrEnum):
     LOCKS = "locks"
     BRANCHES = "branches"
     STILL_CARRIES = "still carries"  # steps
+    FORCES_UNDECIDED = "forces undecided"
 
     # Warnings: what looks unintended. Pairs: the joints named, none where the defaults are meant.
     FRICTION_HIGH = "friction high"  # friction, pairs

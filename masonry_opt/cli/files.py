@@ -110,23 +110,28 @@ def convert(
         return
     if out.suffix.lower() not in (".toml", ".json"):
         raise OutputError(f"{out}: a case file's name ends in .toml or .json")
-    _refuse_case_file(drawing)
+    suffix = drawing.suffix.lower()
+    data = parse_file(drawing) if suffix == ".json" else None
+    if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
+        raise OptionError(
+            f"{drawing}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json): solve it "
+            f"as it is (masonry-opt solve {drawing}), or draw its blocks to an OUT that ends in .dxf"
+        )
     for name in ("friction", "unit_weight"):
         if name not in given:
             raise OptionError(f"a drawing says nothing of it: give {_option(name)}")
-    if drawing.suffix.lower() not in _READERS:
+    if suffix not in _READERS:
         raise OptionError(
             f"{drawing}: what is converted ends in .dxf, {', '.join(MESHES)}, or .json for COMPAS data"
         )
-    what, read = _READERS[drawing.suffix.lower()]
+    what, read = _READERS[suffix]
     known = inspect.signature(read).parameters
     _refuse((name for name in given if name not in known), f"{drawing}: {what}")
     options = given | ({"live_layers": dict(given["live_layers"])} if "live_layers" in given else {})
     scene = read(drawing, **options)
     # What is written can be solved as far as its geometry goes.
     joints = len(find_joints(scene, shapes_of(scene)).first)
-    large = sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
-    beside = large and read is mo.read_mesh
+    beside = read is mo.read_mesh and sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
     save(_beside(drawing, out, scene, options) if beside else scene, out, force)
     _tell(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if beside else ""))
 
@@ -137,17 +142,6 @@ def _beside(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) 
     mesh = {"file": os.path.relpath(drawing, out.parent), "live_per_weight": options.get("live", (0.0,) * 3)}
     own = ("source", "joints", "tolerance", "contact_tolerance")
     return CaseFile(mesh=MeshTable(**mesh, **keys), **{key: getattr(scene, key) for key in own})
-
-
-def _refuse_case_file(path: Path) -> None:
-    """Raise OptionError if what is given for a drawing is a case file."""
-    suffix = path.suffix.lower()
-    data = parse_file(path) if suffix == ".json" else None
-    if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
-        raise OptionError(
-            f"{path}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json): solve it as "
-            f"it is (masonry-opt solve {path}), or draw its blocks to an OUT that ends in .dxf"
-        )
 
 
 def _tell(scene: mo.Scene, out: Path, more: str = "") -> None:

@@ -2,7 +2,7 @@
 
 from inspect import signature
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -94,7 +94,8 @@ def sweep(
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
         raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
-    options = given.rest(mo.sweep if vary else mo.sample)
+    run: Any = mo.sweep if vary else mo.sample
+    options = given.rest(run)
     scene = as_scene(case, load_case)
     errors = Console(stderr=True)
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -106,16 +107,13 @@ def sweep(
 
         try:
             with ended_by_kill():
-                if drawn:
-                    told = str(mo.sample(scene, values, out=out, progress=progress, **options))
-                else:
-                    told = said(mo.sweep(scene, values, out=out, progress=progress, **options), list(values))
+                found = run(scene, values, out=out, progress=progress, **options)
         except KeyboardInterrupt:
             done = counted(int(bar.tasks[0].completed), "run")
             raise InterruptedByUserError(
                 f"interrupted: {done} kept, and the same command goes on from there"
             ) from None
-    print_text(told)
+    print_text(said(found, list(values)) if vary else str(found))
     beside = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
     errors.print(f"written: {out / 'runs.csv'}{beside}", markup=False, soft_wrap=True)
 

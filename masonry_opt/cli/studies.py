@@ -3,11 +3,11 @@
 import csv
 import json as json_module
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.console import Console
 
 import masonry_opt as mo
 from masonry_opt.cli.command import (
@@ -27,6 +27,7 @@ from masonry_opt.cli.command import (
 )
 from masonry_opt.drawing.figure import refuse_file, refuse_picture
 from masonry_opt.drawing.view import refuse_view
+from masonry_opt.effort import Phases
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
@@ -198,34 +199,43 @@ def report(
     """
     page, writes = out or Path(f"{case.stem}_report.html"), given.take(mo.report)
     refuse_report(page, **writes)
+    errors = Console(stderr=True)
     with waiting("report") as show, interrupts() as check_interrupt:
+
+        def begins(part: str) -> None:
+            show(f"report: {part}")
+            if not errors.is_terminal:
+                errors.print(f"report: {part} ...", markup=False, soft_wrap=True)
+
         try:
-            answers = _answers(as_scene(case, load_case), show, given.rest())
-            check_interrupt()  # a search that it ended has an answer: the lowest state by then
+            answers = _answers(as_scene(case, load_case), begins, show, given.rest())
+            check_interrupt()  # a search or crossing that it ended has an answer: what was found by then
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: no page written") from None
+        begins("page")
         with writing(page):
             mo.report(answers, page, **writes)
     print_text(printable("\n\n".join([*map(str, answers), str(page)])))
-    crossed = (one for one in answers if isinstance(one, mo.Crossing))
-    if any(one.load_factor is None for one in crossed) or not all(
-        getattr(one, "usable", True) for one in answers
-    ):
+    usable = [one.load_factor is not None if isinstance(one, mo.Crossing) else one.usable for one in answers]
+    if not all(usable):
         raise typer.Exit(1)
 
 
-def _answers(scene: Scene, show: Callable[[str], None], options: dict[str, Any]) -> list[Any]:
+def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
     """What a report is of: load cases, those in which axles cross, or the scene itself."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(one.moves for one in cases):
+        begins("load cases")
         answers.append(mo.solve_cases(scene, phases=show, **options))
     scenes = [scene.with_load_case(case) for case in cases] or [scene]
     if scene.axles and any(one.factor_of_axles for one in scenes):
+        begins("crossing")
         answers.append(mo.crossing(scene, progress=lambda x, _: show(f"first axle at {x:.4g}"), **options))
-        if answers[-1].interrupted:
-            raise KeyboardInterrupt
-    return answers or [mo.solve(scene, phases=show, **options)]
+    if not answers:
+        begins("collapse")
+        answers.append(mo.solve(scene, phases=show, **options))
+    return answers
 
 
 def _range(text: str) -> tuple[str, float, float]:
@@ -251,8 +261,6 @@ def _spectrum(path: Path) -> list[tuple[float, float]]:
                     pairs.append((period, acceleration))
     except OSError as error:
         raise OptionError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise OptionError(f"{path}: is no text") from None
     except (ValueError, csv.Error):
         raise OptionError(
             f"{path}: line {lines.line_num}: a spectrum has a period (s) and an acceleration (g) on each "

@@ -130,7 +130,7 @@ class EdgePath:
                 return reason(Code.BLOCKS_MEET, blocks=meet)
             problem = self._problem(angle)
             if (missed := least_missed(problem, load_factor, self.effort)) is None:
-                return reason(Code.SOLVER_STOPPED, word="statics")
+                return reason(Code.FORCES_UNDECIDED)
             if missed[0] > BORNE:
                 rates, slips = problem.rates(missed[1], problem.friction), problem.slip_speed(missed[1])
                 opens = rates[problem.table.rocks]  # beside what slip opens

@@ -240,7 +240,7 @@ class HingingPath:
             return _PathEvent(Code.BLOCKS_MEET, tuple(over))
         borne = optimum(self.blocks, ahead.touch, poses, point.load_factor, self.effort)
         if borne is None:
-            raise _PathEnded(reason(Code.SOLVER_STOPPED, word="statics"))
+            raise _PathEnded(reason(Code.FORCES_UNDECIDED))
         if borne.value > BORNE:
             return _PathEvent(Code.JOINT_OPENS, (), borne)
         return None

@@ -94,11 +94,6 @@ def versions() -> dict[str, str]:
     return found
 
 
-def versions_hash() -> str:
-    """Short hash of versions and processor: only measurements with the same may be compared."""
-    return digest((versions(), _processor()))[:8]
-
-
 def machine() -> dict[str, str]:
     """Processor, cores, memory and system."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9 if hasattr(os, "sysconf") else 0

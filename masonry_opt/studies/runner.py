@@ -232,7 +232,7 @@ def _made(prepare: bytes, task: Any) -> TaskEnd:
     try:
         if getattr(_kept, "prepare", None) != prepare:
             make = pickle.loads(prepare)
-            _kept.prepare, _kept.function = prepare, make() if make else _call
+            _kept.prepare, _kept.function = prepare, make() if make else lambda task: task()
             began = time.perf_counter()
         value = _kept.function(task)
     except MasonryError as error:
@@ -243,10 +243,6 @@ def _made(prepare: bytes, task: Any) -> TaskEnd:
         error.add_note(traceback.format_exc())
         how, reason, raised = CRASHED, f"{type(error).__name__}: {error}", _sendable(error)
     return TaskEnd(how, reason, value, raised, time.perf_counter() - began, _peak())
-
-
-def _call(task: Callable[[], Any]) -> Any:
-    return task()
 
 
 def _sendable(error: Exception) -> Exception | None:

@@ -136,19 +136,6 @@ def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
     return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{more}{drawn}'
 
 
-def study_page(
-    title: str,
-    facts: Mapping[str, str],
-    pictures: Mapping[str, bytes],
-    parts: Mapping[str, str],
-    tables: Mapping[str, dict[str, Any]],
-) -> str:
-    """What a study found, its pictures (SVG) by what they show, and parts (HTML) and tables by headings, as
-    HTML that stands by itself; raises as :func:`render`.
-    """
-    return render("study.html", title=title, facts=facts, pictures=pictures, parts=parts, tables=tables)
-
-
 def render(template: str, **values: object) -> str:
     """A page from a template in ``templates/`` and the values it names, which are escaped.
 

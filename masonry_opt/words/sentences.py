@@ -316,5 +316,6 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LOCKS: "the mechanism locks: from here on it has no motion of finite size",
     Code.BRANCHES: "several motions are possible from here on: blocks have come free",
     Code.STILL_CARRIES: lambda v: f"λ is not at zero after {counted(v['steps'], 'state')}",
+    Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: ask for other states ('steps')",
     **WARNINGS,
 }

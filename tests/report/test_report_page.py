@@ -161,8 +161,10 @@ def test_the_command_solves_load_cases_and_crosses(monkeypatch, capsys, tmp_path
     monkeypatch.chdir(tmp_path)
     Path("bridge.toml").write_text(BRIDGE)
     asked = ("--method", "static", "--units", "m, kN")
-    code, out, _ = run_command(monkeypatch, capsys, "report", "bridge.toml", *asked)
+    code, out, error = run_command(monkeypatch, capsys, "report", "bridge.toml", *asked)
     assert (code, out.splitlines()[-1]) == (0, "bridge_report.html")
+    # Where standard error is no terminal, one line for each part as it begins.
+    assert error == "".join(f"report: {part} ...\n" for part in ("load cases", "crossing", "page"))
     page = Read(tmp_path / "bridge_report.html")
     for words in ("Load cases: λ = 6.00000", "Axles 'wheel', load case 'traffic': least λ = 2.66667", "1.5"):
         assert words in page.text

@@ -18,7 +18,7 @@ from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.compare import frames, judge, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.runs import CaseScene, Pair, RunPlan, find_scenes, plan
-from masonry_opt.studies.journal import Journal, digest, versions_hash
+from masonry_opt.studies.journal import Journal, digest, machine, versions
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import csv_text, write_files
 
@@ -180,14 +180,15 @@ class _JournalRuns:
     notes: list[str]
 
     def runs(self, scenes: Sequence[CaseScene], pairs: Sequence[Pair]) -> Iterator[dict[str, Any]]:
-        versions, limits = versions_hash(), self.limits
+        # Only measurements by the same versions and processor may be compared.
+        made_by, limits = digest((versions(), machine()["processor"]))[:8], self.limits
         long: set[tuple[str, Pair]] = set()
         # Repeats come last: an interrupted comparison has made everything once.
         asked = [*product(range(1, limits.repeats + 1), scenes, pairs)]
         for number, (repeat, scene, pair) in enumerate(asked, start=1):
             if (scene.name, pair) in long:
                 continue
-            which = (scene.name, scene.content, versions, *astuple(pair), repeat)
+            which = (scene.name, scene.content, made_by, *astuple(pair), repeat)
             columns = dict(zip(runs.KEY, which, strict=True))
             key = " · ".join(map(str, columns.values()))
             row = self.journal.find(key)

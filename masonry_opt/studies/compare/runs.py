@@ -5,7 +5,8 @@ import contextlib
 import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -156,7 +157,13 @@ def plan(
     pairs: list[Pair] = []
     left_out: list[tuple[str, str, str, str]] = []
     for method in methods:
-        for model, solver in _combinations(method, models, solvers):
+        combinations = [*product(models, solvers)]
+        if METHODS[method].own_tolerances:
+            own = [
+                (model, solver) for model, allowed in METHODS[method].solvers.items() for solver in allowed
+            ]
+            combinations = [pair for pair in own if pair[1] in solvers] or own[:1]
+        for model, solver in combinations:
             try:
                 how = HowToSolve(method, model, solver)
             except OptionError as error:
@@ -168,15 +175,6 @@ def plan(
         why = "; ".join(f"{', '.join(names)}: {reason}" for *names, reason in left_out)
         raise OptionError(f"nothing to compare: {why}")
     return RunPlan(tuple(dict.fromkeys(pairs)), tuple(left_out))
-
-
-def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
-    """Models and solvers as named; of a method with tolerances of its own, those it has."""
-    own = METHODS[method]
-    if not own.own_tolerances:
-        return [(model, solver) for model in models for solver in solvers]
-    every = [(model, solver) for model, allowed in own.solvers.items() for solver in allowed]
-    return [pair for pair in every if pair[1] in solvers] or every[:1]
 
 
 def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
@@ -214,8 +212,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
 def bound_scene(path: Path) -> dict[str, float]:
     """Certified bounds of a case file's associative load factor (see ``certified_bounds``)."""
     _take_one_core()
-    bounds = certified_bounds(assemble(load(path)).problem)
-    return {"lower": bounds.lower, "upper": bounds.upper}
+    return asdict(certified_bounds(assemble(load(path)).problem))
 
 
 def _take_one_core() -> None:

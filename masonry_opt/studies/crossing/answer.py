@@ -20,7 +20,7 @@ from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.result import Result
 from masonry_opt.studies.crossing.search import Passage, PassageTrials
 from masonry_opt.studies.many.runs import columns, framed
-from masonry_opt.studies.writing import StudyAnswer, frame_table, records, study_page
+from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
@@ -337,8 +337,9 @@ class Crossing(StudyAnswer):
         parts = {"At the worst position": notebook_html(self.worst)}
         named = {"position": "first axle at", "load_case": "load case that governs", "load_factor": "λ"}
         rows = frame_table(self.told, _FORMATS, **named)
-        title, tables = title_of(self.worst.assembly.scene), {"Every position solved": rows}
-        return study_page(title, self.facts(), pictures, parts, tables)
+        told = {"title": title_of(self.worst.assembly.scene), "facts": self.facts()}
+        tables = {"Every position solved": rows}
+        return render("study.html", pictures=pictures, parts=parts, tables=tables, **told)
 
 
 def _place(passage: Passage, position: float) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -207,4 +208,4 @@ def _line(scene: Scene, group: Axles) -> list[Point]:
             f"{scene.origin}: axles '{group.name}': on which road? Give 'road', the points of a line above "
             "the blocks from left to right"
         )
-    return [point for point, after in zip(points, [*points[1:], None], strict=True) if point != after]
+    return [point for point, _ in groupby(points)]

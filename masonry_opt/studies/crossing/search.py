@@ -148,14 +148,12 @@ class MovingLoad:
         model = CvxpyStatic(scaled.problem, scaled.limits(ShearLimits.true(problem)))
         self._statics = model.statics
         self._program = HighsSession(model.program, effort, "associative load factor")
-        self.solved = 0
 
     def __call__(self, live: np.ndarray) -> Solution:
         """The associative answer under a live load, shape (3b,), certified by itself."""
         problem = replace(self._problem, live=live)
         statics, program = self._statics, self._program
         program.set_column(statics.load_factor, statics.equilibrium, live / problem.live_norm)
-        self.solved += 1
         verdict = program.solve()
         solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=program.size)
         if verdict is Verdict.OPTIMAL:

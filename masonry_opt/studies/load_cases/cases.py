@@ -1,7 +1,7 @@
 """All load cases of a scene, and which of them governs; earthquakes from all sides in place of them."""
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -259,7 +259,7 @@ def solve_all(
     """Results of scenes of the same blocks, by name, by one session."""
     session = prepare(method, keeps=True, **options)
 
-    def named(name: str) -> Callable[[str], None]:
+    def named(name: str) -> Phases:
         return lambda phase: phases(f"{name}: {phase}")
 
     return {name: session.solve(scene, progress, Effort(named(name))) for name, scene in scenes.items()}
@@ -307,17 +307,14 @@ def directions(
     ratios = [own.vertical] if vertical is None else list(np.atleast_1d(vertical).tolist())
     if not ratios:
         raise OptionError("'vertical' is one number or several (found none)")
-    angles = _angles(every)
-    pushes: list[Any] = ["left", "right"] if of.dimension == 2 else list(angles)
+    if isinstance(every, bool) or not isinstance(every, int | float) or not 360 / _MOST <= every <= 360:
+        raise OptionError(f"'every' is an angle from {360 / _MOST:g} to 360 degrees (found {every!r})")
+    pushes: list[Any] = ["left", "right"]
+    if of.dimension == 3:
+        pushes = [float(f"{place * every:.12g}") for place in range(int(np.ceil(360 / every - 1e-9)))]
     quakes = [
         Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
         for ratio, push in itertools.product(ratios, pushes)
     ]
     scenes = {str(quake): of.shaken(quake) for quake in quakes}
     return Directions(solve_all(scenes, method, progress, phases, **options))
-
-
-def _angles(every: float) -> list[float]:
-    if isinstance(every, bool) or not isinstance(every, int | float) or not 360 / _MOST <= every <= 360:
-        raise OptionError(f"'every' is an angle from {360 / _MOST:g} to 360 degrees (found {every!r})")
-    return [float(f"{place * every:.12g}") for place in range(int(np.ceil(360 / every - 1e-9)))]

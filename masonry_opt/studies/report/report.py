@@ -191,12 +191,10 @@ def _(answer: Crossing) -> Part:
     first = f"travelling {answer.direction}, first axle at x = {numeral(least.position, '.6g')}"
     rows = shown(answer.told, position="first axle at", load_case="load case that governs")
     axles = {one.passage.axles.name: one.passage.axles for one in answer.passages}
-    heading, governs = _of_case(f"Axles {', '.join(map(repr, axles))}", worst), ""
+    named, governs = f"Axles {', '.join(map(repr, axles))}", ""
+    heading = _of_case(named, worst)
     if len(answer.by_case) > 1 and not missed:
-        heading, governs = (
-            f"Axles {', '.join(map(repr, axles))}, every load case",
-            f", '{worst.load_case}' governs",
-        )
+        heading, governs = f"{named}, every load case", f", '{worst.load_case}' governs"
     return Part(
         heading=heading,
         says=f"least {told_factor(worst)}: '{answer.axles}' {first}{governs}",

@@ -78,12 +78,12 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
     """The scene with supports that can move, and no live loads but those on them."""
     none = (0.0,) * scene.dimension
     still: dict[str, Any] = {"live": none, "live_per_weight": none, "live_at": None}
-    blocks = []
-    for number, block in enumerate(scene.blocks):
-        given = still | ({"live_moment": none} if scene.dimension == 3 else {})
-        if number in supports:
-            given |= {"fixed": False, "weight": 0.0, "unit_weight": None, "live": tuple(force.tolist())}
-        blocks.append(block.replace(**given))
+    if scene.dimension == 3:
+        still["live_moment"] = none
+    moves = still | {"fixed": False, "weight": 0.0, "unit_weight": None, "live": tuple(force.tolist())}
+    blocks = [
+        block.replace(**(moves if number in supports else still)) for number, block in enumerate(scene.blocks)
+    ]
     loads = [
         load.replace(**{key: none for key in ("live", "live_moment") if getattr(load, key)})
         for load in scene.loads

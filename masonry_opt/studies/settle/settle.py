@@ -31,7 +31,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.settle.bound import COLUMNS, NOTE, Bound, moving, opening_marks
 from masonry_opt.studies.settle.freed import freed, refuse_idle, supports_of, unit_of
-from masonry_opt.studies.writing import StudyAnswer, frame_table, records, study_page
+from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
@@ -196,7 +196,8 @@ class Settlement(StudyAnswer):
             if len(end.openings)
         }
         title = title_of((self.fallen or next(iter(self.ends.values())).result).assembly.scene)
-        return study_page(title, self.facts(), pictures, {}, tables)
+        told = {"title": title, "facts": self.facts()}
+        return render("study.html", pictures=pictures, parts={}, tables=tables, **told)
 
 
 def _drawn(
