@@ -300,8 +300,7 @@ def notebook_html(result: Outcome) -> str:
         *(f"Warning: {text(words)}" for words in sentences(result.warnings)),
     ]
     if result.size.blocks <= MOST_BLOCKS:
-        in_space = result.assembly.scene.dimension == 3
-        lines.append(_image(result) if in_space else _picture(elements))
+        lines.append(_picture(elements) if result.contacts is None else _image(result))
     lines.append(caption(elements))
     if result.certificate is not None:
         left = (f"{name} {numeral(value, '.1e')}" for name, value in result.certificate.as_dict().items())

@@ -75,8 +75,6 @@ def least_missed(
         row_upper=np.concatenate([np.full(rows, np.inf), -load, np.full(faces, np.inf)]),
         low=np.where(cost > 0, 0.0, -np.inf),
         high=np.full(len(cost), np.inf),
-        columns={},
-        rows={},
     )
     for presolve in ("choose", "off"):  # of what presolve leaves HiGHS' simplex may end in an error
         session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12, presolve=presolve)

@@ -22,7 +22,7 @@ from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.models.pyomo_mpec import PyomoMpec, PyomoRelaxed
 from masonry_opt.problem.load_units import in_units_of_live_load
 from masonry_opt.problem.problem import State
-from masonry_opt.solvers import ipopt as drivers
+from masonry_opt.solvers.ipopt import CasadiIpopt
 from masonry_opt.solvers.registry import find_solver
 
 #: The relaxation falls by this factor between solves.
@@ -129,7 +129,7 @@ class _Path:
             self._start = start or State(0.0, q, d, p)
             self._model.start_from(self._start)
         with effort.measure("compile"):
-            self._ipopt = getattr(drivers, task.solver.entry.engine)(self._model)
+            self._ipopt = CasadiIpopt(self._model)
         effort.uses(task.solver.name, "relaxation")
 
     def ended(self, status: Status, reasons: list[Reason], found: Found) -> Solution:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import Any, Protocol, Self, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -104,19 +104,13 @@ class Driver:
         return self._engine.size()
 
 
-class Keepable(Protocol):
-    """Programs or factors that serve for other friction, cohesion and dilatancy."""
-
-    def again_for(self, problem: Problem, effort: Effort) -> Self:
-        """The same for a problem of which :meth:`~.problem.Problem.same_program` holds, solved from a cold
-        start and counted in another effort."""
-
-
-_T = TypeVar("_T", bound=Keepable)
+_T = TypeVar("_T")
 
 
 class Kept:
-    """Programs and factors by what they are for, one each.
+    """Programs and factors by what they are for, one each. They serve for other friction, cohesion and
+    dilatancy: their ``again_for(problem, effort)`` is the same for a problem of which
+    :meth:`~.problem.Problem.same_program` holds, solved from a cold start and counted in another effort.
 
     What is kept may change the time of an analysis, never its load factor: every solve begins cold. (Forces
     kept of another scene may show that a scene stands, where a solver alone would not decide.)
@@ -128,14 +122,14 @@ class Kept:
 
     def __init__(self, keeps: bool = False) -> None:
         self.keeps = keeps
-        self._held: dict[Hashable, tuple[Problem, Keepable]] = {}
+        self._held: dict[Hashable, tuple[Problem | None, Any]] = {}
 
     def of(self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T]) -> _T:
         """What is kept under a key, for this problem; built where there is nothing, or it is of other
         matrices, loads or strengths."""
         before, held = self._held.get(key, (None, None))
         if before is problem or (self.keeps and before is not None and problem.same_program(before)):
-            return cast(_T, held).again_for(problem, effort)
+            return cast(_T, held.again_for(problem, effort))
         built = build()
         self._held[key] = problem, built
         return built

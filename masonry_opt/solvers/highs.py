@@ -3,7 +3,7 @@ while their costs and bounds change."""
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any
 
@@ -37,18 +37,12 @@ class LinearProgram:
     row_upper: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    columns: Mapping[int | str, np.ndarray]
-    rows: Mapping[int | str, np.ndarray]
+    columns: Mapping[int | str, np.ndarray] = field(default_factory=dict)
+    rows: Mapping[int | str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, program: Any) -> "LinearProgram":
-        """The program as its modelling language compiles it, CVXPY or Pyomo."""
-        if type(program).__module__.startswith("cvxpy"):
-            return cls._of_cvxpy(program)
-        return cls._of_pyomo(program)
-
-    @classmethod
-    def _of_cvxpy(cls, program: Any) -> "LinearProgram":
+    def of(cls, program: cp.Problem) -> "LinearProgram":
+        """The program as CVXPY compiles it."""
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
         rhs, equations = np.asarray(data["b"], dtype=float), data["dims"].zero
         width, offset = len(data["c"]), data["param_prob"].var_id_to_col
@@ -78,7 +72,8 @@ class LinearProgram:
         )
 
     @classmethod
-    def _of_pyomo(cls, program: Any) -> "LinearProgram":
+    def of_pyomo(cls, program: Any) -> "LinearProgram":
+        """The program as Pyomo compiles it."""
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
@@ -98,7 +93,6 @@ class LinearProgram:
                 id(variable): np.array([column[id(data)] for data in variable.values()], dtype=np.int32)
                 for variable in program.component_objects(Var)
             },
-            rows={},
         )
 
     @property
@@ -136,8 +130,8 @@ _VERDICTS = {
 
 
 class HighsSession:
-    """A linear program in HiGHS, as declared or compiled before. After a change of costs or bounds simplex
-    starts from the last basis.
+    """A linear program in HiGHS, as declared in CVXPY or compiled before. After a change of costs or bounds
+    simplex starts from the last basis.
 
     Parameters
     ----------

@@ -1,15 +1,11 @@
-"""IPOPT for models declared in Pyomo: the library in CasADi's wheel, or an executable."""
+"""IPOPT, the library in CasADi's wheel, for models declared in Pyomo."""
 
-import re
-import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyomo.environ as pyo
-from pyomo.common.errors import ApplicationError
 from pyomo.repn.plugins.nl_writer import NLWriter
 
 from masonry_opt.models.pyomo_mpec import PyomoRelaxed
@@ -86,42 +82,3 @@ class CasadiIpopt:
     def forget(self) -> None:
         """Begin the next solve without multipliers."""
         self._multipliers = {}
-
-
-class ExecutableIpopt:
-    """The same by an ``ipopt`` executable on the PATH, through Pyomo."""
-
-    def __init__(self, model: PyomoRelaxed) -> None:
-        self._solver = pyo.SolverFactory("ipopt", executable=shutil.which("ipopt"))
-        self._solver.options.update(_OPTIONS)
-        self._epsilon = model.epsilon
-        program = self._program = model.program
-        # The multipliers that one solve leaves and the next begins with.
-        for bound in ("zL", "zU"):
-            program.add_component(f"ipopt_{bound}_out", pyo.Suffix(direction=pyo.Suffix.IMPORT))
-            program.add_component(f"ipopt_{bound}_in", pyo.Suffix(direction=pyo.Suffix.EXPORT))
-        program.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT_EXPORT)
-
-    def solve(self, epsilon: float) -> NlpAnswer:
-        """See :meth:`CasadiIpopt.solve`."""
-        program = self._program
-        self._epsilon.set_value(epsilon)
-        program.ipopt_zL_in.update(program.ipopt_zL_out)
-        program.ipopt_zU_in.update(program.ipopt_zU_out)
-        with tempfile.TemporaryDirectory() as folder:
-            log = Path(folder) / "ipopt.log"
-            try:
-                result = self._solver.solve(program, load_solutions=False, logfile=str(log))
-            except (ApplicationError, ValueError, OSError) as error:
-                return NlpAnswer(f"{type(error).__name__}: {error}", False, 0)
-            counted = re.search(r"Number of Iterations\.*: *(\d+)", log.read_text(errors="replace"))
-        status = str(result.solver.termination_condition)
-        solved = status == "optimal"
-        if solved:
-            program.solutions.load_from(result)
-        return NlpAnswer(status, solved, int(counted[1]) if counted else 0)
-
-    def forget(self) -> None:
-        """Begin the next solve without multipliers."""
-        for suffix in ("ipopt_zL_out", "ipopt_zU_out", "ipopt_zL_in", "ipopt_zU_in", "dual"):
-            getattr(self._program, suffix).clear()

@@ -2,7 +2,6 @@
 ends."""
 
 import importlib.util
-import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -29,7 +28,7 @@ class SolverEntry:
     Attributes
     ----------
     language: one of ``MODELS``.
-    engine: its name in that language; of IPOPT the class in ``solvers/ipopt.py`` that drives it.
+    engine: its name in that language.
     options: its options by tolerance; None if it keeps tolerances of its own.
     missing: what to do to have it, if it is not installed.
     interior: whether it ends inside the set of optimal states, not in a vertex.
@@ -136,10 +135,6 @@ def _without_casadi() -> str:
     return "" if importlib.util.find_spec("casadi") else "CasADi brings IPOPT: pip install '.[mpec]'"
 
 
-def _without_ipopt() -> str:
-    return "" if shutil.which("ipopt") else "there is no executable named ipopt on the PATH"
-
-
 _ENTRIES = (
     SolverEntry("clarabel", "cvxpy", "CLARABEL", _clarabel, interior=True, stops_early=True, conic=True),
     SolverEntry("highs", "cvxpy", "HIGHS", _highs_simplex),
@@ -151,8 +146,7 @@ _ENTRIES = (
     SolverEntry("highs", "pyomo", "highs", _highs_simplex),
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, interior=True),
-    SolverEntry("casadi", "pyomo", "CasadiIpopt", None, _without_casadi, interior=True, nonlinear=True),
-    SolverEntry("ipopt", "pyomo", "ExecutableIpopt", None, _without_ipopt, interior=True, nonlinear=True),
+    SolverEntry("casadi", "pyomo", "ipopt", None, _without_casadi, interior=True, nonlinear=True),
     # This package's own, of the complementarity problem.
     SolverEntry("newton", MATRICES, "newton", None, interior=True),
 )

@@ -19,12 +19,8 @@ from masonry_opt.words.sentences import BY_CHORDS, by_sides, message, numeral, s
 
 #: Codes that tell what is known of lower states.
 _BOUNDS = (
-    Code.PROVEN,
-    Code.WITHIN_IMPOSED,
-    Code.TOUCHES_IMPOSED,
-    Code.OUT_OF_TIME,
-    Code.OUT_OF_TIME_WITHIN_IMPOSED,
-    Code.BELOW_ZERO,
+    *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
+    *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED, Code.BELOW_ZERO),
 )
 
 #: Codes that tell what was tried, and nothing of the scene.
@@ -106,8 +102,7 @@ def _mechanism(result: Outcome) -> str:
     of = joint_motion(result.assembly, result.solution)
     moving = len(moving_blocks(result.assembly, result.solution.d))
     done = {"slide": of.slides, "hinge": of.hinges, "separate": of.separates, "crush": of.crushes}
-    counts = {word: int(joints.sum()) for word, joints in done.items()}
-    said = [f"{count} {verb(count, word)}" for word, count in counts.items() if count]
+    said = [f"{n} {verb(n, word)}" for word, joints in done.items() if (n := int(joints.sum()))]
     joints = f"; of the joints {', '.join(said)}" if said else ""
     return f"{moving} of {counted(result.size.blocks, 'block')}{joints}"
 
@@ -340,13 +335,12 @@ def _reference(result: Outcome) -> str:
     names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
     known = result.assembly.scene.reference
     name = next((name for name in names.get(result.method, [result.method]) if name in known), None)
-    found, of = result.load_factor, ""
+    found, of, off = result.load_factor, "", ""
     if name is None and "associative" in known and result.associative is not None:
         name, found, of = "associative", result.associative, "associative "
     if name is None:
         return ""
     reference = known[name]
-    off = ""
     if found is not None and reference.value:
         off = f", here {numeral(100 * (found / reference.value - 1), '+.3f')} %"
     return f"{of}{reference.value} ({reference.source}){off}"

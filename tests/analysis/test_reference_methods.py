@@ -169,26 +169,10 @@ def test_what_a_failed_series_keeps_is_called_what_it_is(monkeypatch):
     assert result.joints["n"].notna().all()
 
 
-def test_ipopt_executable_that_fails_is_a_status(monkeypatch, tmp_path):
-    broken = tmp_path / "ipopt"
-    broken.write_text("#!/bin/sh\nexit 1\n")
-    broken.chmod(0o755)
-    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
-    result = mo.solve(WALLS[0], "mpec", solver="ipopt")
-    assert result.status is mo.Status.HOMOTOPY
-    assert result.load_factor is None
-
-
 def test_mpec_without_its_extra_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
     with pytest.raises(mo.OptionError, match=r"\[mpec\]"):
         mo.solve(WALLS[0], "mpec")
-
-
-def test_ipopt_executable_that_is_not_there(monkeypatch):
-    monkeypatch.setenv("PATH", "")
-    with pytest.raises(mo.OptionError, match="ipopt"):
-        mo.solve(WALLS[0], "mpec", solver="ipopt")
 
 
 @pytest.mark.slow

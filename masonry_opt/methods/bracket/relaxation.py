@@ -100,7 +100,7 @@ def relaxed(
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, near, moves)
     with effort.measure("compile"):
-        lp = LinearProgram.of(model.program)
+        lp = LinearProgram.of_pyomo(model.program)
     point, multipliers = _solved(lp, _reach(model, lp, highest, of), (of.lowest, highest), seconds, effort)
     return _proven(model, lp, multipliers, highest, of), _forces(model, lp, point), lp.size
 

@@ -113,7 +113,6 @@ def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
         low=np.r_[np.zeros(faces), np.full(height, -inf)],
         high=np.full(faces + height, inf),
         columns={"p": _numbers(faces), "d": _numbers(height, faces)},
-        rows={},
     )
     return forces, motion
 

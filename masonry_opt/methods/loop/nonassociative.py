@@ -11,7 +11,7 @@ from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.loop.exact_end import belong_together
 from masonry_opt.methods.loop.options import Attempt, LoopOptions
-from masonry_opt.methods.loop.run import Iteration, run
+from masonry_opt.methods.loop.run import Iteration, Run
 from masonry_opt.methods.loop.steps import LimitUpdate
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, State
@@ -116,7 +116,7 @@ def nonassociative(task: Task) -> Solution:
             problem = given.by_cone if attempt.solver.entry.conic else given
             driver = _declare(task, problem, attempt)
         revise = options.revise or LimitUpdate.limits
-        solution = run(problem, driver, attempt, follow, revise)
+        solution = Run(problem, driver, attempt).follow(follow, revise)
         if not solution.history:
             word = solution.reasons[0].values["word"]
             status, why = no_optimum(given, word, attempt.solver, task.effort)

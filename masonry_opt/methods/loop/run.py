@@ -95,24 +95,15 @@ def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt:
     )
 
 
-def run(
-    problem: Problem,
-    driver: Driver,
-    attempt: Attempt,
-    progress: Callable[[Iteration], None] = lambda _: None,
-    revise: Revise = LimitUpdate.limits,
-) -> Solution:
-    """Follow the loop to its end.
+class Run:
+    """A run of the loop.
 
     Parameters
     ----------
     driver: of a static model; its shear limits alone are changed.
     attempt: its parameters, and the solver of the exact end.
     """
-    return _Run(problem, driver, attempt).follow(progress, revise)
 
-
-class _Run:
     def __init__(self, problem: Problem, driver: Driver, attempt: Attempt) -> None:
         self.problem, self.driver, self.attempt = problem, driver, attempt
         self.parameters = attempt.parameters
@@ -127,7 +118,8 @@ class _Run:
         """Whether the first load factor is the associative one: rough sub-problems end up to .4 % from it."""
         return self.parameters.start == "associative" and self.parameters.tolerance is None
 
-    def follow(self, progress: Callable[[Iteration], None], revise: Revise) -> Solution:
+    def follow(self, progress: Callable[[Iteration], None], revise: Revise = LimitUpdate.limits) -> Solution:
+        """Follow the loop to its end."""
         problem, parameters = self.problem, self.parameters
         loop = sub_problems(problem, self.driver, parameters, revise)
         for last in islice(loop, parameters.max_iterations):

@@ -17,7 +17,7 @@ from masonry_opt.methods.loop import run as loop_run
 from masonry_opt.methods.loop.exact_end import MOST_ENERGY, accurate_end, rough_end
 from masonry_opt.methods.loop.nonassociative import REMEDIES, Shortfall
 from masonry_opt.methods.loop.options import PAPER, ROUGH_FROM, Attempt, LoopOptions
-from masonry_opt.methods.loop.run import diverges, obeys_own_flow, period, run
+from masonry_opt.methods.loop.run import Run, diverges, obeys_own_flow, period
 from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_exact import CvxpyForces, energy_costs
@@ -33,7 +33,7 @@ def followed(problem, driver, **options):
     """A run of the loop with those options, and its steps."""
     said = []
     parameters = LoopOptions(**options).parameters(problem.joints, CLARABEL)
-    return run(problem, driver, Attempt(parameters, CLARABEL), said.append), said
+    return Run(problem, driver, Attempt(parameters, CLARABEL)).follow(said.append), said
 
 
 # Its steps ---------------------------------------------------------------------------------------------
@@ -325,7 +325,7 @@ def test_an_early_end_that_fails_is_tried_again_after_a_pause(monkeypatch):
     parameters = LoopOptions(sub_problems="rough", tol=0.5, max_iterations=14).parameters(1, CLARABEL)
     seen, tried_after = [], []
     monkeypatch.setattr(loop_run, "rough_end", lambda *_: tried_after.append(len(seen)))
-    solution = loop_run.run(problem, declared(problem), Attempt(parameters, CLARABEL), seen.append)
+    solution = loop_run.Run(problem, declared(problem), Attempt(parameters, CLARABEL)).follow(seen.append)
     assert solution.status is mo.Status.ITERATION_LIMIT
     assert [reason.code for reason in solution.reasons] == [Code.STILL_CHANGES]
     assert len(tried_after) > 2

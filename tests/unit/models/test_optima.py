@@ -169,7 +169,7 @@ def exact_state(scene):
 
 def products_of(problem, highest, largest, radii, lowest=0.0):
     model = PyomoProducts(problem, (lowest, highest), largest, *Distances(problem).within(radii))
-    return model, LinearProgram.of(model.program)
+    return model, LinearProgram.of_pyomo(model.program)
 
 
 def factors_at(factors, state):

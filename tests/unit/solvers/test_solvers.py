@@ -226,10 +226,8 @@ def test_rougher_is_the_same_solver_asked_for_less(name):
 
 
 @pytest.mark.parametrize(("language", "name"), SOLVERS)
-def test_programs_of_cvxpy_alone_are_solved_by_whom_can_be_trusted(language, name, monkeypatch):
+def test_programs_of_cvxpy_alone_are_solved_by_whom_can_be_trusted(language, name):
     entry = SOLVERS[language, name]
-    if name == "ipopt":
-        monkeypatch.setattr("shutil.which", lambda _: "/usr/bin/ipopt")
     of_cvxpy = in_cvxpy(find_solver(language, name, 1e-4))
     known = SOLVERS.get(("cvxpy", name))
     expected = name if known and known.decides else "clarabel"
