@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
-from mappings import SAME
 from scenes import CASES, WALLS, small_wall, solved, two_blocks, values_of
 
 import masonry_opt as mo
@@ -40,13 +39,9 @@ def test_small_scenes_are_proved_without_any_assumption(path):
     assert result.certificate.worst < EXACT
 
 
-@pytest.mark.parametrize(
-    ("length", "courses", "least"),
-    [(1, 4, 0.479263), pytest.param(3, 4, 0.65, marks=pytest.mark.slow)],
-)
-def test_brackets_of_running_bonds_close_below_the_rates_assumed(length, courses, least):
-    result = solved(small_wall(courses, length), "global", time_limit=300.0)
-    assert result.load_factor == pytest.approx(least, abs=1e-6)
+def test_the_bracket_of_a_running_bond_closes_below_the_rates_assumed():
+    result = solved(small_wall(4, 1), "global", time_limit=300.0)
+    assert result.load_factor == pytest.approx(0.479263, abs=1e-6)
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
     assert result.status is mo.Status.CONVERGED
     said = values_of(result, Code.WITHIN_IMPOSED)
@@ -141,18 +136,9 @@ def test_every_program_is_told_and_begins_where_the_last_ended(monkeypatch):
     assert (np.diff(bounds) > 0).all()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["turned by 37°"])
-def test_the_bound_does_not_depend_on_how_a_scene_is_written(name):
-    scene = small_wall(3, 1)
-    found = mo.solve(SAME[name](scene), "global").bound
-    assert found == pytest.approx(solved(scene, "global").bound, rel=2 * CLOSED)
-
-
-@pytest.mark.parametrize(("kind", "seed"), [("stack", 1), pytest.param("arch", 2, marks=pytest.mark.slow)])
-def test_no_bound_exceeds_a_known_state(kind, seed):
+def test_no_bound_exceeds_a_known_state():
     """The default ends in a state of its own, which the bracket has not seen."""
-    scene = random_scene(kind, seed)
+    scene = random_scene("stack", 1)
     known, result = solved(scene, "mcp"), solved(scene, "global", time_limit=10.0)
     assert result.bound is not None
     assert result.bound <= known.load_factor * (1 + 1e-9)

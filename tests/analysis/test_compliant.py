@@ -17,12 +17,9 @@ from masonry_opt.methods.push.pushed import Ended
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import State
-from masonry_opt.scene.blocks import rectangle
 
 #: Shares of the load to expect under which a scene comes to rest, one after another, and one that fells it.
 CARRIED, FELLS = (0.25, 0.5, 0.75, 0.9, 0.95, 0.99), 1.01
-#: A wall with an exact state at a seventh of what it carries from rest.
-OTHER = 77006
 
 
 def code(result):
@@ -44,19 +41,6 @@ def test_the_certificate_is_of_contacts_that_give(name):
     left = residuals(PyomoMcp(problem), State(result.load_factor, found.q, found.d, p)).compatibility
     gives = soft.compliance * (found.q - soft.settled)
     np.testing.assert_allclose(left, -gives, atol=1e-8 * np.abs(found.d).max())
-
-
-@pytest.mark.parametrize("name", ["two_leaves", "dam_slides", "dam_overturns", "buttress"])
-def test_closed_forms_where_forces_are_determinate(name):
-    result = solved(CASES / "closed_forms" / f"{name}.toml", "compliant")
-    known = result.assembly.scene.reference
-    expected = known.get("coulomb", known["associative"]).value
-    assert result.load_factor == pytest.approx(expected, rel=1e-5)
-
-
-def test_nothing_collapses_where_the_load_presses_blocks_down():
-    scene = random_scene("wall", 77010)
-    assert solved(scene, "compliant").load_factor is None
 
 
 @pytest.fixture
@@ -115,9 +99,8 @@ def test_a_curve_starts_from_where_the_weight_has_brought_the_load():
     np.testing.assert_allclose(curve["load_factor"], expected, rtol=1e-7)
 
 
-@pytest.mark.parametrize("number", [1])
-def test_a_curve_ends_in_the_load_to_expect(number):
-    plain, result = (solved(WALLS[number - 1], "compliant", **given) for given in ({}, {"curve": True}))
+def test_a_curve_ends_in_the_load_to_expect():
+    plain, result = (solved(WALLS[0], "compliant", **given) for given in ({}, {"curve": True}))
     curve = result.curve
     assert plain.curve is None
     assert result.load_factor == plain.load_factor
@@ -153,69 +136,20 @@ def test_a_curve_softens():
     assert "falls from " in result.message
 
 
-def is_carried_to_a_hundredth(scene, load_factor):
-    problem = assemble(scene).problem
-    shares = [share * load_factor for share in (*CARRIED, FELLS)]
-    return load_carried(problem, shares) == CARRIED[-1] * load_factor
-
-
-def pile(boxes, friction):
-    """Boxes (width, height, weight, live load at its centroid), one on another, above each other's middle."""
-    blocks, level = [mo.Block(name="floor", vertices=rectangle(-9, 9, -1, 0), fixed=True)], 0.0
-    for number, (width, height, weight, live) in enumerate(boxes):
-        corners = rectangle(-width / 2, width / 2, level, level + height)
-        blocks.append(mo.Block(name=f"box {number}", vertices=corners, weight=weight, live=(live, 0)))
-        level += height
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=blocks)
-
-
 @pytest.mark.parametrize(
     "scene",
     [
         pytest.param(mo.load(WALLS[1]), id="wall_2", marks=pytest.mark.slow),
         # It slips under the dead load; exact states from 1.3 on.
         pytest.param(mo.load(CASES / "closed_forms" / "pulled_stone.toml"), id="pulled_stone"),
-        *(
-            pytest.param(random_scene("wall", seed), id=str(seed), marks=pytest.mark.slow)
-            for seed in (77000, OTHER)
-        ),
+        # With an exact state at a seventh of what it carries from rest.
+        pytest.param(random_scene("wall", 77006), id="77006", marks=pytest.mark.slow),
     ],
 )
-def test_contact_dynamics_carries_it(scene):
-    assert is_carried_to_a_hundredth(scene, solved(scene, "compliant").load_factor)
-
-
-@pytest.mark.parametrize(
-    ("boxes", "friction", "expected"),
-    [
-        # A box b × h: λ = min(μ, b/h).
-        ([(1, 2, 1, 1)], 0.8, 0.5),
-        # Two in a pile, both pushed: they slide, or turn about the lower's foot at b / 2h. The upper alone
-        # slides, or turns about its own foot at b / h or with the lower about its foot at b / (3 h / 2). The
-        # lower alone takes the upper with it at 2 μ.
-        ([(1, 0.8, 1, 1), (1, 0.8, 1, 1)], 0.65, 0.625),
-        ([(1, 0.8, 1, 0), (1, 0.8, 1, 1)], 0.9, 2 * 0.5 / 1.2),
-        ([(1, 0.8, 1, 1), (1, 0.8, 1, 0)], 0.3, 0.6),
-        # A slender one on a wide one: both slide, or the slender one turns at b/h. With weights 3 and 2 under
-        # live loads 6 and 1 both slide at 7 λ = 5 μ; the slender one would turn at 1.
-        ([(3, 1, 3, 3), (1, 2, 2, 2)], 0.6, 0.5),
-        ([(3, 1, 3, 6), (1, 2, 2, 1)], 0.6, 5 * 0.6 / 7),
-    ],
-)
-@pytest.mark.slow
-def test_piles_slide_or_overturn(boxes, friction, expected):
-    """By hand, by contacts that give, by the default, and in contact dynamics."""
-    scene = pile(boxes, friction)
-    for method in ("compliant", "mcp"):
-        assert solved(scene, method).load_factor == pytest.approx(expected, rel=1e-6)
-    assert is_carried_to_a_hundredth(scene, expected)
-
-
-@pytest.mark.slow
-def test_a_wall_pushed_from_rest_does_not_come_to_the_least_state():
-    found = solved(random_scene("wall", OTHER), "mcp")
-    assert found.exact
-    assert found.load_factor < 0.2 * solved(random_scene("wall", OTHER), "compliant").load_factor
+def test_contact_dynamics_carries_it_to_a_hundredth(scene):
+    load_factor = solved(scene, "compliant").load_factor
+    shares = [share * load_factor for share in (*CARRIED, FELLS)]
+    assert load_carried(assemble(scene).problem, shares) == CARRIED[-1] * load_factor
 
 
 @pytest.mark.parametrize("method", ["compliant", "mcp", "nonassociative"])

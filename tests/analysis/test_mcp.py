@@ -4,14 +4,11 @@ import warnings
 
 import numpy as np
 import pytest
-from atlas.random_scenes import random_scene
 from scenes import (
     CASES,
     WALLS,
     block_on_floor,
     irregular,
-    overhanging,
-    pressed_down,
     small_wall,
     solved,
     two_blocks,
@@ -34,9 +31,6 @@ EXACT = 1e-8
 ALTERNATED = 1e-6
 #: Two linear programs, each solved to some 1e-9 of what is largest in it.
 ASSOCIATIVE = 1e-8
-#: How far above the state that simplex descends to interior points end, where they end in another.
-IN_TURN = {"wall_2": 7e-3, "wall_6": 4e-4, "cohesion": 4e-3}
-INTERIOR = ["wedges", "irregular", *(pytest.param(name, marks=pytest.mark.slow) for name in IN_TURN)]
 #: Programs are solved to some 1e-12 of λ on these scenes.
 CLOSED_FORM = 1e-9
 
@@ -109,11 +103,10 @@ def test_two_blocks_end_at_the_least_of_their_states(share):
     assert result.load_factor == pytest.approx(0.15, rel=CLOSED_FORM)
 
 
-@pytest.mark.parametrize("dilatancy", [1e-8, pytest.param(1e-3, marks=pytest.mark.slow)])
-def test_two_blocks_that_hardly_dilate_end_at_their_only_state(dilatancy):
+def test_two_blocks_that_hardly_dilate_end_at_their_only_state():
     """Fig. 6d: as A slides B rises, however little, and turns about the far end of its support: n = 0.75,
     λ = 2.5 μ."""
-    result = solved(dilating(two_blocks(), dilatancy / 0.1))
+    result = solved(dilating(two_blocks(), 1e-7))
     assert_exact(result)
     assert result.load_factor == pytest.approx(0.25, rel=1e-5)
 
@@ -151,13 +144,7 @@ def test_dilatancy_equal_to_friction_is_the_associative_problem(name):
     assert result.load_factor == pytest.approx(solved(scene, "static").load_factor, rel=ASSOCIATIVE)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "two blocks",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("wedges", "wall_1", "wall_4")),
-    ],
-)
+@pytest.mark.parametrize("name", ["two blocks", pytest.param("wall_1", marks=pytest.mark.slow)])
 def test_dilatancy_between_has_load_factors_between(name):
     """λ rises with dilatancy: no theorem, as one state of many is found, but so on these scenes."""
     scene = scene_of(name)
@@ -205,7 +192,7 @@ def test_the_first_state_will_do_if_asked_for():
     assert_exact(first)
 
 
-@pytest.mark.parametrize("name", INTERIOR)
+@pytest.mark.parametrize("name", ["wedges", "irregular"])
 def test_interior_points_in_turn_end_near_where_simplex_does(name):
     """From the state that a push ends with: exact but for complementarity."""
     simplex, pushed = solved(scene_of(name)), solved(scene_of(name), "compliant")
@@ -214,19 +201,15 @@ def test_interior_points_in_turn_end_near_where_simplex_does(name):
     left = found.certificate
     assert max(left.equilibrium, left.yield_, left.flow) <= EXACT
     assert left.complementarity <= ALTERNATED * found.load_factor
-    above = found.load_factor / simplex.load_factor - 1
-    assert -ALTERNATED <= above <= IN_TURN.get(name, ALTERNATED)
+    assert found.load_factor == pytest.approx(simplex.load_factor, rel=ALTERNATED)
 
 
-@pytest.mark.parametrize(
-    "name", ["irregular", *(pytest.param(name, marks=pytest.mark.slow) for name in ("wall_2", "arch"))]
-)
-def test_where_simplex_takes_long_programs_lead_lower_than_the_push(name, no_simplex):
-    result = mo.solve(scene_of(name))
+def test_where_simplex_takes_long_programs_lead_lower_than_the_push(no_simplex):
+    result = mo.solve(irregular())
     assert (codes(result), result.exact) == ([], True)
     assert result.certificate.worst <= EXACT
     assert result.load_factor <= result.end * (1 + 1e-9)
-    assert result.end == pytest.approx(solved(scene_of(name), "compliant").load_factor, rel=1e-9)
+    assert result.end == pytest.approx(solved(irregular(), "compliant").load_factor, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -240,20 +223,3 @@ def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
 
 
 # No load factor -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("scene", [overhanging(), pressed_down()], ids=["falls", "unlimited"])
-def test_scenes_without_load_factor_end_as_the_loop_s_do(scene):
-    result, loop = solved(scene), solved(scene, "nonassociative")
-    assert result.status is loop.status
-    assert result.status in (mo.Status.UNSTABLE, mo.Status.UNLIMITED)
-    assert (result.load_factor, result.certificate) == (None, None)
-    assert codes(result) == codes(loop)
-
-
-@pytest.mark.slow
-def test_friction_jams_where_the_push_does():
-    """A ray on which λ grows proves it."""
-    result = solved(random_scene("wall", 70003), expected=True)
-    assert (result.status, result.load_factor, result.expected) == (mo.Status.JAMMED, None, None)
-    assert codes(result)[:2] == [Code.JAMS, Code.CARRIES_ANY]

@@ -49,16 +49,6 @@ def test_a_load_factor_without_an_exact_state_says_so(monkeypatch):
     assert 1e-6 < result.certificate.complementarity < LIMITS[Kind.LOOP].complementarity * result.load_factor
 
 
-@pytest.mark.slow
-def test_what_a_bare_loop_leaves_is_in_its_certificate():
-    """So large a tolerance stops where λ happens to stand still, with a third of a block's weight beyond
-    friction: more than an answer of the default's kind may leave."""
-    raw = solved(WALL_6, "nonassociative", tol=1e-3, finish=False)
-    assert raw.kind is Kind.BARE_LOOP
-    assert raw.certificate.yield_ > LIMITS[Kind.LOOP].yield_
-    assert raw.certificate.complementarity > LIMITS[Kind.LOOP].complementarity * raw.load_factor
-
-
 def test_a_cycle_without_an_exact_state_says_what_of_it_is_certified():
     result = mo.solve(TWO_PATHS(CASES), "nonassociative", **SWINGING, finish=False, remedies="none")
     assert result.status is Status.CYCLING

@@ -45,8 +45,8 @@ def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
     assert long.load_factor <= short.load_factor
 
 
-@pytest.mark.parametrize("seconds", [0.02])
-def test_a_search_stopped_at_any_time_has_a_whole_answer(seconds):
+def test_a_search_stopped_at_any_time_has_a_whole_answer():
+    seconds = 0.02
     result = mo.solve(small_wall(), "refined", search=seconds)
     assert result.status is mo.Status.CONVERGED
     assert result.kind in (Kind.EXACT, Kind.ONE_PASS)

@@ -22,34 +22,37 @@ TWO_PATHS = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, 1, 0.5]], (4, 1), 0.8
 #: Others on which the small cohesion decides, or a vertex.
 STUCK = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, -1, 0.5], [1, 1, 1]], (4, 1), 0.8)
 PENETRATING = bonded([[0.5, 1, 1, 1, 0.5], [1, -1, 1, 1], [0.5, 1, 1, 1, 0.5]], (4, 1), 0.8)
+#: The lowest exact state known of wall 6, to 1 % above the paper's.
+NEAR_WALL_6, LOWEST = (0.291780, 0.29649 * 1.01), "lowest exact state known, to 1 % above the paper's"
 STEPPED = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, -1, 1, 0.5], [1, 1, 1]], (4, 3), 0.65)
 
 ENTRIES: tuple[Entry, ...] = (
     Entry(
         "cycling on wall 6",
-        "With β = 1 the shear limits follow the last normal forces alone and the loop swings between states.",
+        "With β = 1 the shear limits follow the last normal forces alone and the loop swings between states. "
+        "In a vertex no state is left, and it begins again with a smaller slope; the warm-started simplex of "
+        "Pyomo's HiGHS leads to a state 1.2 % below the paper's.",
         ferris_tinloi(6),
         (
-            Expectation(
-                Status.CYCLING, options={"beta": 1.0, **WITHOUT_HALVING, **RAW}, why=reason(Code.REPEATS)
+            *loops(
+                Status.CYCLING,
+                solvers=(None,),
+                options={"beta": 1.0, **WITHOUT_HALVING, **RAW},
+                why=reason(Code.REPEATS),
             ),
-            Expectation(
+            *loops(
                 Status.CONVERGED,
+                (0.29649, 0.30087),
+                "a state on the mechanism of the cycle: the paper's to the highest of the swing",
+                (None,),
                 options={"beta": 1.0, **WITHOUT_HALVING},
-                load_factor=(0.29649, 0.30087),
-                source="a state on the mechanism of the cycle: the paper's to the highest of the swing",
                 why=reason(Code.REPEATS, period=2),
             ),
-            Expectation(
-                Status.CONVERGED,
-                options={"beta": 1.0},
-                load_factor=(0.291780, 0.29649 * 1.01),
-                source="lowest exact state known, to 1 % above the paper's",
-                why=REMEDIED,
-            ),
-            Expectation(
-                Status.CONVERGED, load_factor=0.29649, tolerance=3e-4, source="paper, Table 1 (β = 0.6)"
-            ),
+            *loops(Status.CONVERGED, NEAR_WALL_6, LOWEST, (None,), options={"beta": 1.0}, why=REMEDIED),
+            *loops(Status.CONVERGED, 0.29649, "paper, Table 1 (β = 0.6)", (None,), tolerance=3e-4),
+            *loops(Status.CONVERGED, 0.29649, "paper, Table 1", ("highs",), tolerance=3e-4, why=AGAIN),
+            *loops(Status.CONVERGED, NEAR_WALL_6, LOWEST, ("highs",), model="pyomo", options=RAW),
+            *loops(Status.CONVERGED, NEAR_WALL_6, LOWEST, ("highs",), model="pyomo"),
             default((0.291780, 0.29649), "lowest exact state known, to the paper's"),
         ),
     ),
@@ -174,12 +177,6 @@ ENTRIES: tuple[Entry, ...] = (
         ),
     ),
     Entry(
-        "a vertex locks joints: wall 6",
-        "Where no state is left the loop begins again with a smaller slope.",
-        ferris_tinloi(6),
-        (*loops(Status.CONVERGED, 0.29649, "paper, Table 1", ("highs",), tolerance=3e-4, why=AGAIN),),
-    ),
-    Entry(
         "interior point without crossover",
         "HiGHS's interior point without crossover ends with 'unknown', or so near a vertex that joints lock: "
         "neither is an answer.",
@@ -202,22 +199,32 @@ ENTRIES: tuple[Entry, ...] = (
     Entry(
         "a vertex from a cohesive start: wall 1",
         "From trial cohesion simplex soon ends in a vertex from which no state is left, or with 'unknown', "
-        "which must be a status and no traceback; an interior point goes on.",
+        "which must be a status and no traceback; an interior point goes on. The MPEC, from zeros, fails "
+        "(wall 5) or takes longer, as here.",
         ferris_tinloi(1),
         (
-            Expectation(
+            *loops(
                 Status.NO_STATE,
-                solver="highs",
+                solvers=("highs",),
                 options={"start": "cohesive"},
                 why=reason(Code.SUB_PROBLEM_EMPTY),
             ),
+            *loops(
+                Status.CONVERGED,
+                0.63982,
+                "paper, Table 1",
+                (None,),
+                options={"start": "cohesive"},
+                tolerance=3e-4,
+            ),
             Expectation(
                 Status.CONVERGED,
-                options={"start": "cohesive"},
-                load_factor=0.63982,
-                tolerance=3e-4,
-                source="paper, Table 1",
+                "mpec",
+                options={"start": "cold"},
+                load_factor=0.638982,
+                source="lowest exact state known",
             ),
+            default(0.638982, "lowest exact state known"),
         ),
     ),
     Entry(
@@ -231,40 +238,6 @@ ENTRIES: tuple[Entry, ...] = (
                 )
                 for name in ("scs", "osqp")
             ),
-        ),
-    ),
-    Entry(
-        "the end hangs on the vertex: wall 6",
-        "The warm-started simplex of Pyomo's HiGHS leads to a state 1.2 % below the paper's.",
-        ferris_tinloi(6),
-        (
-            *(
-                Expectation(
-                    Status.CONVERGED,
-                    model="pyomo",
-                    solver="highs",
-                    options=options,
-                    load_factor=(0.291780, 0.29649 * 1.01),
-                    source="lowest exact state known, to 1 % above the paper's",
-                )
-                for options in (RAW, {})
-            ),
-        ),
-    ),
-    Entry(
-        "MPEC from a cold start: wall 1",
-        "Nothing to begin from but zeros: IPOPT fails (wall 5) or takes longer, as here, "
-        "where it reaches the published value all the same.",
-        ferris_tinloi(1),
-        (
-            Expectation(
-                Status.CONVERGED,
-                "mpec",
-                options={"start": "cold"},
-                load_factor=0.638982,
-                source="lowest exact state known",
-            ),
-            default(0.638982, "lowest exact state known"),
         ),
     ),
 )

@@ -194,16 +194,12 @@ def test_what_does_not_turn_about_one_edge_is_refused_by_name():
 
 
 def test_the_command_and_pictures(monkeypatch, capsys, tmp_path):
-    case, picture = CASES / "space" / "pushed_box.toml", tmp_path / "curve.svg"
-    code, out, _ = run_command(
-        monkeypatch, capsys, "capacity", case, "--steps", "4", "--json", "--plot", picture
-    )
+    case, picture = CASES / "space" / "pushed_box.toml", tmp_path / "row.png"
+    code, out, _ = run_command(monkeypatch, capsys, "capacity", case, "--steps", "4", "--json")
     assert code == 0
     assert json.loads(out)["displacement"] == pytest.approx(0.4, abs=CLOSE)
+    followed(mo.load(case), steps=4).save(picture, row=3)
     assert picture.stat().st_size > 1000
-    curve = followed(mo.load(case), steps=4)
-    curve.save(tmp_path / "row.png", row=3)
-    assert "to scale" in curve.plot(row=3).axes[0].get_title()
 
 
 @pytest.mark.parametrize(

@@ -115,7 +115,6 @@ def test_each_part_can_be_switched_off(part):
     ("keys", "words"),
     [
         ({"unit_weight": 0.0}, ["'unit_weight'", "greater than 0"]),
-        ({"unit_weight": -1.0}, ["'unit_weight'"]),
         ({"friction_angle": 0.0}, ["'friction_angle'", "greater than 0"]),
         ({"friction_angle": 90.0}, ["'friction_angle'", "less than 90"]),
         ({"mobilised": 1.1}, ["'mobilised'", "1 or less"]),
@@ -123,7 +122,6 @@ def test_each_part_can_be_switched_off(part):
         ({"mobilised": None}, ["'mobilised'", "'pressure = false'"]),
         ({"friction_angle": None}, ["'friction_angle'", "'pressure = false'"]),
         ({"spread": 90.0}, ["'spread'", "between 0 and 90 degrees, or false"]),
-        ({"spread": "2:1"}, ["'spread'", "between 0 and 90 degrees, or false"]),
         ({"spread": True}, ["'spread'", "between 0 and 90 degrees, or false"]),
         ({"road": [(0, 2)]}, ["'road'", "at least 2"]),
         ({"backing": {"line": [(-9, 5), (9, 5)], "unit_weight": 1}}, ["'backing'", "above the 'road'"]),
@@ -133,7 +131,6 @@ def test_each_part_can_be_switched_off(part):
         ),
         ({"backing": {"line": [(0, 1), (9, 1)], "unit_weight": 1, "mobilised": 0.01}}, ["'backing'", "K_a"]),
         ({"road": [(2, 2), (0, 2)]}, ["'road'", "left to right"]),
-        ({"depth": 1.0}, ["unknown key 'depth'"]),
     ],
 )
 def test_wrong_values_are_refused_by_name(keys, words):
@@ -315,17 +312,6 @@ def test_pressure_on_an_inclined_edge_acts_on_its_height_where_depth_has_its_cen
     assert (action.point + assembly.geometry.origin)[1] == pytest.approx(3 - (4 + 2 + 1) / 4.5, rel=1e-12)
     assert action.force.tolist() == [-1.0, 0.0]
     assert [force.lowest, force.highest] == pytest.approx([ACTIVE * GAMMA * 1.5, PASSIVE * GAMMA * 1.5])
-
-
-def test_pressure_balances_over_a_symmetric_arch():
-    """What the fill may press on mirrored voussoirs is the same, mirrored; level crowns are not pressed."""
-    keys = {"pressure": True, "friction_angle": ANGLE, "mobilised": SHARE}
-    road = [(-1.7, 1.5), (1.7, 1.5)]
-    assembly = assemble(arch_under(road, **keys))
-    limits = np.array([[each.lowest * each.actions[0].force[0], each.highest] for each in assembly.limited])
-    assert len(limits) == 40
-    np.testing.assert_allclose(limits[:, 0], -limits[::-1, 0], rtol=1e-9)
-    assert limits[0, 0] > 0  # the left half is pushed to the right
 
 
 BRIDGE = mo.load(CASES / "bridges" / "arch_with_fill.toml")

@@ -79,7 +79,7 @@ def test_an_earthquake_pushes_the_masses_of_the_dead_loads_of_its_case():
     assert live == pytest.approx([3.0, 1.5, down])
 
 
-@pytest.mark.parametrize("method", ["static", "mcp", pytest.param("refined", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("method", ["static", pytest.param("mcp", marks=pytest.mark.slow)])
 def test_all_cases_are_those_solved_one_by_one(method):
     of = scene(
         {"name": "wind", "live": {"wind": 1.0}},
@@ -144,28 +144,20 @@ LOADED = CASE + '[[load]]\nblock = "A"\nlive = [1, 0]\ngroup = "wind"\n'
 
 WRONG = {
     "nothing live": (LOADED + '[[load_case]]\nname = "a"\n', ["load_case no. 1 ('a')", "nothing is live"]),
-    "zero": (LOADED + '[[load_case]]\nname = "a"\nlive = { wind = 0 }\n', ["('a')", "nothing is live"]),
     "unknown group": (
         LOADED + '[[load_case]]\nname = "a"\nlive = { win = 1 }\n',
         ["load_case no. 1 ('a')", "'live'", "'win'", "weight, fill, dead, live, axles, wind"],
     ),
     "name twice": (LOADED + 2 * '[[load_case]]\nname = "a"\nlive = { wind = 1 }\n', ["no. 2 ('a')", "twice"]),
-    "no name": (LOADED + "[[load_case]]\nlive = { wind = 1 }\n", ["load_case no. 1", "missing key 'name'"]),
-    "one bracket": (LOADED + '[load_case]\nname = "a"\nlive = { wind = 1 }\n', ["[[load_case]]"]),
     "pressure below zero": (
         LOADED + '[[load_case]]\nname = "a"\nlive = { wind = 1 }\npressure = -1\n',
         ["('a')", "'pressure'", "0 or more"],
-    ),
-    "unknown key": (
-        LOADED + '[[load_case]]\nname = "a"\nlives = { wind = 1 }\n',
-        ["('a')", "'lives'", "'live'"],
     ),
     "both": (
         LOADED + '[[load_case]]\nname = "a"\nlive = { wind = 1 }\nearthquake = { direction = "left" }\n',
         ["('a')", "'live' or 'earthquake', not both"],
     ),
     "a direction in space": (CASE + "[earthquake]\ndirection = 30\n", ["'earthquake'", '"left" or "right"']),
-    "no direction": (CASE + "[earthquake]\nvertical = 0.2\n", ["[earthquake]", "'direction'"]),
     "another side": (CASE + '[earthquake]\ndirection = "up"\n', ["[earthquake]", "'direction'", "'left'"]),
     "no coefficient": (
         CASE + '[earthquake]\ndirection = "left"\ncoefficient = 0\n',

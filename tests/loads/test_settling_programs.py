@@ -52,26 +52,8 @@ def test_thrust_of_a_semicircular_arch_on_spreading_supports(count, friction):
         assert found.least.reaction < found.greatest.reaction < (1 - 1e-3) * greatest
 
 
-#: Rise and thickness over half the span, voussoirs, friction, and whether the support turns.
-ARCHES = {
-    "upright it would press too much": (1.0, 0.25, 9, 0.5, True),
-    "upright it would press too little": (0.4, 0.5, 10, 0.35, True),
-    "turning at the least": (1.0, 0.5, 10, 0.35, True),
-    "only upright": (1.0, 0.12, 16, 0.6, True),
-    "at the least": (0.7, 0.35, 8, 0.25, False),
-    "at the greatest": (1.58, 0.4, 12, 0.22, False),
-}
-
-
-@pytest.mark.parametrize(
-    ("rise", "thickness", "count", "friction", "turns"),
-    [
-        pytest.param(*values, id=name, marks=() if "turning" in name else pytest.mark.slow)
-        for name, values in ARCHES.items()
-    ],
-)
-def test_thrust_of_arches_at_rest(rise, thickness, count, friction, turns):
-    _thrust_is_found(rise, thickness, count, friction, turns)
+def test_thrust_of_an_arch_whose_support_turns_at_the_least():
+    assert _thrust_is_found(1.0, 0.5, 10, 0.35, turns=True)
 
 
 @pytest.mark.slow
@@ -161,16 +143,13 @@ def scene_of(rectangles: dict[str, tuple[float, float, float, float]], friction:
     ("settling", "direction"),
     [
         (("middle",), (0.0, -1.0)),
-        pytest.param(("right",), (0.0, -1.0), marks=pytest.mark.slow),
         (("right",), (1.0, 0.0)),
         pytest.param(("middle", "right"), (0.0, -1.0), marks=pytest.mark.slow),
-        pytest.param(("middle", "right"), (1.0, 0.0), marks=pytest.mark.slow),
     ],
-    ids=["middle", "right", "right aside", "two", "two aside"],
+    ids=["middle", "right aside", "two"],
 )
-@pytest.mark.parametrize("friction", [0.7])
-def test_a_wall_on_a_settling_pier(friction, settling, direction):
-    found = _agrees(wall(), settling, friction, direction)
+def test_a_wall_on_a_settling_pier(settling, direction):
+    found = _agrees(wall(), settling, 0.7, direction)
     assert found.usable
     assert None not in (found.least.expected, found.greatest.expected)
 
@@ -184,9 +163,8 @@ def of_random_wall(seed: int) -> mo.Settlement:
     return _agrees(blocks, settling, float(random.uniform(0.2, 0.8)), direction)
 
 
-@pytest.mark.parametrize("seed", range(1))
-def test_random_walls(seed):
-    assert of_random_wall(seed).usable
+def test_a_random_wall():
+    assert of_random_wall(0).usable
 
 
 @pytest.mark.slow

@@ -38,15 +38,11 @@ def test_a_block_slides_or_rocks(friction, expected):
     ("scene", "brought_down", "within"),
     [
         (corner_wall(3, 2, 4, 0.6), 0.35125, 0.005),
-        (corner_wall(4, 3, 6, 0.6), 0.28125, 0.005),
-        (corner_wall(4, 3, 6, 0.4), 0.24438, 0.005),
-        (rubble(60, 341000), 0.340, 0.02),
         (rubble(60, 341002), 0.365, 0.02),
         (rubble(60, 341004), 0.385, 0.04),
         pytest.param(rubble(200, 750003), 0.34566, 0.03, marks=pytest.mark.slow),
-        pytest.param(rubble(200, 750004), 0.25914, 0.03, marks=pytest.mark.slow),
     ],
-    ids=["corner 20", "corner 42", "corner 42, .4", "60, 0", "60, 2", "60, 4", "200, 3", "200, 4"],
+    ids=["corner 20", "60, 2", "60, 4", "200, 3"],
 )
 def test_the_load_comes_as_far_as_in_contact_dynamics(scene, brought_down, within):
     """Stored loads at which ``contact_dynamics`` brought the scenes down, those of 200 stones where it waits

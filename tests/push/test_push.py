@@ -298,16 +298,6 @@ def test_what_methods_on_matrices_end_with_is_a_state_of_the_declared_problem(na
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "folds", "below_zero"), [(300045, 2, False), (910020, 4, True)])
-def test_a_path_that_falls_to_its_ray_keeps_its_highest(seed, folds, below_zero):
-    found = assert_exact(elastic_of(random_scene("tessellation", seed)))
-    assert found.folds == folds
-    assert found.answer.load_factor < 0.3 * found.peak
-    assert (found.answer.load_factor < 0) == below_zero
-    assert found.peak == pytest.approx(max(step.load_factor for step in found.steps), rel=0.05)
-
-
-@pytest.mark.slow
 def test_a_load_that_grows_passes_the_falls_of_the_path_up_to_its_highest():
     """In contact dynamics, whatever the ray is, here of a ninth less, of far less, and below zero."""
     scenes = [random_scene("tessellation", seed) for seed in (910017, 910061, 910064)]

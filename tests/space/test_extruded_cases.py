@@ -5,25 +5,16 @@ from scenes import CASES, solved
 
 import masonry_opt as mo
 
-#: Published associative load factors of Table 1, as printed.
-TABLE_1 = {"wall_1": 0.64286, "wall_2": 0.58000, "wall_6": 0.34782}
-
 #: Arches, wedges, slopes, stacks, two blocks.
 SMALL = [
     "beer_johnston/wedge_lowers",
     "closed_forms/dam_slides",
     "examples/segmental_arch_on_columns",
+    "ferris_tinloi/wall_1",
     "gilbert/two_blocks",
     "paterson_zwick/best_3",
 ]
-SLOW = [
-    "casapulla_lauro/arch",
-    "goodman_bray/slope",
-    "closed_forms/two_leaves",
-    "gilbert/facade_1x3",
-    "orduna_lourenco/wall",
-    "paterson_zwick/diamond_4",
-]
+SLOW = ["casapulla_lauro/arch", "orduna_lourenco/wall"]
 
 #: Whatever the thickness, totals of weight, load and cohesion are the plane's.
 THICKNESS = 0.7
@@ -35,15 +26,6 @@ def slow(names: list[str]) -> list[object]:
 
 def path(name: str):
     return CASES / f"{name}.toml"
-
-
-@pytest.mark.parametrize("wall", ["wall_1", *slow(["wall_2", "wall_6"])])
-def test_associative_column_of_table_1_by_cones(wall):
-    found = mo.solve(mo.extrude(path(f"ferris_tinloi/{wall}"), THICKNESS), "static")
-    assert found.load_factor == pytest.approx(TABLE_1[wall], abs=1e-5)
-    assert found.load_factor == pytest.approx(
-        solved(path(f"ferris_tinloi/{wall}"), "static").load_factor, rel=1e-7
-    )
 
 
 @pytest.mark.parametrize("name", [*SMALL, *slow(SLOW)])

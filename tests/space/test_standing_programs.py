@@ -81,21 +81,6 @@ def test_polygons_decide_alone(seed, monkeypatch):
     assert effort.solvers == {"dead load": ["clarabel", "highs"]}
 
 
-@pytest.mark.slow
-def test_small_scenes_of_other_seeds():
-    """On which nothing was tuned; next to none at the limit."""
-    wrong, at_limit = [], []
-    for seed in range(20_000, 20_100):
-        scene = small_scene_in_space(seed)
-        lower, upper = bounds(scene)
-        if upper > CARRY and lower < FALL:
-            at_limit.append(seed)
-        if not is_right(stands(scene), lower, upper):
-            wrong.append(seed)
-    assert wrong == []
-    assert len(at_limit) < 4
-
-
 @pytest.mark.parametrize("scene", [block_on_floor(), box_on_floor()], ids=["plane", "space"])
 def test_forces_and_mechanisms_are_judged_by_what_they_leave(scene):
     """Of a block on a floor: its weight in the joint, short of it, and beyond friction."""

@@ -25,18 +25,6 @@ def floor(end: float = 3.0) -> mo.Solid:
     return mo.box("floor", (-3, end), (-3, 3), (-1, 0), fixed=True)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_box_that_overhangs_too_far_does_not_stand(method):
-    """Its centroid, at x = .5, lies .1 beyond the edge that bears it; at .1 before it it stands."""
-    result = mo.solve(mo.Scene(joints=FRICTION, blocks=[pushed(0.0), floor(0.4)]), method)
-    assert result.status is Status.UNSTABLE
-    assert result.load_factor is None
-    assert Code.FALLS in [reason.code for reason in result.reasons]
-    stands = mo.solve(mo.Scene(joints=FRICTION, blocks=[pushed(0.0), floor(0.6)]), method)
-    # The edge is .1 beyond the centroid, which is .5 above it.
-    assert stands.load_factor == pytest.approx(0.2, abs=1e-6)
-
-
 @pytest.mark.parametrize("live", [(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (-0.6, 0.0, -0.8)])
 @pytest.mark.parametrize("method", METHODS)
 def test_nothing_brings_down_a_box_that_is_pushed_against_fixed_walls(method, live):

@@ -4,9 +4,8 @@ import json
 import random
 import tomllib
 
-import pytest
 import tomli_w
-from scenes import ALL_CASES, CASES
+from scenes import CASES
 from unit.scene.test_case_files import WRITTEN
 
 import masonry_opt as mo
@@ -142,10 +141,6 @@ def outcomes(mutants, folder):
             raise
 
 
-def mutants(seeds):
-    return ((seed, mutant(random.Random(seed))) for seed in seeds)
-
-
 def test_seeds_are_valid(tmp_path):
     for text in SEEDS:
         (tmp_path / "case.toml").write_text(text)
@@ -153,31 +148,8 @@ def test_seeds_are_valid(tmp_path):
 
 
 def test_mutated_case_files_end_in_a_message(tmp_path):
-    told = list(outcomes(mutants(range(60)), tmp_path))
+    made = ((seed, mutant(random.Random(seed))) for seed in range(40))
+    told = list(outcomes(made, tmp_path))
     # The mutations bite, and not always in the same place.
-    assert 4 < told.count("loads") < 40
+    assert 3 < told.count("loads") < 27
     assert len({message.split(": ", 1)[-1][:40] for message in told}) > 20
-
-
-@pytest.mark.slow
-def test_many_mutated_case_files_end_in_a_message(tmp_path):
-    assert len(list(outcomes(mutants(range(1000, 1150)), tmp_path))) == 150
-
-
-#: Façades of thousands of blocks have the keys of the smallest, and take seconds a mutation.
-LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "path",
-    [path for path in ALL_CASES if path.stem not in LARGE],
-    ids=lambda path: f"{path.parent.name}/{path.stem}",
-)
-def test_mutated_published_cases_end_in_a_message(path, tmp_path):
-    def mutated(seed):
-        tree = tomllib.loads(path.read_text())
-        mutate_tree(tree, random.Random(f"{path.name} {seed}"))
-        return ".json", json.dumps(tree).encode()
-
-    assert len(list(outcomes(((seed, mutated(seed)) for seed in range(2)), tmp_path))) == 2

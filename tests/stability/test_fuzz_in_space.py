@@ -87,31 +87,6 @@ def told_of(path):
     return f"WRONG: {cone.load_factor} by cones, {polygon.load_factor} by polygons"
 
 
-def shaped(seed):
-    rng = random.Random(seed)
-    tree = tomllib.loads(rng.choice(SEEDS))
-    for _ in range(rng.randint(1, 2)):
-        mutate_shape(tree, rng)
-    return json.dumps(tree)
-
-
-def check(seeds, folder):
-    """What is told of each mutant; warnings of numpy are errors."""
-    told = []
-    path = folder / "case.json"
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", RuntimeWarning)
-        for seed in seeds:
-            path.write_text(shaped(seed))
-            try:
-                told.append(told_of(path))
-            except Exception as error:
-                error.add_note(f"{seed}: {path.read_text()}")
-                raise
-            assert "WRONG" not in told[-1], (seed, told[-1], path.read_text())
-    return told
-
-
 def test_seeds_are_valid(tmp_path):
     for text in SEEDS:
         (tmp_path / "case.toml").write_text(text)
@@ -119,19 +94,29 @@ def test_seeds_are_valid(tmp_path):
 
 
 def test_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
-    told = check(range(25), tmp_path)
+    """Warnings of numpy are errors."""
+    told, path = [], tmp_path / "case.json"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        for seed in range(25):
+            rng = random.Random(seed)
+            tree = tomllib.loads(rng.choice(SEEDS))
+            for _ in range(rng.randint(1, 2)):
+                mutate_shape(tree, rng)
+            path.write_text(json.dumps(tree))
+            try:
+                told.append(told_of(path))
+            except Exception as error:
+                error.add_note(f"{seed}: {path.read_text()}")
+                raise
+            assert "WRONG" not in told[-1], (seed, told[-1], path.read_text())
     assert 3 < told.count("") < 19
     assert len({message.split(": ", 1)[-1][:40] for message in told}) > 10
 
 
-@pytest.mark.slow
-def test_many_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
-    assert len(check(range(1000, 1080), tmp_path)) == 80
-
-
 def test_anything_in_place_of_keys_and_values_ends_in_a_message(tmp_path):
-    made = ((seed, mutant(random.Random(seed), SEEDS)) for seed in range(40))
-    assert len(list(outcomes(made, tmp_path))) == 40
+    made = ((seed, mutant(random.Random(seed), SEEDS)) for seed in range(25))
+    assert len(list(outcomes(made, tmp_path))) == 25
 
 
 #: Beside what files hold, what Python has.

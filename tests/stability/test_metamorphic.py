@@ -40,24 +40,16 @@ def test_load_factor_is_unmoved(scene, method, tolerance, name):
 SAME_WAY = 1e-8
 #: The exact state below is on the same mechanism, whichever way the push went: 4e-15 apart on these walls.
 DESCENDED = 1e-10
-#: Of many mechanisms that cost nothing rounding picks one: wall 2 ends at 0.55742 or at 0.55831, wall 6 at
-#: 0.29597, mirrored or turned by 37° at 0.29233.
-ANOTHER_MECHANISM = [(WALLS[1], 2e-3), (WALLS[5], 1.25e-2)]
 
 
 @pytest.mark.parametrize("name", SAME)
-@pytest.mark.parametrize(
-    "wall",
-    [SMALL, *(pytest.param(WALLS[n], marks=pytest.mark.slow, id=f"wall_{n + 1}") for n in (1, 5))],
-    ids=lambda wall: "wall",
-)
-def test_the_default_is_unmoved(wall, name):
-    scene = wall if isinstance(wall, mo.Scene) else mo.load(wall)
-    one, other = (solved(each) for each in (scene, SAME[name](scene)))
+def test_the_default_is_unmoved(name):
+    """Of many mechanisms that cost nothing rounding picks one on larger walls."""
+    one, other = (solved(each) for each in (SMALL, SAME[name](SMALL)))
     for result in (one, other):
         assert result.exact
         assert [reason.code for reason in result.reasons] == [Code.STATES_MET]
-    same(one, other, next((apart for path, apart in ANOTHER_MECHANISM if wall == path), DESCENDED))
+    same(one, other, DESCENDED)
 
 
 @pytest.mark.parametrize("path", [None, WALLS[0]], ids=["wall", "wall_1"])

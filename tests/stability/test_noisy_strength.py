@@ -10,7 +10,7 @@ from masonry_opt.answer.reasons import Status
 
 #: Of two conic programs solved to 1e-9; the most of 500 such scenes is 5e-8.
 SAME = 1e-6
-FIRST, SCENES, FAST = 960_000, 16, 4
+FIRST, SCENES, FAST = 960_000, 8, 4
 
 
 def noisy(seed: int) -> mo.Scene:

@@ -1,7 +1,5 @@
 """The semicircular arch of section 5.2 and Fig. 9, against published values and closed forms."""
 
-import math
-
 import numpy as np
 import pytest
 from continuous_arch import least_friction_to_hinge, least_friction_to_stand, least_thickness_ratio
@@ -49,14 +47,6 @@ def test_many_voussoirs_come_to_the_closed_form():
     assert thickness == pytest.approx(10 * least_thickness_ratio("sector"), rel=1e-4)
     assert hinging == pytest.approx(least_friction_to_hinge("sector"), rel=1e-4)
     assert sliding == pytest.approx(least_friction_to_stand(), rel=1e-4)
-
-
-@pytest.mark.slow
-def test_least_thickness_scales_with_the_radius_alone():
-    """Neither the unit weight nor the end from which voussoirs are numbered changes it."""
-    of = variant(radius=0.3, thickness=0.1, unit_weight=25.0, angles=(0.0, 180.0))
-    found = mo.least(lambda t: FIG9.scene(of, math.inf, t), 3e-4, 0.597, tolerance=1e-6, samples=0).value
-    assert found / 0.3 == pytest.approx(thinnest(ARCH, math.inf).value / 10, rel=1e-8)
 
 
 def test_load_factor_of_the_case_by_enumeration():

@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-from contact_dynamics import load_carried
 from scenes import solved
 from scipy.optimize import linprog
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
 
 HEIGHT = 0.25
@@ -139,9 +137,3 @@ def test_friction_holds_the_diamond_of_five():
     result = mo.solve(diamond(5, friction=0.5))
     assert result.expected == pytest.approx(associative, rel=1e-6)
     assert Code.BELOW_ZERO in [said.code for said in result.reasons]
-
-
-@pytest.mark.slow
-def test_contact_dynamics_holds_the_diamond_of_five():
-    """Of blocks on springs, from rest, with friction that does not dilate."""
-    assert load_carried(assemble(diamond(5, friction=0.5)).problem, [0.235, 0.25]) == 0.235
