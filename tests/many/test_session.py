@@ -78,7 +78,7 @@ def test_other_blocks_and_loads_are_assembled_anew():
 
 @pytest.mark.parametrize(("method", "compiles"), [("static", 2), ("kinematic", 2), ("mcp", 1)])
 def test_programs_are_compiled_once(monkeypatch, method, compiles):
-    """The check of the dead load, and the associative program; of "mcp", where contacts come to rest, that."""
+    """The check of the dead load, and the associative program; of "mcp", where contacts rest, that alone."""
     compiled = []
     stuff = ConeMatrixStuffing.apply
 
