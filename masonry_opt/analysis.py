@@ -45,17 +45,12 @@ _WAYS = {
 
 @dataclass
 class Session:
-    """A way to solve, to which scenes are given one after the other.
+    """A way to solve, to which scenes are given one after the other."""
 
-    Attributes
-    ----------
-    how: with which method, solver and options.
-    kept: geometry and compiled programs, if it keeps them for scenes that differ in joint properties alone;
-        of those that differ in loads geometry, joints and matrices.
-        No answer depends on earlier scenes; but their forces may show that a scene stands.
-    """
-
-    how: HowToSolve
+    how: HowToSolve  #: with which method, solver and options
+    #: Geometry and compiled programs, if it keeps them for scenes that differ in joint properties alone; of
+    #: those that differ in loads geometry, joints and matrices. No answer depends on earlier scenes; but
+    #: their forces may show that a scene stands.
     kept: Kept = field(default_factory=Kept)
     _last: Assembly | None = None
 

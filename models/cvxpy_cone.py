@@ -16,18 +16,13 @@ _ENERGY_SCALE = 100.0
 
 
 class Senses(NamedTuple):
-    """Polygons in place of the circles of cones, for linear programs: senses of slip of sliding points.
+    """Polygons in place of the circles of cones, for linear programs: senses of slip of sliding points."""
 
-    Attributes
-    ----------
-    point, along: the points, shape (m,), and unit vectors in their planes, shape (2, m).
-    inside: whether these are opposite to corners of polygons inside the circle of shears, not to the points
-        where sides of polygons round it touch it. Inside, all forces are within the cones; round them, all
-        mechanisms follow the cones.
-    """
-
-    point: np.ndarray
-    along: np.ndarray
+    point: np.ndarray  #: the points, shape (m,)
+    along: np.ndarray  #: unit vectors in their planes, shape (2, m)
+    #: Whether these are opposite to corners of polygons inside the circle of shears, not to the points where
+    #: sides of polygons round it touch it. Inside, all forces are within the cones; round them, all
+    #: mechanisms follow the cones.
     inside: bool
 
 

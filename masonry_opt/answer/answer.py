@@ -132,19 +132,13 @@ def _yielding(problem: Problem, z: np.ndarray, q: np.ndarray, acting: np.ndarray
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Found:
-    """Forces and velocities that a method ended with, without a load factor; None where it found none.
+    """Forces and velocities that a method ended with, without a load factor; None where it found none."""
 
-    Attributes
-    ----------
-    q, d: joint forces (3c,) and block velocities (3b,).
-    slope: opening per unit slip under the flow rule of the velocities, shape (k,).
-    forms: by which laws friction and strength limited them.
-    """
-
-    q: np.ndarray | None = None
-    d: np.ndarray | None = None
+    q: np.ndarray | None = None  #: joint forces, shape (3c,)
+    d: np.ndarray | None = None  #: block velocities, shape (3b,)
+    #: Opening per unit slip under the flow rule of the velocities, shape (k,).
     slope: np.ndarray | None = None
-    forms: Forms = BY_FACES
+    forms: Forms = BY_FACES  #: by which laws friction and strength limited them
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -19,23 +19,15 @@ _ROUNDED = 5.0
 
 @dataclass(frozen=True)
 class JointMotion:
-    """How the joints move in a mechanism.
+    """How the joints move in a mechanism."""
 
-    Attributes
-    ----------
-    slides: joints that slip while they touch, and do not crush, shape (joints,).
-    hinges: joints that open about one edge, or about what touches of them, shape (joints,).
-    hinge: that edge, or corner, where ``hinges``; in space the middle of the contact points that touch; shape
-        (joints, 2) or (joints, 3).
-    separates: joints that open along their whole length, or at all points, shape (joints,).
-    crushes: joints of limited strength whose edges come nearer, shape (joints,).
-    """
-
-    slides: np.ndarray
-    hinges: np.ndarray
+    slides: np.ndarray  #: joints that slip while they touch, and do not crush, shape (joints,)
+    hinges: np.ndarray  #: joints that open about one edge, or about what touches of them, shape (joints,)
+    #: That edge, or corner, where ``hinges``; in space the middle of the contact points that touch; shape
+    #: (joints, 2) or (joints, 3).
     hinge: np.ndarray
-    separates: np.ndarray
-    crushes: np.ndarray
+    separates: np.ndarray  #: joints that open along their whole length, or at all points, shape (joints,)
+    crushes: np.ndarray  #: joints of limited strength whose edges come nearer, shape (joints,)
 
 
 def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = None) -> JointMotion:

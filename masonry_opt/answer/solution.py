@@ -17,39 +17,23 @@ from masonry_opt.solvers.registry import LpSize, Solver
 
 @dataclass(frozen=True, eq=False)
 class GivingState:
-    """A state of contacts that give elastically.
+    """A state of contacts that give elastically."""
 
-    Attributes
-    ----------
-    give: how much, over the motion of the live load.
-    problem: with that compliance.
-    answer: λ, forces and motion.
-    """
-
-    give: float
-    problem: Problem
-    answer: Answer
+    give: float  #: how much, over the motion of the live load
+    problem: Problem  #: with that compliance
+    answer: Answer  #: λ, forces and motion
 
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """Keyframes of a push, from rest to three times as far as to where λ stays.
+    """Keyframes of a push, from rest to three times as far as to where λ stays."""
 
-    Attributes
-    ----------
-    problem: whose contacts give by one in their own units, in which d and u are.
-    displacement, load_factor: u, work of the live load over Σ|f_L|, and λ, shape (k,).
-    d: displacements from rest, shape (k, 3b).
-    q: forces of the contacts' law there, shape (k, 3c).
-    rounding: of that law, in mean forces: by so much contacts at yield have moved, if by no more.
-    """
-
-    problem: Problem
-    displacement: np.ndarray
-    load_factor: np.ndarray
-    d: np.ndarray
-    q: np.ndarray
-    rounding: float
+    problem: Problem  #: whose contacts give by one in their own units, in which d and u are
+    displacement: np.ndarray  #: u, work of the live load over Σ|f_L|, shape (k,)
+    load_factor: np.ndarray  #: λ, shape (k,)
+    d: np.ndarray  #: displacements from rest, shape (k, 3b)
+    q: np.ndarray  #: forces of the contacts' law there, shape (k, 3c)
+    rounding: float  #: of that law, in mean forces: by so much contacts at yield have moved, if by no more
 
 
 @dataclass(frozen=True, eq=False)

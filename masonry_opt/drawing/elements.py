@@ -45,22 +45,15 @@ class Elements:
     """A scene, or a result, as it is drawn.
 
     Points and motions are relative to the geometry's origin, in the case's unit of length.
-
-    Attributes
-    ----------
-    assembly: of the scene; its polygons, or solids, are the blocks.
-    heading: a line below the scene's title.
-    movement: name of the motion; "" where nothing moves.
-    motion: full motion of the scene's blocks, as ``moved`` takes it, shape (blocks, 3) or (blocks, 6).
-    loads: arrows of loads.
-    layers: marks on joints: "scene" before it is solved; of a result those of ``KINDS`` that are known.
     """
 
-    assembly: Assembly
-    heading: str
-    movement: str
+    assembly: Assembly  #: of the scene; its polygons, or solids, are the blocks
+    heading: str  #: a line below the scene's title
+    movement: str  #: name of the motion; "" where nothing moves
+    #: Full motion of the scene's blocks, as ``moved`` takes it, shape (blocks, 3) or (blocks, 6).
     motion: np.ndarray
-    loads: list[Marks]
+    loads: list[Marks]  #: arrows of loads
+    #: Marks on joints: "scene" before it is solved; of a result those of ``KINDS`` that are known.
     layers: dict[str, list[Marks]]
 
     @property

@@ -17,30 +17,21 @@ MANY = 1000
 class Marks:
     """Marks of one kind. Points are relative to the geometry's origin, in the case's unit of length; in space
     they have three coordinates, and motions six.
-
-    Attributes
-    ----------
-    name: kind of mark, such as "slides" or "live".
-    label: entry of the legend, which marks of one label share; "" for none.
-    shape: a bar shows a scale, a dot has a white rim and a point has none.
-    colour: as #RRGGBB.
-    width: of lines, or across what has no ends, in points of a printed picture.
-    points: both ends of lines and bars, tail and tip of arrows, shape (marks, 2, 2); the middle of all else,
-        shape (marks, 1, 2).
-    motion: full motion of each mark, as in ``moved``, shape (marks, 3); None of marks that stay.
-    dashes: lengths of dashes and gaps over the width.
-    text: written beside a bar.
     """
 
-    name: str
-    label: str
+    name: str  #: kind of mark, such as "slides" or "live"
+    label: str  #: entry of the legend, which marks of one label share; "" for none
+    #: A bar shows a scale, a dot has a white rim and a point has none.
     shape: Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
-    colour: str
-    width: float
+    colour: str  #: as #RRGGBB
+    width: float  #: of lines, or across what has no ends, in points of a printed picture
+    #: Both ends of lines and bars, tail and tip of arrows, shape (marks, 2, 2); the middle of all else, shape
+    #: (marks, 1, 2).
     points: np.ndarray
+    #: Full motion of each mark, as in ``moved``, shape (marks, 3); None of marks that stay.
     motion: np.ndarray | None = None
-    dashes: tuple[float, ...] = ()
-    text: str = ""
+    dashes: tuple[float, ...] = ()  #: lengths of dashes and gaps over the width
+    text: str = ""  #: written beside a bar
 
     def moved(self, share: float) -> np.ndarray:
         """The points after a share of the full motion."""

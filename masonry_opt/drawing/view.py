@@ -71,21 +71,15 @@ def best_view(elements: Elements) -> ViewAngles:
 
 @dataclass(frozen=True)
 class Raster:
-    """Nearest triangle at each pixel of a picture.
+    """Nearest triangle at each pixel of a picture."""
 
-    Attributes
-    ----------
-    left, bottom, pixel: the picture's lower left corner, and the side of a pixel.
-    depth: of the nearest triangle towards the eye, ``-inf`` where there is none, shape (rows, columns), the
-        lowest row first.
-    triangle: its number, -1 where there is none.
-    """
-
-    left: float
+    left: float  #: the picture's lower left corner
     bottom: float
-    pixel: float
+    pixel: float  #: the side of one
+    #: Of the nearest triangle towards the eye, ``-inf`` where there is none, shape (rows, columns), the
+    #: lowest row first.
     depth: np.ndarray
-    triangle: np.ndarray
+    triangle: np.ndarray  #: its number, -1 where there is none
 
     def visible(self, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is seen of lines, shape (lines, 2, 3) in the picture's axes: pieces, shape (pieces, 2, 2), and

@@ -116,23 +116,16 @@ def deepest_overlap(shapes: Extents, pairs: np.ndarray) -> list[int]:
 class MovedBlocks:
     """The blocks of a scene in the plane wherever they move, in the problem's unit of length. Poses and their
     rates are those of all blocks, shape (blocks, 3).
-
-    Attributes
-    ----------
-    geometry, joints: at rest.
-    movable: indices of the movable blocks, shape (b,).
-    dead, live: forces on these.
-    cohesion: of each joint, as a force while it is closed, shape (joints,).
-    faces: whose edge a joint's corner touches, first and second block's: both where two corners meet, shape
-        (joints, 2, 2), joint, corner, block.
     """
 
-    geometry: Geometry
+    geometry: Geometry  #: at rest
     joints: Joints
-    movable: np.ndarray
-    dead: Forces
+    movable: np.ndarray  #: indices of the movable blocks, shape (b,)
+    dead: Forces  #: forces on these
     live: Forces
-    cohesion: np.ndarray
+    cohesion: np.ndarray  #: of each joint, as a force while it is closed, shape (joints,)
+    #: Whose edge a joint's corner touches, first and second block's: both where two corners meet, shape
+    #: (joints, 2, 2), joint, corner, block.
     faces: np.ndarray
 
     @classmethod

@@ -39,20 +39,13 @@ _MOST, _MOST_EVENTS = 2000, 20
 
 @dataclass(frozen=True)
 class Step:
-    """A state of the path, in the case's units; in the plane, while the path is followed, the problem's.
+    """A state of the path, in the case's units; in the plane, while the path is followed, the problem's."""
 
-    Attributes
-    ----------
-    poses: (x, y, θ) of all blocks, shape (blocks, 3): they turn about the geometry's origin, then shift.
-    load_factor: λ in equilibrium.
-    touch: which corners of the joints touch from here on, shape (joints, 2).
-    event: what happens here, if anything.
-    """
-
+    #: (x, y, θ) of all blocks, shape (blocks, 3): they turn about the geometry's origin, then shift.
     poses: np.ndarray
-    load_factor: float
-    touch: np.ndarray
-    event: Reason | None = None
+    load_factor: float  #: λ in equilibrium
+    touch: np.ndarray  #: which corners of the joints touch from here on, shape (joints, 2)
+    event: Reason | None = None  #: what happens here, if anything
 
 
 @dataclass(frozen=True)

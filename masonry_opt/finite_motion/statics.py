@@ -16,18 +16,13 @@ from masonry_opt.solvers.registry import Verdict, find_solver
 
 @dataclass(frozen=True)
 class ForceOptimum:
-    """An optimum of statics.
+    """An optimum of statics."""
 
-    Attributes
-    ----------
-    value: load factor, or by how much yield conditions are violated at the least, in the unit of force.
-    motion: rates of the poses of all blocks that the multipliers of equilibrium are, shape (blocks, 3).
-    pressed: joints with any force, shape (joints,).
-    """
-
+    #: Load factor, or by how much yield conditions are violated at the least, in the unit of force.
     value: float
+    #: Rates of the poses of all blocks that the multipliers of equilibrium are, shape (blocks, 3).
     motion: np.ndarray
-    pressed: np.ndarray
+    pressed: np.ndarray  #: joints with any force, shape (joints,)
 
 
 def optimum(

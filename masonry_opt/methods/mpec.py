@@ -55,23 +55,14 @@ class MpecOptions(Options):
 
 @dataclass(frozen=True)
 class RelaxationStep:
-    """One solve of the series.
+    """One solve of the series."""
 
-    Attributes
-    ----------
-    epsilon: bound on each z p.
-    load_factor: λ, NaN if the solve failed.
-    word, iterations: IPOPT's own.
-    largest_product: largest z p.
-    gap: Σ z p over the live load's work, in units of λ.
-    """
-
-    epsilon: float
-    load_factor: float
-    word: str
-    iterations: int
-    largest_product: float
-    gap: float
+    epsilon: float  #: bound on each z p
+    load_factor: float  #: λ, NaN if the solve failed
+    word: str  #: IPOPT's own
+    iterations: int  #: IPOPT's own
+    largest_product: float  #: largest z p
+    gap: float  #: Σ z p over the live load's work, in units of λ
     seconds: float
 
 

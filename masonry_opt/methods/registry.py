@@ -78,10 +78,6 @@ class HowToSolve:
     """What :func:`~masonry_opt.analysis.solve` is told beside the scene, as it was told.
 
     Raises OptionError if something of it is unknown or not available, whatever the scene.
-
-    Attributes
-    ----------
-    options: the method's own, by name.
     """
 
     method: str = DEFAULT
@@ -89,7 +85,7 @@ class HowToSolve:
     solver: str | None = None
     tolerance: float | None = None
     expected: bool = True
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)  #: the method's own, by name
 
     def __post_init__(self) -> None:
         if not isinstance(self.expected, bool):

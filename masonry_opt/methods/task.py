@@ -27,23 +27,16 @@ class Options(BaseModel):
 
 @dataclass(frozen=True)
 class Task:
-    """Arguments of a method.
+    """Arguments of a method."""
 
-    Attributes
-    ----------
-    problem: of a scene that stands.
-    options: the method's own; None if it has none.
-    effort: where time, programs and solvers are counted.
-    kept: programs of earlier analyses, of problems that differ in the joints' law alone.
-    expected: what method "compliant" found of the problem; None where it was not wanted.
-    """
-
-    problem: Problem
+    problem: Problem  #: of a scene that stands
     solver: Solver = field(default_factory=lambda: find_solver("cvxpy", None))
-    options: Any = None
-    effort: Effort = field(default_factory=Effort)
+    options: Any = None  #: the method's own; None if it has none
+    effort: Effort = field(default_factory=Effort)  #: where time, programs and solvers are counted
     progress: Progress = lambda _: None
+    #: Programs of earlier analyses, of problems that differ in the joints' law alone.
     kept: Kept = field(default_factory=Kept)
+    #: What method "compliant" found of the problem; None where it was not wanted.
     expected: Solution | None = None
 
     def with_options(self, options: Any, solver: Solver | None = None) -> "Task":

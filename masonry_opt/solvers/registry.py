@@ -23,32 +23,20 @@ Options = Callable[[float], dict[str, Any]]
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """A solver as one modelling language drives it, or one of matrices.
-
-    Attributes
-    ----------
-    language: one of ``MODELS``.
-    engine: its name in that language.
-    options: its options by tolerance; None if it keeps tolerances of its own.
-    missing: what to do to have it, if it is not installed.
-    interior: whether it ends inside the set of optimal states, not in a vertex.
-    stops_early: whether it saves time at a rough tolerance. (At 1e-4 HiGHS's interior points end
-        "unknown", and its simplex ends in a vertex all the same.)
-    decides: whether its verdicts "infeasible" and "unbounded" can be trusted.
-    conic: whether it takes second-order cones.
-    nonlinear: whether it solves such programs, and nothing else here.
-    """
+    """A solver as one modelling language drives it, or one of matrices."""
 
     name: str
-    language: str
-    engine: str
-    options: Options | None
-    missing: Callable[[], str] = lambda: ""
-    interior: bool = False
+    language: str  #: one of ``MODELS``
+    engine: str  #: its name in that language
+    options: Options | None  #: its options by tolerance; None if it keeps tolerances of its own
+    missing: Callable[[], str] = lambda: ""  #: what to do to have it, if it is not installed
+    interior: bool = False  #: whether it ends inside the set of optimal states, not in a vertex
+    #: Whether it saves time at a rough tolerance. (At 1e-4 HiGHS's interior points end "unknown", and its
+    #: simplex ends in a vertex all the same.)
     stops_early: bool = False
-    decides: bool = True
-    conic: bool = False
-    nonlinear: bool = False
+    decides: bool = True  #: whether its verdicts "infeasible" and "unbounded" can be trusted
+    conic: bool = False  #: whether it takes second-order cones
+    nonlinear: bool = False  #: whether it solves such programs, and nothing else here
 
     @property
     def linear(self) -> bool:

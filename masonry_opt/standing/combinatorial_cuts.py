@@ -41,20 +41,14 @@ class _Undecided(Exception):
 
 @dataclass
 class Cuts:
-    """Sets of faces that no Coulomb state with λ ≥ 0 agrees with.
+    """Sets of faces that no Coulomb state with λ ≥ 0 agrees with."""
 
-    Attributes
-    ----------
-    static: sets of faces that cannot come to yield together under any λ ≥ 0.
-    kinematic: sets of faces of which one moves in every mechanism that lets the live load do work.
-    residual: the largest that any of them leaves of its conditions.
-    exclude: whether they leave no choice: no Coulomb state with λ ≥ 0 exists.
-    """
-
+    #: Sets of faces that cannot come to yield together under any λ ≥ 0.
     static: list[frozenset[int]] = field(default_factory=list)
+    #: Sets of faces of which one moves in every mechanism that lets the live load do work.
     kinematic: list[frozenset[int]] = field(default_factory=list)
-    residual: float = 0.0
-    exclude: bool = False
+    residual: float = 0.0  #: the largest that any of them leaves of its conditions
+    exclude: bool = False  #: whether they leave no choice: no Coulomb state with λ ≥ 0 exists
 
 
 class _BranchAndCut:

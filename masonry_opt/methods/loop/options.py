@@ -33,18 +33,11 @@ ROUGH_FROM = 1000
 
 @dataclass(frozen=True)
 class LoopParameters:
-    """What one run of the loop works with: the options, decided for a scene and a solver.
-
-    Attributes
-    ----------
-    shrink: factor on alpha from one sub-problem to the next (the paper: 1/2).
-    tolerance: feasibility and gap asked of the solver of sub-problems; None: the solver's own.
-    early: whether the run ends as soon as there is an exact state.
-    """
+    """What one run of the loop works with: the options, decided for a scene and a solver."""
 
     alpha: float
     alpha_min: float
-    shrink: float
+    shrink: float  #: factor on alpha from one sub-problem to the next (the paper: 1/2)
     beta: float
     tol: float
     c0: float
@@ -52,9 +45,10 @@ class LoopParameters:
     trial_cohesion: float
     max_iterations: int
     always: bool
+    #: Feasibility and gap asked of the solver of sub-problems; None: the solver's own.
     tolerance: float | None
     finish: bool
-    early: bool
+    early: bool  #: whether the run ends as soon as there is an exact state
 
 
 @dataclass(frozen=True)

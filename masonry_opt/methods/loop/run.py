@@ -36,37 +36,24 @@ _STEADY = 0.05
 
 @dataclass(frozen=True)
 class Iteration:
-    """One sub-problem of the loop.
-
-    Attributes
-    ----------
-    load_factor: λ of the sub-problem, uncorrected.
-    alpha: slope of its shear limit over μ (NaN for the first).
-    change: largest change of a normal force since the last one, in median block weights.
-    violation: largest violation of the true Coulomb law, in median block weights.
-    raising: work against the dead load, in units of λ (paper, Fig. 12).
-    sliding: energy dissipated in the sub-problem's sliding, in units of λ.
-    coulomb_sliding: the same slips against the true law's shear limit (the paper's corrected
-        energy), in units of λ.
-    mismatch: energy by which sliding joints are off the true law (the small cohesion apart), each
-        counted for itself, in units of λ.
-    seconds: the solver's time.
-    attempt, remedy: number of the run of the loop, and the option that was changed for it.
-    solved: the sub-problem itself; not kept in a history.
-    """
+    """One sub-problem of the loop."""
 
     iteration: int
-    load_factor: float
-    alpha: float
-    change: float
-    violation: float
-    raising: float
-    sliding: float
+    load_factor: float  #: λ of the sub-problem, uncorrected
+    alpha: float  #: slope of its shear limit over μ (NaN for the first)
+    change: float  #: largest change of a normal force since the last one, in median block weights
+    violation: float  #: largest violation of the true Coulomb law, in median block weights
+    raising: float  #: work against the dead load, in units of λ (paper, Fig. 12)
+    sliding: float  #: energy dissipated in the sub-problem's sliding, in units of λ
+    #: The same slips against the true law's shear limit (the paper's corrected energy), in units of λ.
     coulomb_sliding: float
+    #: Energy by which sliding joints are off the true law (the small cohesion apart), each counted for
+    #: itself, in units of λ.
     mismatch: float
-    seconds: float
-    attempt: int
-    remedy: str
+    seconds: float  #: the solver's time
+    attempt: int  #: number of the run of the loop
+    remedy: str  #: the option that was changed for it
+    #: The sub-problem itself; not kept in a history.
     solved: SubProblem | None = field(default=None, repr=False)
 
 

@@ -22,23 +22,15 @@ _DWARFS = 1e3
 
 @dataclass(frozen=True)
 class SubProblem:
-    """One linear program of the loop, numbered from 1.
-
-    Attributes
-    ----------
-    state: the optimum; None if there is none.
-    alpha: α of its shear limits; NaN for the first, which has none.
-    small_cohesion: c⁰ of them, shape (k,).
-    stands_still: whether λ changed by less than ``tol`` (step 3).
-    """
+    """One linear program of the loop, numbered from 1."""
 
     number: int
     solved: Solved
-    state: State | None
+    state: State | None  #: the optimum; None if there is none
     limits: ShearLimits
-    alpha: float
-    small_cohesion: np.ndarray
-    stands_still: bool
+    alpha: float  #: α of its shear limits; NaN for the first, which has none
+    small_cohesion: np.ndarray  #: c⁰ of them, shape (k,)
+    stands_still: bool  #: whether λ changed by less than ``tol`` (step 3)
 
     @property
     def optimum(self) -> State:
@@ -49,19 +41,13 @@ class SubProblem:
 
 @dataclass(frozen=True)
 class LimitUpdate:
-    """What the shear limits of the next sub-problem are made of (step 4).
-
-    Attributes
-    ----------
-    alpha, small_cohesion: α, and c⁰, shape (k,), of the next.
-    about: normal forces about which the limits turn, blended by β, shape (c,).
-    """
+    """What the shear limits of the next sub-problem are made of (step 4)."""
 
     problem: Problem
     last: SubProblem
-    alpha: float
-    small_cohesion: np.ndarray
-    about: np.ndarray
+    alpha: float  #: α of the next
+    small_cohesion: np.ndarray  #: c⁰ of the next, shape (k,)
+    about: np.ndarray  #: normal forces about which the limits turn, blended by β, shape (c,)
 
     def limits(self) -> ShearLimits:
         """Step 4: |s| ≤ c⁰ + (1 + α) n μ − α n' μ, n being ``about`` and n' the next normal force.

@@ -51,18 +51,12 @@ _WARM_UP = Path("gilbert", "two_blocks.toml")
 
 @dataclass(frozen=True)
 class CaseScene:
-    """A scene of a comparison.
+    """A scene of a comparison."""
 
-    Attributes
-    ----------
-    name: folder and stem of its case file, such as "ferris_tinloi/wall_1".
-    content: hash of its numbers (see :func:`content_of`).
-    expected: claims known by hand, by question (see :func:`~.judge.known_claims`).
-    """
-
-    name: str
+    name: str  #: folder and stem of its case file, such as "ferris_tinloi/wall_1"
     path: Path
-    content: str
+    content: str  #: hash of its numbers (see :func:`content_of`)
+    #: Claims known by hand, by question (see :func:`~.judge.known_claims`).
     expected: Mapping[str, str] = field(default_factory=dict)
 
 

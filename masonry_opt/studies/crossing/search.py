@@ -174,21 +174,16 @@ _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANI
 
 @dataclass(eq=False)
 class PassageTrials:
-    """A passage and its answers, each position solved once; whoever is interrupted finds them here.
-
-    Attributes
-    ----------
-    solve: the answer under a live load; None once all are solved (see :meth:`ended`).
-    progress: called with a position solved, and the load factor found there (NaN without one).
-    beside: the trials of associative flow, where these are not.
-    bound: what no load factor at any position is below, proven; None where nothing is.
-    """
+    """A passage and its answers, each position solved once; whoever is interrupted finds them here."""
 
     passage: Passage
+    #: The answer under a live load; None once all are solved (see :meth:`ended`).
     solve: SolveLive | None = field(repr=False)
+    #: Called with a position solved, and the load factor found there (NaN without one).
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)
+    #: The trials of associative flow, where these are not.
     beside: "PassageTrials | None" = field(default=None, repr=False)
-    bound: float | None = None
+    bound: float | None = None  #: what no load factor at any position is below, proven; None where nothing is
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)
 
     def at(self, position: float) -> float:

@@ -35,20 +35,15 @@ _OWN = ("value", "holds", "number")
 
 @dataclass(frozen=True)
 class Trial:
-    """One value tried.
-
-    Attributes
-    ----------
-    holds: whether the scene stands, or carries the load.
-    number: load factor, or margin under dead load; -inf where the scene falls, inf where it carries any load.
-    result: state and mechanism; under dead load see :class:`~.standing.DeadLoadMargin`.
-    certificate: residuals of ``number``; None where it is not finite.
-    """
+    """One value tried."""
 
     value: float
-    holds: bool
+    holds: bool  #: whether the scene stands, or carries the load
+    #: Load factor, or margin under dead load; -inf where the scene falls, inf where it carries any load.
     number: float
+    #: State and mechanism; under dead load see :class:`~.standing.DeadLoadMargin`.
     result: Result = field(repr=False)
+    #: Residuals of ``number``; None where it is not finite.
     certificate: Certificate | None = field(repr=False)
 
 
