@@ -72,7 +72,7 @@ class Code(StrEnum):
     LEAST_BORNE_OUT = "least borne out"  # load_factor, None if there is none
 
     # The push.
-    PUSH_STOPPED = "push stopped"  # word, steps
+    PUSH_STOPPED = "push stopped"  # word, steps, looped
     DILATANCY_FALLS = "dilatancy falls"
 
     # Contacts that give.

@@ -241,9 +241,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.BEGAN_AGAIN: _began_again,
     Code.LEAST_BORNE_OUT: _least_borne_out,
-    Code.PUSH_STOPPED: (
-        "pushed from rest the scene came to no state ({word}; {steps} steps): method 'nonassociative' goes "
-        "another way"
+    Code.PUSH_STOPPED: lambda v: (
+        f"pushed from rest the scene came to no state ({v['word']}; {v['steps']} steps)"
+        + (", nor does the loop" if v["looped"] else ": method 'nonassociative' goes another way")
     ),
     Code.DILATANCY_FALLS: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"

@@ -2,9 +2,11 @@
 
 import pytest
 from atlas.large_scenes import LARGE, large_scene
+from scenes import values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.registry import find_solver
@@ -52,6 +54,14 @@ def test_the_loop_answers_where_no_exact_state_is_found():
     result = mo.solve(large_scene("rubble", 200, 751014), "mcp", expected=False)
     assert (result.status, result.solution.kind) == (mo.Status.CONVERGED, Kind.LOOP)
     assert result.certificate.complementarity < 1e-4 * result.load_factor < 1e-4 * result.associative
+
+
+@pytest.mark.slow
+def test_where_the_loop_comes_to_none_either_the_load_to_expect_is_left():
+    result = mo.solve(large_scene("rubble", 200, 753010))
+    assert result.load_factor is None
+    assert values_of(result, Code.PUSH_STOPPED)["looped"]
+    assert 0 < result.expected < result.associative
 
 
 @pytest.mark.parametrize("family", LARGE)

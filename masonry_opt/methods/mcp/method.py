@@ -212,13 +212,15 @@ def _without(task: Task, solution: Solution, lowest: float, expected: Solution) 
         return solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
     if elastic_of(task).settled is None:
         return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, **_stopped(expected))
-    if task.problem.joints > _SIMPLEX_UP_TO and (by_loop := _by_loop(task)).answer is not None:
+    by_loop = _by_loop(task) if task.problem.joints > _SIMPLEX_UP_TO else None
+    if by_loop is not None and by_loop.answer is not None and not by_loop.failing():
         return by_loop
-    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **_stopped(expected))
+    stopped = _stopped(expected, by_loop is not None)
+    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **stopped)
 
 
-def _stopped(expected: Solution) -> dict[str, object]:
-    """How a push stopped, and after how many steps."""
+def _stopped(expected: Solution, looped: bool = False) -> dict[str, object]:
+    """How a push stopped, after how many steps, and whether the loop was asked too."""
     said = next((said for said in expected.reasons if said.code is Code.PUSH_STOPPED), None)
     word = said.values["word"] if said else "no exact state lies nearby"
-    return {"word": word, "steps": len(expected.history)}
+    return {"word": word, "steps": len(expected.history), "looped": looped}

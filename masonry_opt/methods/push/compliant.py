@@ -112,7 +112,8 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
         return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told)
     state = elastic.at(pushed, asked) if asked else elastic.carried(growth) if growth else None
     if state is None or state.answer.failing(Kind.COMPLIANT):
-        return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=str(pushed.ended), steps=steps)
+        stopped = {"word": str(pushed.ended), "steps": steps, "looped": False}
+        return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **stopped)
     found = state.answer
     if growth is not None:
         beyond = growth.beyond and growth.beyond / elastic.problem.live_norm
