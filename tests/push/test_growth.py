@@ -1,5 +1,7 @@
 """The load that grows until blocks do not come to rest: against closed forms and contact dynamics."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from atlas.large_scenes import rubble
@@ -23,6 +25,12 @@ def load_grown(scene):
     told = []
     growth = grown(elastic.curve.rounded_by(0.03), lambda u, load: told.append(load))
     return elastic, growth, np.array(told) / elastic.problem.live_norm
+
+
+@cache
+def grown_rubble():
+    """The same of a wall of 60 stones."""
+    return load_grown(rubble(60, 341002))
 
 
 @pytest.mark.parametrize(("friction", "expected"), [(0.3, 0.3), (0.7, 0.5)])
@@ -92,7 +100,7 @@ def test_a_growth_that_is_not_done_is_no_load_to_expect():
 
 def test_the_last_state_is_one_of_contacts_that_give_from_those_before():
     """By the declared equations with E (q - q₀), which it leaves nothing of."""
-    elastic, growth, _ = load_grown(rubble(60, 341002))
+    elastic, growth, _ = grown_rubble()
     state = elastic.carried(growth)
     assert state.answer.load_factor == pytest.approx(growth.carried / elastic.problem.live_norm, rel=3e-3)
     assert not LIMITS[Kind.COMPLIANT].failing(state.answer.residuals)
@@ -105,7 +113,7 @@ def test_the_last_state_is_one_of_contacts_that_give_from_those_before():
 
 def test_contacts_made_sharp_carry_what_round_ones_do_but_for_a_little():
     """Where a state of round contacts has no like among sharp ones, a step of these counts."""
-    _, growth, _ = load_grown(rubble(60, 341002))
+    _, growth, _ = grown_rubble()
     curve, d, load = next(sharp_steps(growth))
     assert curve.rounding == pytest.approx(growth.before.rounding / 100)
     assert 0.99 * growth.carried <= load < growth.carried
@@ -115,7 +123,7 @@ def test_contacts_made_sharp_carry_what_round_ones_do_but_for_a_little():
 
 def test_slip_that_is_past_changes_no_force():
     """But by what is left of rounded corners; and what did not slip is as it was."""
-    elastic, growth, _ = load_grown(rubble(60, 341002))
+    elastic, growth, _ = grown_rubble()
     law = elastic.curve.rounded_by(0.01).law
     trial = growth.before.rest * np.exp(np.random.default_rng(0).normal(size=growth.before.rest.shape))
     held = law.without_slip(trial)

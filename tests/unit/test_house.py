@@ -26,7 +26,7 @@ BUDGETS = {
     "cli": 1100,  # commands of functions' signatures; reports
     "rest": 1004,  # plain data of files, which answer held; rest as proof that a scene stands
     "models": 1169,  # the energy of chords, said whole
-    "tests": 27711,  # every claim once, each held by a few scenes
+    "tests": 27719,  # every claim once, each held by a few scenes
 }
 
 
