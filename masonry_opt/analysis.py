@@ -32,6 +32,10 @@ from masonry_opt.solvers.registry import MATRICES, find_solver
 #: loop's time: beyond, it takes from some 15 seconds to minutes.
 _BESIDE_UP_TO = 40_000
 
+#: Joints up to which a live load is asked for that does no work, where a method finds no load factor; and
+#: those up to which contacts at rest are asked whether a scene stands: beyond, they take longer to fall.
+_NO_WORK_UP_TO, _RESTS_UP_TO = 8000, 500
+
 #: The method whose answer is the load to expect.
 _EXPECTED = "compliant"
 
@@ -126,7 +130,7 @@ class Session:
         # The result names the solver; its programs and time count as those of the check.
         with effort.measure("dead_load"), effort.beside() as own:
             try:
-                if self._pushes(problem) and self._comes_to_rest(problem, own):
+                if self._begins_at_rest(problem) and self._comes_to_rest(problem, own):
                     return None
                 falling = falling_mechanism(problem, solver, own, self.kept)
             except DeadLoadUndecided as stopped:
@@ -144,10 +148,12 @@ class Session:
         found = Found(d=falling, forms=problem.by_cone.forms)
         return replace(solution, found=found, reasons=(falls, *holds))
 
-    def _pushes(self, problem: Problem) -> bool:
-        """Whether a scene is pushed from rest, by the method or beside it."""
+    def _begins_at_rest(self, problem: Problem) -> bool:
+        """Whether a scene is small, and pushed from rest by "compliant" or for the load to expect; not one of
+        many, where forces kept of those before show at once that it stands."""
         asked = (self.how.expected and not self.method.associative) or self.method.name == _EXPECTED
-        return asked and problem.joints <= PUSHED_UP_TO and not problem.dilatancy_depends_on_stress
+        small = problem.joints <= _RESTS_UP_TO and not problem.dilatancy_depends_on_stress
+        return asked and small and not self.kept.keeps
 
     def _comes_to_rest(self, problem: Problem, effort: Effort) -> bool:
         """Whether forces with which contacts come to rest, where a push begins, carry the dead load."""
@@ -156,7 +162,8 @@ class Session:
         rest = elastic_of(Task(problem, effort=effort, kept=self.kept)).settled
         if rest is None or not carries(problem, rest):
             return False
-        effort.uses(find_solver(MATRICES, None).name, DEAD_LOAD)
+        if problem.settled is None and problem.dead.any():
+            effort.uses(find_solver(MATRICES, None).name, DEAD_LOAD)
         return True
 
     def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:
@@ -232,7 +239,7 @@ def _found(method: Method, task: Task) -> Solution:
         before = method.run(task)
         falls = before.status is Status.UNSTABLE
         decided = (before.answer and not before.failing()) or before.proven_none or falls
-        if decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _BESIDE_UP_TO:
+        if decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _NO_WORK_UP_TO:
             return before
         from masonry_opt.methods.associative import with_associative
 

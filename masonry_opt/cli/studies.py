@@ -261,6 +261,8 @@ def _spectrum(path: Path) -> list[tuple[float, float]]:
                     pairs.append((period, acceleration))
     except OSError as error:
         raise OptionError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise OptionError(f"{path}: is no text") from None
     except (ValueError, csv.Error):
         raise OptionError(
             f"{path}: line {lines.line_num}: a spectrum has a period (s) and an acceleration (g) on each "

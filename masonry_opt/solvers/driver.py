@@ -117,19 +117,21 @@ class Kept:
 
     Parameters
     ----------
-    keeps: whether anything is kept for other problems; in a single analysis, for its own alone.
+    keeps: whether anything is kept for other problems.
     """
 
     def __init__(self, keeps: bool = False) -> None:
         self.keeps = keeps
         self._held: dict[Hashable, tuple[Problem | None, Any]] = {}
 
-    def of(self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T]) -> _T:
+    def of(
+        self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T], own: bool = False
+    ) -> _T:
         """What is kept under a key, for this problem; built where there is nothing, or it is of other
-        matrices, loads or strengths."""
+        matrices, loads or strengths. ``own``: whether it is kept for this very problem in any case."""
         before, held = self._held.get(key, (None, None))
-        if before is problem or (self.keeps and before is not None and problem.same_program(before)):
-            return cast(_T, held.again_for(problem, effort))
-        built = build()
-        self._held[key] = problem, built
-        return built
+        again = before is problem or (self.keeps and before is not None and problem.same_program(before))
+        found = cast(_T, held.again_for(problem, effort)) if again else build()
+        if self.keeps or own:
+            self._held[key] = problem, found
+        return found

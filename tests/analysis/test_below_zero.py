@@ -75,3 +75,14 @@ def test_a_state_below_zero_alone_is_no_load_factor_of_a_scene_that_rests():
     assert Code.BELOW_ZERO in [said.code for said in result.expected_reasons]
     half = result.associative / 2
     assert load_carried(result.assembly.problem, [half]) == half
+
+
+@pytest.mark.slow
+def test_what_does_not_rest_is_unstable_with_one_explanation():
+    """In contact dynamics it falls under its weight, though statics would hold it by self-stress."""
+    result = mo.solve(near_the_least_friction("tessellation", 600002, 0.39672))
+    assert (result.status, result.load_factor, result.expected) == (mo.Status.UNSTABLE, None, None)
+    assert [said.code for said in result.reasons] == [Code.WEDGED]
+    assert "load factors" not in facts(result)
+    with pytest.raises(AssertionError, match="falls under its weight"):
+        load_carried(result.assembly.problem, [])

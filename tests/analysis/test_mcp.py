@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+from atlas.random_scenes import random_scene
 from scenes import (
     CASES,
     WALLS,
@@ -223,3 +224,11 @@ def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
 
 
 # No load factor -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_friction_jams_where_the_push_does():
+    """A ray on which λ grows proves it."""
+    result = solved(random_scene("wall", 70003), expected=True)
+    assert (result.status, result.load_factor, result.expected) == (mo.Status.JAMMED, None, None)
+    assert codes(result)[:2] == [Code.JAMS, Code.CARRIES_ANY]

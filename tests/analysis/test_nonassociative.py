@@ -138,3 +138,16 @@ def test_rough_sub_problems_take_fewer_iterations_to_an_exact_state(path):
     assert rough.certificate.complementarity < MOST_ENERGY * rough.load_factor
     assert rough.load_factor <= solved(path, "static", solver="highs-ipm").load_factor
     assert rough.iterations < accurate.iterations
+
+
+@pytest.mark.slow
+def test_a_neighbour_that_stands_apart_does_not_matter():
+    """A slab 100 blocks long: units are medians, the small cohesion is that of each part. (From 100
+    block weights on, the solver's relative accuracy does choose the other end of wall 6.)"""
+    wall = mo.load(WALL_6)
+    slab = mo.Block(name="slab", vertices=[(100, 0), (500, 0), (500, 1), (100, 1)], weight=10)
+    floor = mo.Block(name="floor", vertices=[(99, -1), (501, -1), (501, 0), (99, 0)], fixed=True)
+    beside = mo.Scene(joints=wall.joints, blocks=[*wall.blocks, slab, floor])
+    assert solved(beside, "nonassociative").load_factor == pytest.approx(
+        solved(wall, "nonassociative").load_factor, rel=5e-4
+    )

@@ -85,7 +85,7 @@ def sharp_steps(growth: Growth) -> Iterator[tuple[Curve, np.ndarray, float]]:
     """Contacts made sharp, which carry less where rounder ones hold by a corner, before a step to where they
     come to rest under a load; displacements in it, and the load, lower and lower."""
     apart = _APART
-    while apart <= _LOWEST:
+    while apart <= _LOWEST and growth.carried > 0:
         here = growth.before.slipped(growth.d)
         for rounding in _SHARPER:
             sharp = here.rounded_by(rounding * growth.before.rounding)

@@ -315,7 +315,8 @@ class Elastic:
         """The last state of a load that grows, certified for contacts that give from those before; of large
         scenes else one of sharp contacts. None if none is found that holds."""
         own = (growth.before, growth.d, growth.carried)
-        for curve, d, load in chain([own], sharp_steps(growth) if self.problem.joints > _LARGE else ()):
+        sharp = self.problem.joints > _LARGE and growth.beyond is not None
+        for curve, d, load in chain([own], sharp_steps(growth) if sharp else ()):
             state = self._sharpened(curve, d, load, 0.0, max(curve.moves(d), SMALLEST))
             if state is not None and not state.answer.failing(Kind.COMPLIANT):
                 return state
@@ -336,4 +337,5 @@ class Elastic:
 
 def elastic_of(task: Task) -> Elastic:
     """A task's problem with contacts that give, its matrix kept."""
-    return task.kept.of("elastic", task.problem, task.effort, lambda: Elastic(task.problem))
+    problem = task.problem
+    return task.kept.of("elastic", problem, task.effort, lambda: Elastic(problem), own=True)
