@@ -148,10 +148,15 @@ class Session:
         found = Found(d=falling, forms=problem.by_cone.forms)
         return replace(solution, found=found, reasons=(falls, *holds))
 
+    @property
+    def _expects(self) -> bool:
+        """Whether the load to expect is looked for beside the method's own answer."""
+        return self.how.expected and not self.method.associative and self.method.name != _EXPECTED
+
     def _begins_at_rest(self, problem: Problem) -> bool:
         """Whether a scene is small, and pushed from rest by "compliant" or for the load to expect; not one of
         many, where forces kept of those before show at once that it stands."""
-        asked = (self.how.expected and not self.method.associative) or self.method.name == _EXPECTED
+        asked = self._expects or self.method.name == _EXPECTED
         small = problem.joints <= _RESTS_UP_TO and not problem.dilatancy_depends_on_stress
         return asked and small and not self.kept.keeps
 
@@ -169,7 +174,7 @@ class Session:
     def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """What method "compliant" finds, or why it is not asked; None where nobody wants to know. Its steps
         and time stand apart from those of the method."""
-        if not self.how.expected or self.method.associative or self.method.name == _EXPECTED:
+        if not self._expects:
             return None
         method, problem = METHODS[_EXPECTED], assembly.problem
         none = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)

@@ -162,11 +162,9 @@ class Refiner(StateFinder):
 
     undecided: int
 
-    def __init__(
-        self, problem: Problem, effort: Effort, given: tuple[LinearProgram, LinearProgram] | None = None
-    ) -> None:
+    def __init__(self, problem: Problem, effort: Effort) -> None:
         super().__init__(problem, effort)
-        forces, motion = given or programs(problem)
+        forces, motion = programs(problem)
         self._small = small = problem.joints <= SMALL
         hardly = (problem.dilatancy != 0) & (np.abs(problem.dilatancy) < _HARDLY_DILATES)
         self._roughly = small and not hardly.any()
@@ -178,12 +176,6 @@ class Refiner(StateFinder):
         self._random = _RANDOM * small * np.random.default_rng(0).uniform(0.5, 1.5, problem.faces)
         self._random_of_forces = problem.true_yield.T @ (self._random / problem.steep)
         self.undecided = 0
-
-    def again_for(self, problem: Problem, effort: Effort) -> "Refiner":
-        """A refiner of a problem that differs in friction, cohesion and dilatancy alone; of the same problem
-        with its programs."""
-        same = problem is self.problem
-        return Refiner(problem, effort, (self._statics.lp, self._kinematics.lp) if same else None)
 
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | None = None
@@ -313,10 +305,9 @@ class Refiner(StateFinder):
 
 
 def refiner_of(task: Task) -> Refiner:
-    """The programs of a task's problem, kept."""
-    problem, effort = task.problem, task.effort
-    with effort.measure("build"):
-        return task.kept.of("refiner", problem, effort, lambda: Refiner(problem, effort))
+    """The programs of a task's problem."""
+    with task.effort.measure("build"):
+        return Refiner(task.problem, task.effort)
 
 
 class ConeRefiner(StateFinder):

@@ -151,13 +151,7 @@ def plan(
     pairs: list[Pair] = []
     left_out: list[tuple[str, str, str, str]] = []
     for method in methods:
-        combinations = [*product(models, solvers)]
-        if METHODS[method].own_tolerances:
-            own = [
-                (model, solver) for model, allowed in METHODS[method].solvers.items() for solver in allowed
-            ]
-            combinations = [pair for pair in own if pair[1] in solvers] or own[:1]
-        for model, solver in combinations:
+        for model, solver in _combinations(method, models, solvers):
             try:
                 how = HowToSolve(method, model, solver)
             except OptionError as error:
@@ -169,6 +163,15 @@ def plan(
         why = "; ".join(f"{', '.join(names)}: {reason}" for *names, reason in left_out)
         raise OptionError(f"nothing to compare: {why}")
     return RunPlan(tuple(dict.fromkeys(pairs)), tuple(left_out))
+
+
+def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
+    """Models and solvers as named; of a method with tolerances of its own, those it has."""
+    own = METHODS[method]
+    if not own.own_tolerances:
+        return [*product(models, solvers)]
+    every = [(model, solver) for model, allowed in own.solvers.items() for solver in allowed]
+    return [pair for pair in every if pair[1] in solvers] or every[:1]
 
 
 def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
