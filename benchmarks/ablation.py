@@ -149,7 +149,6 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
             ("sharpened-by-hundreds", "path:_FALLS", 0.01),
             ("no-roots-of-falls", "path:Curve.sharper.__defaults__", (1e-9, 0.01)),
             ("digits-of-trial-forces", "path:_DIGITS", 0.0),
-            ("turns-that-are-told", "push:_TURNS", 0),
         )
     },
     "coarse-paths-beside": ("mcp", {"push.push:_COARSE": ()}),

@@ -211,7 +211,7 @@ def test_a_full_disk_keeps_what_was_made(swept, tmp_path, full):
     frame, folder = swept
     lines = (folder / journal.NAME).read_bytes().splitlines(keepends=True)
     if full == journal.NAME:
-        # In the middle of the third run's line, after two that are kept (how long lines are depends on times).
+        # In the middle of the third line, after two runs that are kept: times decide how long lines are.
         (tmp_path / journal.NAME).write_bytes(b"".join(lines[:3]))
         size, whole = sum(map(len, lines[:3])) + 20, 1 + 2
     else:

@@ -297,14 +297,22 @@ def test_what_methods_on_matrices_end_with_is_a_state_of_the_declared_problem(na
     assert left.z @ left.p <= 1e-8 * result.load_factor * problem.live_norm
 
 
+def test_a_peak_that_one_step_passes_is_found():
+    """Contact dynamics of the test below bring the scene down at .274; the path ends in a ray at .211."""
+    found = elastic_of(random_scene("tessellation", 860067)).pushed()
+    assert max(step.load_factor for step in found.steps) < 0.25
+    assert found.peak == pytest.approx(0.274, rel=0.01)
+
+
 @pytest.mark.slow
 def test_a_load_that_grows_passes_the_falls_of_the_path_up_to_its_highest():
-    """In contact dynamics, whatever the ray is, here of a ninth less, of far less, and below zero."""
-    scenes = [random_scene("tessellation", seed) for seed in (910017, 910061, 910064)]
-    pushes = [elastic_of(scene) for scene in (*scenes, rubble(40, 910006))]
+    """In contact dynamics, whatever the ray is, here of a ninth less, of far less, and below zero; where one
+    step passes the peak, and where sharper corners have lost it."""
+    scenes = [random_scene("tessellation", seed) for seed in (910017, 910061, 910064, 860067)]
+    pushes = [elastic_of(scene) for scene in (*scenes, rubble(40, 910006), rubble(60, 863054))]
     found = [elastic.pushed() for elastic in pushes]
-    assert [of.deep_fall is not None for of in found] == [True, False, False, True]
-    assert [of.answer.load_factor < 0.9 * of.peak for of in found] == [True, True, True, False]
+    assert [of.deep_fall is not None for of in found] == [True, False, False, False, True, True]
+    assert [of.answer.load_factor < 0.9 * of.peak for of in found] == [True, True, True, True, False, True]
     highest = [of.peak for of in found]
     settled = [elastic.settled for elastic in pushes]
     brought_down = onset([elastic.problem for elastic in pushes], settled, highest)

@@ -37,8 +37,8 @@ _STRAIGHT, _TURNED = 0.1, 0.3
 #: Way round by tangents that meet, over the straight one, at most.
 _ROUND = 2.0
 
-#: Newton's steps to a state at most, and the shortest share of one; and steps uphill at most.
-_STEPS, _SHORTEST, _UPHILL = 60, 1e-6, 20
+#: Newton's steps to a state at most, or uphill, and the shortest share of one.
+_STEPS, _SHORTEST = 60, 1e-6
 
 #: Steps in which a state must come nearer by this share, or is given up.
 _PATIENCE, _NEARER = 8, 0.3
@@ -84,12 +84,16 @@ class Curve:
     def turns_below(self, before: Point, after: Point) -> float:
         """A bound of the highest load between two points, by their tangents; -inf where it does not turn."""
         up, down = before.along[-1], after.along[-1]
-        if not up > 0 > down:
+        length, change = self._size(self._moves(after.d - before.d)), after.load_factor - before.load_factor
+        if up > 0 > down:
+            bound = before.load_factor + up * (change - down * length) / (up - down)
+        elif up > 0 > change:
+            bound = before.load_factor + up * length
+        elif down < 0 < change:
+            bound = after.load_factor - down * length
+        else:
             return -inf
-        length = self._size(self._moves(after.d - before.d))
-        rises = after.load_factor - before.load_factor - down * length
-        bound: float = before.load_factor + up * rises / (up - down)
-        return max(before.load_factor, after.load_factor, bound)
+        return float(max(before.load_factor, after.load_factor, bound))
 
     def corner(self, before: Point, after: Point) -> np.ndarray:
         """d and λ, shape (3b + 1,), between two points, where the path may turn: where their tangents come
@@ -255,7 +259,7 @@ class Curve:
         factors = self.matrix.factors(self._at(*near)[1], self.live, row)
         here = self._point(np.append(*near), factors, point.sign, 0)
         turned = False
-        for _ in range(_UPHILL):
+        for _ in range(_STEPS):
             if length * abs(here.along[-1]) <= _ON_PATH * (self.unit + abs(here.load_factor)):
                 return here
             way = 1 if here.along[-1] > 0 else -1

@@ -39,8 +39,8 @@ _COARSE, _SHARPENED, _GENTLEST, _SHARPENED_POINTS, _OUT = (1.0, 0.7, 0.5, 0.35),
 #: Rounding above which λ is blurred; and what a certificate leaves at most that needs no other beside it.
 _BLURRED, _WELL = 1e-5, 1e-11
 
-#: Rounding to which the highest λ on the way is followed, and from how many of its turns.
-_SHARP, _TURNS = 1e-4, 3
+#: Rounding to which the highest λ on the way is followed.
+_SHARP = 1e-4
 
 #: Points of a path at most, of large scenes too; how many times as far the end is looked for again, and how
 #: often: the stiffness that gives directions falls as 1/u². And displacement to which a load is drawn back.
@@ -260,8 +260,8 @@ class Elastic:
         return Ended.JAM if straight else Ended.STOPPED, None
 
     def _peak(self, rounded: Curve, pushed: Pushed) -> float | None:
-        """The highest λ of a path that ends in a state, uphill under sharper laws from where it turns above
-        that; None of any other."""
+        """The highest λ of a path that ends in a state, uphill from where it turns above that, under laws as
+        sharp as have the turn; None of any other."""
         if pushed.answer is None:
             return None
         # At rest the load is none.
@@ -270,14 +270,13 @@ class Elastic:
         if rounded.is_rigid(pushed.points[-1]):
             return peak
         turns = [(rounded.turns_below(*pair) / unit, *pair) for pair in pairwise(pushed.points)]
-        for bound, before, after in sorted(turns, key=lambda turn: -turn[0])[:_TURNS]:
+        for bound, before, after in sorted(turns, key=lambda turn: -turn[0]):
             if bound <= max(told, peak):
                 break
             at = before if before.load_factor > after.load_factor else after
             curve, still = rounded.moved(at.d), replace(at, d=np.zeros_like(at.d))
-            *_, (sharp, top) = (rounded, at), *curve.sharper(still, Curve.top, _SHARP)
-            # A turn that is lost as the law is made sharper is one of rounded corners.
-            if sharp.rounding < 2 * _SHARP and top.load_factor / unit > told:
+            *_, (_, top) = (rounded, at), *curve.sharper(still, Curve.top, _SHARP)
+            if top.load_factor / unit > told:
                 peak = max(peak, top.load_factor / unit)
         return peak
 
