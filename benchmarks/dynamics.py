@@ -43,8 +43,9 @@ FAMILIES = {
     "rubble 60": (9, 0),
 }
 FIRST = 910_000
-#: λ on the way over the ray's, and a fall on the way over the highest λ before, of a path that folds.
-HIGHER, FALL, DEEP = 0.01, 0.02, 0.1
+#: λ on the way over the ray's, and a fall on the way over the highest λ before, of a path that folds; a fall
+#: that is deep; and the highest λ before, over that of the path, below which none is one.
+HIGHER, FALL, DEEP, TRIFLE = 0.01, 0.02, 0.1, 0.01
 #: Scenes in motion side by side.
 STACK = 10
 
@@ -61,7 +62,7 @@ def on_the_way(found: Pushed) -> tuple[float, float, float]:
     """Highest λ of a path, the deepest fall before it, and λ from which it first falls by a tenth."""
     path = np.array([0.0, *(step.load_factor for step in found.steps)])
     highest = np.maximum.accumulate(path)
-    fallen = (highest - path) / np.maximum(highest, 1e-9)
+    fallen = (highest - path) / np.maximum(highest, TRIFLE * max(highest[-1], TRIFLE))
     deep = highest[np.argmax(fallen > DEEP)] if fallen.max() > DEEP else highest[-1]
     return found.peak or 0.0, float(fallen[: path.argmax() + 1].max()), float(deep)
 
