@@ -76,7 +76,6 @@ class _Motion:
 
 
 def _of_joints(problem: Problem, values: np.ndarray, others: float) -> np.ndarray:
-    """Values of what slides, by joint."""
     by_joint = np.full(problem.joints, others)
     by_joint[problem.sliding] = values
     return by_joint

@@ -40,6 +40,5 @@ def arrows(what: object, name: str) -> np.ndarray:
 
 
 def labels(what: object, kind: str = "") -> list[str]:
-    """What a legend says beside blocks and supports."""
     elements, first = elements_of(what)
     return list(legend(elements.shown(kind or first)))

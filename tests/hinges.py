@@ -16,22 +16,8 @@ def radial_joints(arch: mo.Arch) -> np.ndarray:
 
 
 def four_hinge_load_factors(joints: np.ndarray, weight: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """The same for blocks under their weight and λ times it to the right.
-
-    Parameters
-    ----------
-    weight, at: of the blocks in their order, shape (blocks,), and where it acts, shape (blocks, 2).
-    """
-    zero = np.zeros(len(weight))
-    dead = np.stack([-weight * at[:, 0], zero, -weight], axis=1)
-    live = np.stack([-weight * at[:, 1], weight, zero], axis=1)
-    return load_factors_by_four_hinges(joints, dead, live)
-
-
-def load_factors_by_four_hinges(
-    joints: np.ndarray, on_blocks: np.ndarray, live_on_blocks: np.ndarray
-) -> np.ndarray:
-    """Load factors of all such thrusts, for blocks that cannot slide.
+    """Load factors of all such thrusts, for blocks that cannot slide under their weight and λ times it to the
+    right.
 
     Collapse is the largest multiple of the load that a thrust within the arch carries, and the thrust at
     collapse passes through four hinges; so all that are found are the same.
@@ -39,12 +25,13 @@ def load_factors_by_four_hinges(
     Parameters
     ----------
     joints: ends of the joints, from the left abutment to the right, intrados first, shape (blocks + 1, 2, 2).
-    on_blocks, live_on_blocks: dead and live moment about the origin, fx and fy of the blocks in that order,
-        shape (blocks, 3).
+    weight, at: of the blocks in that order, shape (blocks,), and where it acts, shape (blocks, 2).
     """
-    left_of = np.arange(len(joints))[:, None] > np.arange(len(on_blocks))  # joint, block
+    zero = np.zeros(len(weight))
+    left_of = np.arange(len(joints))[:, None] > np.arange(len(weight))  # joint, block
     # Moment about the origin and force of all that acts left of each joint.
-    dead, live = left_of @ on_blocks, left_of @ live_on_blocks
+    dead = left_of @ np.stack([-weight * at[:, 0], zero, -weight], axis=1)
+    live = left_of @ np.stack([-weight * at[:, 1], weight, zero], axis=1)
     chosen = np.array(list(combinations(range(len(joints)), 4)))
     across = joints[:, 1] - joints[:, 0]
     found: list[float] = []

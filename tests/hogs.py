@@ -13,7 +13,6 @@ from masonry_opt.errors import CaseError
 
 
 def wait_for(seconds: float, value: object) -> object:
-    """Take time."""
     time.sleep(seconds)
     return value
 
@@ -26,7 +25,6 @@ def hoard(megabytes: int) -> int:
 
 
 def die() -> NoReturn:
-    """End as a solver that crashes does."""
     os._exit(7)
 
 
@@ -51,7 +49,6 @@ class Mortal:
 
 
 def fail() -> NoReturn:
-    """Raise what nobody expects."""
     raise ZeroDivisionError("by zero")
 
 
@@ -68,7 +65,6 @@ def fail_unreadably() -> NoReturn:
 
 
 def refuse(where: str) -> NoReturn:
-    """Raise what a user can put right."""
     raise CaseError(where)
 
 
@@ -84,7 +80,6 @@ def environment() -> dict[str, str]:
 
 
 def wait_until(what: Callable[[], bool], process: subprocess.Popen, seconds: float = 120.0) -> None:
-    """Until something is so, while a process runs."""
     deadline = time.monotonic() + seconds
     while not what():
         assert time.monotonic() < deadline

@@ -29,25 +29,23 @@ def mapped(
     its blocks in another order."""
 
     def moved(block: mo.Block) -> mo.Block:
-        return mo.Block(
-            name=block.name,
+        return block.replace(
             vertices=[point(v) for v in block.vertices],
-            weight=None if block.weight is None else dead * block.weight,
+            weight=block.weight and dead * block.weight,
+            weight_at=block.weight_at and point(block.weight_at),
+            unit_weight=block.unit_weight and dead / length**2 * block.unit_weight,
             live=tuple(live * f for f in force(block.live)),
-            live_at=None if block.live_at is None else point(block.live_at),
+            live_at=block.live_at and point(block.live_at),
             live_per_weight=tuple(live / dead * f for f in force(block.live_per_weight)),
             dead=tuple(dead * f for f in force(block.dead)),
-            dead_at=None if block.dead_at is None else point(block.dead_at),
-            fixed=block.fixed,
+            dead_at=block.dead_at and point(block.dead_at),
         )
 
     blocks = [moved(block) for block in scene.blocks]
     if order is not None:
         blocks = [blocks[index] for index in order]
-    stresses = {"cohesion": scene.joints.cohesion * dead / length}
-    if scene.joints.strength is not None:
-        stresses["strength"] = scene.joints.strength * dead / length
-    joints = scene.joints.model_copy(update=stresses)
+    stresses = {name: getattr(scene.joints, name) for name in ("cohesion", "strength")}
+    joints = scene.joints.model_copy(update={k: v and v * dead / length for k, v in stresses.items()})
     return mo.Scene(joints=joints, gravity=force(scene.gravity), blocks=blocks, exceptions=scene.exceptions)
 
 

@@ -1,5 +1,7 @@
 """Scenes, paths and solves that several tests share."""
 
+import json
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.result import Result
+from masonry_opt.scene.blocks import rectangle
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
@@ -34,15 +37,15 @@ def block_on_floor(
     width: float = 1.0, height: float = 2.0, friction: float = 0.6, **block: object
 ) -> mo.Scene:
     """One block of weight 1 on a fixed floor, live load = weight to the right at its centroid."""
-    corners = [(0, 0), (width, 0), (width, height), (0, height)]
     properties = {"weight": 1.0, "live": (1.0, 0.0)} | block
-    return mo.Scene(
-        joints=mo.JointDefaults(friction=friction),
-        blocks=[
-            mo.Block(name="A", vertices=corners, **properties),
-            mo.Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True),
-        ],
-    )
+    A = mo.Block(name="A", vertices=rectangle(0, width, 0, height), **properties)
+    return on_floor(A, friction=friction)
+
+
+def on_floor(*blocks: mo.Block, friction: float = 0.6, **keys: Any) -> mo.Scene:
+    """Blocks on a fixed floor."""
+    floor = mo.Block(name="floor", vertices=rectangle(-5, 6, -1, 0), fixed=True)
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, floor], **keys)
 
 
 def two_blocks(friction: float = 0.1) -> mo.Scene:
@@ -200,3 +203,27 @@ def run_command(monkeypatch: Any, capsys: Any, *arguments: object) -> tuple[int,
         code = end.code or 0
     captured = capsys.readouterr()
     return code, captured.out, captured.err
+
+
+@dataclass(frozen=True)
+class Command:
+    """The command line, held to its exit code."""
+
+    monkeypatch: Any
+    capsys: Any
+
+    def __call__(self, *arguments: object, code: int = 0) -> str:
+        """Standard output."""
+        ended, out, error = run_command(self.monkeypatch, self.capsys, *arguments)
+        assert ended == code, error
+        return out
+
+    def json(self, *arguments: object, code: int = 0) -> dict[str, Any]:
+        """The one object on standard output."""
+        return json.loads(self(*arguments, "--json", code=code))
+
+    def refused(self, *arguments: object, code: int = 2) -> str:
+        """Standard error, where nothing is printed."""
+        ended, out, error = run_command(self.monkeypatch, self.capsys, *arguments)
+        assert (ended, out) == (code, "")
+        return error

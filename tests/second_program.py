@@ -95,7 +95,6 @@ class Bounds:
 
 
 def bounds(assembly: Assembly) -> Bounds:
-    """Of the scene of an assembly."""
     return Bounds(_largest(assembly, inside=True), _largest(assembly, inside=False))
 
 
@@ -244,15 +243,8 @@ def _in_space(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_ar
 
 def _limited(assembly: Assembly, rows: sp.csr_array, limits: np.ndarray) -> tuple[sp.csr_array, np.ndarray]:
     """The same, with the limits of ties, props and earth."""
-    each, force = assembly.limited, assembly.problem.force_unit
-    bounded = [(number, 1.0, -one.lowest) for number, one in enumerate(each) if np.isfinite(one.lowest)]
-    bounded += [(number, -1.0, one.highest) for number, one in enumerate(each) if np.isfinite(one.highest)]
-    own = sp.lil_array((len(bounded), len(each)))
-    for row, (number, sign, _) in enumerate(bounded):
-        own[row, number] = sign
-    whole = (
-        sp.block_array([[rows, None], [None, own]])
-        if bounded
-        else sp.hstack([rows, sp.csr_array((rows.shape[0], len(each)))])
-    )
-    return sp.csr_array(whole), np.append(limits, [limit / force for *_, limit in bounded])
+    force, one = assembly.problem.force_unit, sp.eye_array(len(assembly.limited), format="csr")
+    ends = np.array([(each.lowest, each.highest) for each in assembly.limited]).reshape(-1, 2) / force
+    below, above = np.isfinite(ends).T
+    own = sp.vstack([one[below], -one[above]])
+    return sp.block_diag([rows, own], "csr"), np.concatenate([limits, -ends[below, 0], ends[above, 1]])

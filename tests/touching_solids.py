@@ -21,7 +21,6 @@ def hull(name, points, **keys):
 
 
 def parted(name, *boxes, **keys):
-    """One block of several boxes."""
     return mo.Solid(name=name, parts=[{"box": box} for box in boxes], **({"weight": 1} | keys))
 
 

@@ -45,7 +45,6 @@ def test_the_certificate_is_of_contacts_that_give(name):
 
 @pytest.fixture
 def without_ray(monkeypatch):
-    """Pushes that come to no ray."""
     monkeypatch.setattr(Elastic, "_end", lambda *_: (Ended.STOPPED, None))
 
 

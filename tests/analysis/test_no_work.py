@@ -20,7 +20,6 @@ COULOMB = ("mcp", "compliant", "refined", "nonassociative", "mpec", "global")
 
 
 def scene(*blocks: mo.Block | mo.Solid, **joints: float) -> mo.Scene:
-    """Blocks on the ground."""
     if any(isinstance(block, mo.Solid) for block in blocks):
         ground = mo.Solid(name="ground", box=[[-5, 9], [-5, 9], [-1, 0]], fixed=True)
     else:

@@ -1,7 +1,7 @@
 """Scenes on which the loop fails at first: which remedy helps, and what is said of it."""
 
 import pytest
-from atlas.solver_failures import STEPPED, TWO_PATHS
+from atlas.entries import STEPPED, TWO_PATHS
 from scenes import CASES, WALLS, solved, values_of
 
 import masonry_opt as mo

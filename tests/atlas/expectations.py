@@ -37,37 +37,42 @@ SOLVERS = ("clarabel", "highs", "highs-ipm")
 
 
 def associative(
-    expected: Status | type[CaseError],
     load_factor: float | tuple[float, float] | None = None,
     source: str = "",
     solvers: tuple[str, ...] = SOLVERS,
+    expected: Status | type[CaseError] = Status.OPTIMAL,
     **keys: Any,
 ) -> tuple[Expectation, ...]:
     """The static program in some solvers, and the kinematic one in Pyomo."""
-    return (
-        *(
-            Expectation(expected, "static", solver=name, load_factor=load_factor, source=source, **keys)
-            for name in solvers
-        ),
-        Expectation(expected, "kinematic", "pyomo", load_factor=load_factor, source=source, **keys),
-    )
+    static = [Expectation("static", load_factor, source, expected, solver=name, **keys) for name in solvers]
+    return *static, Expectation("kinematic", load_factor, source, expected, "pyomo", **keys)
 
 
 def loops(
-    expected: Status | type[CaseError],
     load_factor: float | tuple[float, float] | None = None,
     source: str = "",
     solvers: tuple[str | None, ...] = SOLVERS,
+    expected: Status | type[CaseError] = Status.CONVERGED,
     tolerance: float = LOOP,
     **keys: Any,
 ) -> tuple[Expectation, ...]:
     """The loop in CVXPY, in some solvers."""
-    return tuple(
-        Expectation(
-            expected, solver=name, load_factor=load_factor, source=source, tolerance=tolerance, **keys
-        )
-        for name in solvers
-    )
+    given = {"load_factor": load_factor, "source": source, "expected": expected, "tolerance": tolerance}
+    return tuple(Expectation(solver=name, **given, **keys) for name in solvers)
+
+
+def refused(names: str) -> list[Expectation]:
+    return [Expectation(method, expected=CaseError, names=names) for method in ("static", "nonassociative")]
+
+
+def by_solver(name: str) -> Reason:
+    return reason(Code.BEGAN_AGAIN, remedies=f"solver={name}")
+
+
+def no_state(*solvers: str | None, **options: Any) -> tuple[Expectation, ...]:
+    """Loops of which a sub-problem has no state."""
+    why = reason(Code.SUB_PROBLEM_EMPTY)
+    return loops(solvers=solvers, expected=Status.NO_STATE, why=why, options=options)
 
 
 def default(load_factor: float | tuple[float, float], source: str, only: bool = False) -> Expectation:
@@ -81,21 +86,21 @@ def default(load_factor: float | tuple[float, float], source: str, only: bool = 
     if not (only or isinstance(load_factor, tuple)):
         load_factor = load_factor * (1 - LEAST), load_factor * (1 + PASS)
         source = f"{source}, to {100 * PASS:g} % above"
-    return Expectation(Status.CONVERGED, "mcp", load_factor=load_factor, source=source, exact=True)
+    return Expectation("mcp", load_factor, source, exact=True)
 
 
 def references(
     load_factor: float | tuple[float, float], source: str, proven: bool | None = None
 ) -> tuple[Expectation, ...]:
     """The refinement, the MPEC warm and cold, and the bracket (``proven`` or not; None: not asked)."""
-    found: dict[str, Any] = {"load_factor": load_factor, "source": source}
     runs = [
-        Expectation(Status.CONVERGED, "refined", **found),
-        Expectation(Status.CONVERGED, "mpec", tolerance=MPEC, **found),
-        Expectation(Status.CONVERGED, "mpec", options={"start": "cold"}, tolerance=MPEC, **found),
+        Expectation("refined", load_factor, source),
+        Expectation("mpec", load_factor, source, tolerance=MPEC),
+        Expectation("mpec", load_factor, source, tolerance=MPEC, options={"start": "cold"}),
     ]
     if proven is not None:
-        runs.append(Expectation(Status.OPTIMAL if proven else Status.CONVERGED, "global", **found))
+        status = Status.OPTIMAL if proven else Status.CONVERGED
+        runs.append(Expectation("global", load_factor, source, status))
     return tuple(runs)
 
 
@@ -104,8 +109,8 @@ def one_answer(
 ) -> tuple[Expectation, ...]:
     """The only load factor, with any flow rule: of every method (``proven`` as ``references`` takes it)."""
     return (
-        *associative(Status.OPTIMAL, load_factor, source),
-        *loops(Status.CONVERGED, load_factor, source, **of_loop),
+        *associative(load_factor, source),
+        *loops(load_factor, source, **of_loop),
         *(() if proven is None else references(load_factor, source, proven)),
         default(load_factor, source, only=True),
     )
@@ -113,13 +118,12 @@ def one_answer(
 
 def every_method(expected: Status, why: Reason | None = None) -> tuple[Expectation, ...]:
     """A status that every method must give."""
+    told: dict[str, Any] = {"expected": expected, "why": why}
+    cohesive, cold = {"start": "cohesive"}, {"start": "cold"}
     return (
-        *associative(expected, why=why),
-        *loops(expected, why=why),
-        Expectation(expected, options={"start": "cohesive"}, why=why),
-        Expectation(expected, "refined", why=why),
-        Expectation(expected, "global", why=why),
-        Expectation(expected, "mcp", why=why),
-        Expectation(expected, "mpec", why=why),
-        Expectation(expected, "mpec", options={"start": "cold"}, why=why),
+        *associative(**told),
+        *loops(**told),
+        Expectation(options=cohesive, **told),
+        *(Expectation(method, **told) for method in ("refined", "global", "mcp", "mpec")),
+        Expectation("mpec", options=cold, **told),
     )

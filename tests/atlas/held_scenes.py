@@ -7,7 +7,8 @@ import numpy as np
 from atlas.random_scenes import random_scene
 from atlas.random_scenes_in_space import random_scene_in_space
 
-from masonry_opt.scene.blocks import Block
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.blocks import Block, rectangle
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.loads import GROUND, Prop, Tie
 from masonry_opt.scene.road import Fill
@@ -28,20 +29,14 @@ def filled(seed: int) -> Scene:
             live = (float(rng.normal()), -float(rng.random()))
             blocks.append(Block(name=f"{stack}-{course}", vertices=corners, unit_weight=20.0, live=live))
             low = high
-    ground = [(-3, -1), (x[-1] + 3, -1), (x[-1] + 3, 0), (-3, 0)]
+    ground = rectangle(-3, x[-1] + 3, -1, 0)
     start, end = rng.uniform(-2, x[1]), rng.uniform(x[-2], x[-1] + 2)
     road = [(at, rng.uniform(3.5, 4.2)) for at in (start, rng.uniform(start, end), end)]
-    fill = Fill(
-        road=road,
-        unit_weight=rng.uniform(10, 22),
-        friction_angle=rng.uniform(20, 40),
-        mobilised=rng.uniform(0.3, 1.0),
-    )
-    return Scene(
-        joints=JointDefaults(friction=float(rng.uniform(0.4, 0.8))),
-        blocks=[*blocks, Block(name="ground", vertices=ground, fixed=True)],
-        fills=[fill],
-    )
+    earth = {"unit_weight": (10, 22), "friction_angle": (20, 40), "mobilised": (0.3, 1.0)}
+    fill = Fill(road=road, **{name: rng.uniform(*ends) for name, ends in earth.items()})
+    joints = JointDefaults(friction=float(rng.uniform(0.4, 0.8)))
+    supports = [Block(name="ground", vertices=ground, fixed=True)]
+    return Scene(joints=joints, blocks=[*blocks, *supports], fills=[fill])
 
 
 def held(kind: str, seed: int, space: bool = False) -> Scene:
@@ -54,9 +49,10 @@ def held(kind: str, seed: int, space: bool = False) -> Scene:
         scene = (random_scene_in_space if space else random_scene)(kind, seed)
     rng = np.random.default_rng([7, seed])
     free = [block for block in scene.blocks if not block.fixed]
-    middles = {block.name: np.array(_corners(block)).mean(axis=0) for block in free}
+    middles = {block.name: np.array(block.vertices).mean(axis=0) for block in free}
     size = np.ptp(list(middles.values()), axis=0).max() or 1.0
-    weight = _mean_weight(scene)
+    problem = assemble(scene).problem
+    weight = float(problem.force_sizes(problem.dead).mean() * problem.force_unit)
     ties, props = [], []
     for _ in range(rng.integers(1, 5)):
         first = str(rng.choice(list(middles)))
@@ -76,15 +72,3 @@ def held(kind: str, seed: int, space: bool = False) -> Scene:
         else:
             props.append(Prop(between=(first, second), at=at, strength=strength))
     return scene.model_copy(update={"ties": ties, "props": props})
-
-
-def _corners(block: object) -> list[tuple[float, ...]]:
-    return list(block.vertices)  # type: ignore[attr-defined]
-
-
-def _mean_weight(scene: Scene) -> float:
-    from masonry_opt.problem.assembly import assemble
-
-    assembly = assemble(scene)
-    problem = assembly.problem
-    return float(problem.force_sizes(problem.dead).mean() * problem.force_unit)

@@ -145,7 +145,6 @@ def _corners(outline: np.ndarray) -> Points:
 
 
 def _cells(points: np.ndarray, box: shapely.Polygon) -> np.ndarray:
-    """The Voronoi cells of points in a box."""
     drawn = shapely.voronoi_polygons(shapely.MultiPoint(points), extend_to=box)
     return shapely.intersection(shapely.get_parts(drawn), box)
 

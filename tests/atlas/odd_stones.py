@@ -4,6 +4,7 @@ import numpy as np
 import shapely
 from atlas.random_scenes import Points, Rng, assembled
 
+from masonry_opt.scene.blocks import rectangle
 from masonry_opt.scene.scene import Scene
 
 #: Strengths, as multiples of the mean pressure below all stones.
@@ -18,14 +19,12 @@ def odd_scene(seed: int) -> Scene:
     slab = float(rng.uniform(0.2, 0.5))
     box = shapely.box(0.0, height + slab, width, height + slab + float(rng.uniform(0.8, 2.0)))
     outlines = [*feet, _corners(shapely.box(0.0, height, width, height + slab)), *_stones(rng, box)]
-    base = [(-1.0, -1.0), (width + 1, -1.0), (width + 1, 0.0), (-1.0, 0.0)]
-    scene = assembled(rng, outlines, {"base": base})
+    scene = assembled(rng, outlines, {"base": rectangle(-1.0, width + 1, -1.0, 0.0)})
     strength = None
     if rng.random() < 2 / 3:
         pressure = sum(shapely.Polygon(outline).area for outline in outlines) / width
         strength = pressure * float(np.exp(rng.uniform(np.log(_WEAKEST), np.log(_STRONGEST))))
-    joints = scene.joints.model_copy(update={"strength": strength})
-    return scene.model_copy(update={"joints": joints, "title": f"odd stones {seed}"})
+    return scene.replace(joints={"strength": strength}, title=f"odd stones {seed}")
 
 
 def _feet(rng: Rng) -> tuple[list[Points], float, float]:
@@ -38,7 +37,7 @@ def _feet(rng: Rng) -> tuple[list[Points], float, float]:
             tip = x + wide * float(rng.uniform(0.3, 0.7))
             outlines.append([(x, 0.0), (x + wide, 0.0), (tip, height)])
         else:
-            outlines.append([(x, 0.0), (x + wide, 0.0), (x + wide, height), (x, height)])
+            outlines.append(rectangle(x, x + wide, 0.0, height))
         x += wide + float(rng.uniform(0.0, 0.4))
     return outlines, x, height
 

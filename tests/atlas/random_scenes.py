@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from masonry_opt.scene.blocks import Block
+from masonry_opt.scene.blocks import Block, rectangle
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
 
@@ -50,10 +50,6 @@ def assembled(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> Sce
     return Scene(joints=JointDefaults(friction=friction, cohesion=cohesion), blocks=[*blocks, *supports])
 
 
-def _rectangle(left: float, right: float, bottom: float, top: float) -> Points:
-    return [(left, bottom), (right, bottom), (right, top), (left, top)]
-
-
 def wall(rng: Rng) -> Scene:
     """Courses of one length, cut at random, of random heights, some with an opening."""
     length, bottom = float(rng.uniform(4, 8)), 0.0
@@ -62,9 +58,9 @@ def wall(rng: Rng) -> Scene:
         top = bottom + float(rng.uniform(0.5, 1.2))
         parts = rng.uniform(0.7, 1.3, rng.integers(2, 5))
         cuts = np.concatenate([[0], np.cumsum(parts) / parts.sum() * length]).tolist()
-        outlines += [_rectangle(left, right, bottom, top) for left, right in pairwise(cuts)]
+        outlines += [rectangle(left, right, bottom, top) for left, right in pairwise(cuts)]
         bottom = top
-    return assembled(rng, outlines, {"base": _rectangle(-1, length + 1, -1, 0)})
+    return assembled(rng, outlines, {"base": rectangle(-1, length + 1, -1, 0)})
 
 
 def stack(rng: Rng) -> Scene:
@@ -79,7 +75,7 @@ def stack(rng: Rng) -> Scene:
         right = (left[0] + across, max(left[1] + tilt * across, low_right[1] + 0.2))
         outlines.append([low_left, low_right, right, left])
         low_left, low_right = left, right
-    return assembled(rng, outlines, {"base": _rectangle(-2, width + 2, -1, 0)})
+    return assembled(rng, outlines, {"base": rectangle(-2, width + 2, -1, 0)})
 
 
 def arch(rng: Rng) -> Scene:
@@ -111,12 +107,7 @@ def tessellation(rng: Rng) -> Scene:
         for part in shapely.intersection(cells, box)
         if part.area > 1e-3
     ]
-    return assembled(rng, outlines, {"base": _rectangle(-1, width + 1, -1, 0)})
+    return assembled(rng, outlines, {"base": rectangle(-1, width + 1, -1, 0)})
 
 
-KINDS: dict[str, Callable[[Rng], Scene]] = {
-    "wall": wall,
-    "stack": stack,
-    "arch": arch,
-    "tessellation": tessellation,
-}
+KINDS: dict[str, Callable[[Rng], Scene]] = {of.__name__: of for of in (wall, stack, arch, tessellation)}

@@ -58,13 +58,9 @@ def assembled(rng: Rng, shapes: list[Vertices], fixed: list[Vertices]) -> Scene:
     return Scene(joints=JointDefaults(friction=friction, cohesion=cohesion), blocks=[*blocks, *supports])
 
 
-def _between(bottom: Vertices, top: Vertices) -> Vertices:
-    return np.concatenate([bottom, top])
-
-
 def _box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) -> Vertices:
     ring = np.array([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])])
-    return _between(*(np.column_stack([ring, np.full(4, height)]) for height in z))
+    return np.concatenate([np.column_stack([ring, np.full(4, height)]) for height in z])
 
 
 def _volume(shape: Vertices) -> float:
@@ -73,7 +69,6 @@ def _volume(shape: Vertices) -> float:
 
 
 def _cuts(rng: Rng, length: float, parts: int) -> list[tuple[float, float]]:
-    """A length cut at random."""
     ends = np.concatenate([[0], np.cumsum(rng.uniform(0.7, 1.3, parts))])
     return list(pairwise((length * ends / ends[-1]).tolist()))
 
@@ -95,13 +90,9 @@ def wedges(rng: Rng) -> Scene:
     half, thickness = float(rng.uniform(0.7, math.pi / 2)), float(rng.uniform(0.2, 0.5))
 
     def voussoir(start: float, end: float, y: tuple[float, float]) -> Vertices:
-        bottom, top = (
-            np.array(
-                [(r * math.cos(a), at, r * math.sin(a)) for at, a in zip(np.repeat(y, 2), ends, strict=True)]
-            )
-            for r, ends in ((1, (end, start, start, end)), (1 + thickness, (end, start, start, end)))
-        )
-        return _between(bottom, top)
+        places = [*zip(np.repeat(y, 2), (end, start, start, end), strict=True)]
+        radii = 1, 1 + thickness
+        return np.array([(r * math.cos(a), at, r * math.sin(a)) for r in radii for at, a in places])
 
     rings = _cuts(rng, float(rng.uniform(0.3, 1.2)), int(rng.integers(1, 4)))
     low, high = math.pi / 2 - half, math.pi / 2 + half
@@ -145,11 +136,9 @@ def piers(rng: Rng) -> Scene:
             ring += rng.uniform(-0.05, 0.05, 2)
             above = level + float(rng.uniform(0.5, 0.9)) if course < height - 1 else 0.8 * height
             next_slope = rng.uniform(-0.05, 0.05, 2) if course < height - 1 else np.zeros(2)
-            bottom, top = (
-                np.column_stack([ring + np.array([2, 0]) * pier, at + ring @ gradient])
-                for at, gradient in ((level, slope), (above, next_slope))
-            )
-            shapes.append(_between(bottom, top))
+            beds = (level, slope), (above, next_slope)
+            place = ring + np.array([2, 0]) * pier
+            shapes.append(np.concatenate([np.column_stack([place, at + ring @ of]) for at, of in beds]))
             slope, level = next_slope, above
     rise = 0.8 * height
     for pier in range(count - 1):
@@ -160,9 +149,4 @@ def piers(rng: Rng) -> Scene:
     return assembled(rng, shapes, [_box((-2, 2 * count + 1), (-2, 2), (-1, 0))])
 
 
-KINDS: dict[str, Callable[[Rng], Scene]] = {
-    "boxes": boxes,
-    "wedges": wedges,
-    "corner": corner,
-    "piers": piers,
-}
+KINDS: dict[str, Callable[[Rng], Scene]] = {of.__name__: of for of in (boxes, wedges, corner, piers)}

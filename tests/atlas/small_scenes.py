@@ -22,7 +22,6 @@ def rectangle(name: str, left: float, bottom: float, right: float, top: float, *
 
 
 def of_blocks(title: str, blocks: list[Block], friction: float, **keys: Any) -> Builder:
-    """A scene of these blocks."""
     scene = Scene(title=title, joints=JointDefaults(friction=friction), blocks=blocks, **keys)
     return lambda _: scene
 

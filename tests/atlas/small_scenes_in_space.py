@@ -141,9 +141,5 @@ def overhang(rng: Rng, friction: float) -> list[Solid]:
 
 
 KINDS: dict[str, Callable[[Rng, float], list[Solid]]] = {
-    "fallen": fallen,
-    "table": table,
-    "slope": slope,
-    "plug": plug,
-    "overhang": overhang,
+    kind.__name__: kind for kind in (fallen, table, slope, plug, overhang)
 }

@@ -139,6 +139,8 @@ def test_the_python_function_returns_what_it_judged(tmp_path, monkeypatch):
 
 def test_a_folder_of_something_else_is_refused(tmp_path, monkeypatch):
     (tmp_path / NAME).write_text('{"study": "another"}\n')
+    with pytest.raises(mo.OptionError, match="another folder"):
+        run(tmp_path, monkeypatch)
 
 
 def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch):

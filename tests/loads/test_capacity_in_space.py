@@ -1,16 +1,17 @@
 """The capacity curve in space: a body about an edge, against the plane's and closed forms; what stops it."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 from mappings import turned
-from scenes import CASES, block_on_floor, run_command, solved
+from scenes import CASES, block_on_floor, on_floor, solved
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import OptionError
+from masonry_opt.scene.blocks import rectangle
+from masonry_opt.scene.solids import prism
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
@@ -42,14 +43,8 @@ def test_as_the_plane_s_on_extruded_scenes(scene):
         works = [curve.table[name].iloc[-1] / np.abs(curve.dead.force).sum() for curve in (plane, space)]
         assert works[0] == pytest.approx(works[1], abs=CLOSE)
     checks = [curve.check(SPECTRUM) for curve in (plane, space)]
-    for name in (
-        "mass_fraction",
-        "acceleration",
-        "displacement",
-        "ultimate",
-        "secant",
-        "demand_acceleration",
-    ):
+    numbers = ("mass_fraction", "acceleration", "displacement", "ultimate", "secant", "demand_acceleration")
+    for name in numbers:
         # The plane's rates are those of a linear program.
         assert getattr(checks[1], name) == pytest.approx(getattr(checks[0], name), rel=1e-7)
     (last,) = [row for row in space.joints().itertuples() if row.state == "hinged"]
@@ -85,9 +80,8 @@ def test_a_front_that_overturns(plan, strength):
     def at(x, across, up):
         return (*about((x, across)), up)
 
-    corners = [at(x, across, up) for up in (0, h) for x, across in ((0, 0), (b, 0), (b, t), (0, t))]
-    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
-    front = mo.Solid(name="front", vertices=corners, faces=faces, weight=W)
+    foot, head = ([at(x, across, up) for x, across in ((0, 0), (b, 0), (b, t), (0, t))] for up in (0, h))
+    front = mo.Solid(name="front", **prism(head, foot), weight=W)
     floor = mo.box("floor", (-9, 9), (-9, 9), (-1, 0), fixed=True)
     rod = {"between": ("front", "ground"), "at": (at(0, t / 2, y), at(far, t / 2, y))}
     ties = [] if strength is None else [mo.Tie(**rod, strength=strength)]
@@ -146,16 +140,10 @@ def test_a_front_that_leaves_its_returns():
 
 def topped() -> mo.Scene:
     """A block on another, with a load near its edge: as they lean its joint opens."""
-    corners = ((-3, 4, -1, 0), (0, 1, 0, 2), (0.5, 1, 2, 3))
-    boxes = [[(x0, y0), (x1, y0), (x1, y1), (x0, y1)] for x0, x1, y0, y1 in corners]
-    blocks = [
-        mo.Block(name="floor", vertices=boxes[0], fixed=True),
-        mo.Block(name="low", vertices=boxes[1], weight=10, live_per_weight=(1, 0)),
-        mo.Block(
-            name="up", vertices=boxes[2], weight=1, live_per_weight=(1, 0), dead=(0, -1), dead_at=(0.9, 3)
-        ),
-    ]
-    return mo.Scene(joints=mo.JointDefaults(friction=5.0), blocks=blocks)
+    push = {"live_per_weight": (1, 0)}
+    low = mo.Block(name="low", vertices=rectangle(0, 1, 0, 2), weight=10, **push)
+    on_it = {"weight": 1, "dead": (0, -1), "dead_at": (0.9, 3)} | push
+    return on_floor(low, mo.Block(name="up", vertices=rectangle(0.5, 1, 2, 3), **on_it), friction=5.0)
 
 
 def test_it_ends_before_the_state_at_which_another_joint_opens():
@@ -167,18 +155,6 @@ def test_it_ends_before_the_state_at_which_another_joint_opens():
     last, step = space.table["displacement"].iloc[-1], space.table["displacement"].iloc[1]
     assert last < opens < last + 1.1 * step
     assert space.displacement is None
-
-
-def test_it_ends_before_blocks_meet():
-    g, h = 0.2, 2.0
-    wall = mo.Block(name="wall", vertices=[(1 + g, 0), (2, 0), (2, 3), (1 + g, 3)], fixed=True)
-    scene = block_on_floor(1.0, h, friction=3.0)
-    curve = followed(mo.extrude(scene.model_copy(update={"blocks": [*scene.blocks, wall]}), 0.5), steps=40)
-    assert curve.end.code is Code.BLOCKS_MEET
-    assert {*curve.end.values["blocks"]} == {"A", "wall"}
-    last, step = curve.table["rotation"].iloc[-1], curve.table["rotation"].iloc[1]
-    assert math.sin(last) < g / h < math.sin(last + step) + 1e-3
-    assert not curve.check(SPECTRUM).complete
 
 
 def test_what_does_not_turn_about_one_edge_is_refused_by_name():
@@ -193,11 +169,10 @@ def test_what_does_not_turn_about_one_edge_is_refused_by_name():
         followed(mo.extrude(block_on_floor(friction=3.0), 0.5), block="A", point=(0, 1))
 
 
-def test_the_command_and_pictures(monkeypatch, capsys, tmp_path):
+def test_the_command_and_pictures(command, tmp_path):
     case, picture = CASES / "space" / "pushed_box.toml", tmp_path / "row.png"
-    code, out, _ = run_command(monkeypatch, capsys, "capacity", case, "--steps", "4", "--json")
-    assert code == 0
-    assert json.loads(out)["displacement"] == pytest.approx(0.4, abs=CLOSE)
+    told = command.json("capacity", case, "--steps", "4")
+    assert told["displacement"] == pytest.approx(0.4, abs=CLOSE)
     followed(mo.load(case), steps=4).save(picture, row=3)
     assert picture.stat().st_size > 1000
 

@@ -127,12 +127,7 @@ def test_load_factors_jump_between_two_blocks():
     edge of its own at x = .5, which takes λ P .5 = W .5; nothing holds the two together."""
     scene = mo.Scene(
         joints={"friction": 0.0, "dilatancy": 0.0},
-        blocks=[
-            slab("left", -2.0),
-            slab("right", 0.0),
-            support(-2.0, 0.0),
-            support(0.5, 1.5),
-        ],
+        blocks=[slab("left", -2.0), slab("right", 0.0), support(-2.0, 0.0), support(0.5, 1.5)],
     )
     table = mo.crossing(scene, axles(4.0), method="static").table
     beside = table[table["position"].abs() < 1e-6].sort_values("position")

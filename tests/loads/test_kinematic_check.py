@@ -5,10 +5,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scenes import block_on_floor
+from scenes import block_on_floor, on_floor
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
+from masonry_opt.scene.blocks import rectangle
 
 SPECTRUM = [(0.0, 0.2), (0.15, 0.5), (0.5, 0.5), (1.0, 0.25), (2.0, 0.125), (4.0, 0.03125)]
 
@@ -44,14 +45,11 @@ def test_the_mass_that_takes_part_and_the_oscillator():
     """Two equal masses at h/4 and 3h/4: e* = (1 + 3)²/(2 (1 + 9)) = .8; d* = d (1 + 9)/(3 (1 + 3)) of the
     upper one's centroid, = d/e* of the mean."""
     h = 4.0
-    blocks = [
-        mo.Block(
-            name=str(k), vertices=[(0, y), (0.5, y), (0.5, y + h / 2), (0, y + h / 2)], weight=2, live=(2, 0)
-        )
+    masses = [
+        mo.Block(name=str(k), vertices=rectangle(0, 0.5, y, y + h / 2), weight=2, live=(2, 0))
         for k, y in enumerate((0, h / 2))
     ]
-    floor = block_on_floor().blocks[1]
-    result = mo.solve(mo.Scene(joints=mo.JointDefaults(friction=2.0), blocks=[*blocks, floor]), "static")
+    result = mo.solve(on_floor(*masses, friction=2.0), "static")
     mean, upper = mo.capacity(result), mo.capacity(result, block="1")
     one, other = mean.check(SPECTRUM), upper.check(SPECTRUM)
     assert one.mass_fraction == pytest.approx(0.8)
@@ -64,9 +62,8 @@ def test_the_mass_that_takes_part_and_the_oscillator():
 @pytest.mark.parametrize("part", [{"coefficient": 0.15}, {"vertical": 0.3}])
 def test_an_earthquake_of_a_part_of_the_weights_is_not_checked(part):
     """Its forces are not the weights of the masses: M* and a*_0 would be wrong."""
-    plain = block_on_floor(friction=3.0, live=(0, 0))
-    quake = mo.Earthquake(direction="right", **part)
-    curve = mo.capacity(mo.solve(plain.model_copy(update={"earthquake": quake}), "static"))
+    shaken = block_on_floor(friction=3.0, live=(0, 0)).replace(earthquake={"direction": "right"} | part)
+    curve = mo.capacity(mo.solve(shaken, "static"))
     with pytest.raises(OptionError, match="coefficient"):
         curve.check(SPECTRUM)
 

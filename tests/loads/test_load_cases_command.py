@@ -1,9 +1,7 @@
 """Load cases and directions of earthquakes on the command line: what is printed, JSON, exit codes."""
 
-import json
-
 import pytest
-from scenes import block_on_floor, run_command
+from scenes import block_on_floor
 
 import masonry_opt as mo
 
@@ -16,66 +14,50 @@ CASES = [
 @pytest.fixture
 def path(tmp_path):
     """λ = 1/2 where it is pushed by its weight, half of that where it is shaken by twice."""
-    plain = block_on_floor()
-    mo.save(mo.Scene(joints=plain.joints, blocks=plain.blocks, load_cases=CASES), tmp_path / "case.toml")
+    mo.save(block_on_floor().replace(load_cases=CASES), tmp_path / "case.toml")
     return tmp_path / "case.toml"
 
 
-def test_all_are_solved_and_the_least_governs(monkeypatch, capsys, path):
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--json", "--method", "static")
-    answer = json.loads(out)
-    assert code == 0
+def test_all_are_solved_and_the_least_governs(command, path):
+    answer = command.json("solve", path, "--method", "static")
     assert answer["case"] == str(path)
     assert answer["governing"] == "shaken"
     assert answer["load_factor"] == pytest.approx(0.25)
     assert [one["load_case"] for one in answer["load_cases"]] == ["pushed", "shaken"]
     assert [one["load_factor"] for one in answer["load_cases"]] == pytest.approx([0.5, 0.25])
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--quiet")
-    assert (code, float(out)) == (0, pytest.approx(0.25))
+    assert float(command("solve", path, "--quiet")) == pytest.approx(0.25)
     picture = path.with_name("governing.svg")
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--plot", picture)
-    assert code == 0
+    out = command("solve", path, "--plot", picture)
     assert "pushed" in out
     assert "'shaken' governs" in out
     assert picture.stat().st_size > 5000
 
 
-def test_one_is_solved_by_its_name(monkeypatch, capsys, path):
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--load-case", "pushed", "--json")
-    answer = json.loads(out)
-    assert (code, answer["load_case"], answer["load_factor"]) == (0, "pushed", pytest.approx(0.5))
-    assert run_command(monkeypatch, capsys, "solve", path, "--load-case", "pulled")[0] == 2
-    assert run_command(monkeypatch, capsys, "check", path, "--load-case", "pushed")[0] == 0
-    for command in (("check", path), ("export", path, path.with_suffix(".mps")), ("compare", path)):
-        code, _, err = run_command(monkeypatch, capsys, *command)
-        assert code == 2
-        assert "load cases" in err
+def test_one_is_solved_by_its_name(command, path):
+    answer = command.json("solve", path, "--load-case", "pushed")
+    assert (answer["load_case"], answer["load_factor"]) == ("pushed", pytest.approx(0.5))
+    command.refused("solve", path, "--load-case", "pulled")
+    command("check", path, "--load-case", "pushed")
+    for asked in (("check", path), ("export", path, path.with_suffix(".mps")), ("compare", path)):
+        assert "load cases" in command.refused(*asked)
 
 
-def test_a_case_without_a_load_factor_ends_with_1(monkeypatch, capsys, path):
+def test_a_case_without_a_load_factor_ends_with_1(command, path):
     of = mo.load(path)
-    more = of.model_copy(
-        update={"load_cases": [*of.load_cases, mo.LoadCase(name="down", live={"weight": 1})]}
-    )
-    mo.save(more, path)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--json", "--method", "static")
-    answer = json.loads(out)
-    assert (code, answer["governing"]) == (1, "shaken")
+    mo.save(of.replace(load_cases=[*of.load_cases, {"name": "down", "live": {"weight": 1}}]), path)
+    answer = command.json("solve", path, "--method", "static", code=1)
+    assert answer["governing"] == "shaken"
     assert answer["load_cases"][2]["load_factor"] is None
 
 
-def test_directions(monkeypatch, capsys, path):
+def test_directions(command, path):
     picture = path.with_suffix(".png")
-    code, out, _ = run_command(
-        monkeypatch, capsys, "directions", path, "--load-case", "shaken", "--vertical=0,-0.5",
-        "--method", "static", "--json", "--plot", picture,
-    )  # fmt: skip
-    answer = json.loads(out)
-    assert code == 0
+    asked = ("--load-case", "shaken", "--vertical=0,-0.5", "--method", "static", "--plot", picture)
+    answer = command.json("directions", path, *asked)
     rows = [(row["direction"], row["vertical"], row["load_factor"]) for row in answer["directions"]]
     assert [row[:2] for row in rows] == [("left", 0.0), ("right", 0.0), ("left", -0.5), ("right", -0.5)]
     assert [row[2] for row in rows] == pytest.approx([1 / 2, 1 / 2, 1 / 2.5, 1 / 2.5])
     assert answer["governing"] == "to the left, and 0.5 of that against gravity"
     assert picture.stat().st_size > 5000
-    assert run_command(monkeypatch, capsys, "directions", path)[0] == 2
-    assert run_command(monkeypatch, capsys, "directions", path, "--vertical=up")[0] == 2
+    command.refused("directions", path)
+    command.refused("directions", path, "--vertical=up")

@@ -6,10 +6,10 @@ import math
 import numpy as np
 import pytest
 from mappings import mapped, turned
-from scenes import run_command
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Status
+from masonry_opt.scene.blocks import rectangle
 
 DOWN, RIGHT = (0.0, -1.0), (1.0, 0.0)
 #: Of reactions, over the weight of all blocks: what solvers leave.
@@ -17,8 +17,7 @@ CLOSE = 1e-7
 
 
 def block(name: str, left: float, right: float, bottom: float, top: float, **keys: object) -> mo.Block:
-    corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
-    return mo.Block(name=name, vertices=corners, **keys)
+    return mo.Block(name=name, vertices=rectangle(left, right, bottom, top), **keys)
 
 
 def beam(friction: float = 0.6, weight: float = 10.0, **given: object) -> mo.Scene:
@@ -33,20 +32,20 @@ def beam(friction: float = 0.6, weight: float = 10.0, **given: object) -> mo.Sce
 
 def reactions(found: mo.Settlement) -> list[float]:
     """Least and greatest, Coulomb, to expect and associative."""
-    return [
-        value
-        for end in (found.least, found.greatest)
-        for value in (end.reaction, end.expected, end.associative)
-    ]
+    ends = (found.least, found.greatest)
+    return [value for end in ends for value in (end.reaction, end.expected, end.associative)]
 
 
 def one_answer(least: float, greatest: float, weight: float = 10.0) -> object:
     return pytest.approx([least] * 3 + [greatest] * 3, abs=CLOSE * weight)
 
 
-@pytest.mark.parametrize(
+IN_BOTH = pytest.mark.parametrize(
     "in_space", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"]
 )
+
+
+@IN_BOTH
 def test_a_beam_on_two_piers(in_space):
     """As R settles the beam turns about the inner edge of L (x = 1) and leaves R by its outer one (x = 5):
     4 R = 1.5 W; as R is pushed up, about the outer edge of L and the inner one of R: 4 R = 2.5 W."""
@@ -64,9 +63,7 @@ def test_a_beam_on_two_piers(in_space):
     assert reactions(back) == one_answer(-6.25, -3.75)
 
 
-@pytest.mark.parametrize(
-    "in_space", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"]
-)
+@IN_BOTH
 def test_a_pier_that_turns_too(in_space):
     """What the beam presses on R passes R's centroid, .5 below the joint, at x = 4.5: the more shear, up to
     .6 of the lesser normal force, the farther from it. Least: R (4.5 + .3 − 1) = 1.5 W; greatest, where L
@@ -103,7 +100,7 @@ def rafters() -> mo.Scene:
     return mo.Scene(joints=mo.JointDefaults(friction=2.0), blocks=blocks)
 
 
-@pytest.mark.parametrize("in_space", [False, pytest.param(True, marks=pytest.mark.slow)])
+@IN_BOTH
 def test_openings_of_three_hinges(tmp_path, in_space):
     """Hinges at the feet's inner edges, 4 apart, and 2 above at the crown's upper one: as R goes by 1, each
     half turns by 1 / (2 · 2), and joints of .5 open by .5 / 4, between the two by twice that."""
@@ -165,11 +162,9 @@ def test_a_necessary_reaction_is_above_zero():
     assert found.greatest.unlimited
 
 
-def test_a_scene_that_no_reaction_holds(tmp_path, monkeypatch, capsys):
+def test_a_scene_that_no_reaction_holds(tmp_path, command):
     """A beam that overhangs both piers by more than half."""
-    scene = beam()
-    moved = [block("L", 0, 1, 0, 1, fixed=True), block("R", 1.2, 1.4, 0, 1, fixed=True), scene.blocks[2]]
-    scene = scene.model_copy(update={"blocks": moved})
+    scene = beam().replace(blocks={"R": {"vertices": rectangle(1.2, 1.4, 0, 1)}})
     found = mo.settle(scene, "R", DOWN)
     assert found.status is Status.UNSTABLE
     assert not found.usable
@@ -178,10 +173,8 @@ def test_a_scene_that_no_reaction_holds(tmp_path, monkeypatch, capsys):
     assert [*found.fallen.reasons[0].values["blocks"]] == ["beam"]
     found.save(tmp_path / "falls.html")
     mo.save(scene, tmp_path / "falls.toml")
-    asked = ("--support", "R", "--direction", "0,-1", "--json")
-    code, out, _ = run_command(monkeypatch, capsys, "settle", tmp_path / "falls.toml", *asked)
-    assert code == 1
-    told = json.loads(out)
+    asked = ("settle", tmp_path / "falls.toml", "--support", "R", "--direction", "0,-1")
+    told = command.json(*asked, code=1)
     assert told["least"] is told["greatest"] is None
     assert told["fallen"]["reasons"][0]["code"] == "falls"
 
@@ -221,24 +214,16 @@ def test_legs_of_a_table():
 
 def test_live_loads_of_the_scene_are_left_out_and_dead_ones_kept():
     loaded = beam(live=(3.0, 0.0), live_per_weight=(1.0, 0.0), dead=(0.0, -10.0), dead_at=(2.5, 1.5))
-    more = [
-        mo.Load(block="beam", live=(0.0, 5.0), dead=(0.0, -10.0)),
-    ]
-    edges = [mo.EdgeLoad(start=(0, 2), end=(5, 2), force=(0.0, 1.0), kind="live")]
-    scene = loaded.model_copy(update={"loads": more, "edge_loads": edges})
+    more = mo.Load(block="beam", live=(0.0, 5.0), dead=(0.0, -10.0))
+    edge = mo.EdgeLoad(start=(0, 2), end=(5, 2), force=(0.0, 1.0), kind="live")
+    scene = loaded.replace(loads=[more], edge_loads=[edge])
     assert reactions(mo.settle(scene, "R", DOWN)) == one_answer(3 * 3.75, 3 * 6.25, 30)
 
 
 def test_dead_loads_of_a_load_case_act():
-    cases = [{"name": "full", "dead": {"weight": 1.0, "floor": 2.0}, "live": {"live": 1.0}}]
+    case = {"name": "full", "dead": {"weight": 1.0, "floor": 2.0}, "live": {"live": 1.0}}
     floor = mo.Load(block="beam", live=(0.0, -5.0), group="floor")
-    scene = beam(live=(1.0, 0.0))
-    scene = mo.Scene(
-        joints=scene.joints,
-        blocks=scene.blocks,
-        loads=[floor],
-        load_cases=[mo.LoadCase(**case) for case in cases],
-    )
+    scene = beam(live=(1.0, 0.0)).replace(loads=[floor], load_cases=[case])
     found = mo.settle(scene, "R", DOWN, load_case="full")
     assert reactions(found) == one_answer(2 * 3.75, 2 * 6.25, 20)
     assert found.plot()
@@ -248,11 +233,9 @@ def test_dead_loads_of_a_load_case_act():
 
 def test_a_load_on_a_support_is_left_to_the_ground():
     """Of a line load over the beam and a shoulder of R the shoulder's share does not count."""
-    left, _, top = beam().blocks
-    corners = [(4, 0), (7, 0), (7, 2), (5.5, 2), (5.5, 1), (4, 1)]
-    blocks = [left, mo.Block(name="R", vertices=corners, fixed=True), top]
+    shoulder = [(4, 0), (7, 0), (7, 2), (5.5, 2), (5.5, 1), (4, 1)]
     line = mo.EdgeLoad(start=(0, 2), end=(7, 2), pressure=2.0)
-    scene = beam().model_copy(update={"blocks": blocks, "edge_loads": [line]})
+    scene = beam().replace(blocks={"R": {"vertices": shoulder}}, edge_loads=[line])
     found = mo.settle(scene, "R", DOWN)
     # The beam ends at x = 5 all the same.
     assert reactions(found) == one_answer(2 * 3.75, 2 * 6.25, 20)
@@ -274,7 +257,7 @@ def test_turned_and_in_other_units():
 def test_a_tie_between_support_and_beam():
     """Anchored in R below x = 4.5, it yields at T: 4 N = 1.5 W + 3.5 T or 2.5 W + 4.5 T, R = N − T."""
     rod = mo.Tie(between=("R", "beam"), at=((4.5, 0.5), (4.5, 1.5)), strength=1.0)
-    found = mo.settle(beam().model_copy(update={"ties": [rod]}), "R", DOWN)
+    found = mo.settle(beam().replace(ties=[rod]), "R", DOWN)
     assert reactions(found) == one_answer(18.5 / 4 - 1, 29.5 / 4 - 1)
     assert bool(found.least.result.ties.loc[0, "yields"])
 
@@ -296,8 +279,8 @@ def test_a_tie_between_support_and_beam():
     ],
 )
 def test_wrong_supports_and_directions(support, direction, said):
-    scene = beam()
-    scene = scene.model_copy(update={"blocks": [*scene.blocks, block("far", 20, 21, 0, 1, fixed=True)]})
+    far = block("far", 20, 21, 0, 1, fixed=True)
+    scene = beam().replace(blocks=[*beam().blocks, far])
     with pytest.raises(mo.OptionError, match=said):
         mo.settle(scene, support, direction)
 
@@ -313,12 +296,10 @@ def test_wrong_direction_in_space_and_wrong_options():
             found.plot(**wrong)
 
 
-def test_command_and_files(tmp_path, monkeypatch, capsys):
+def test_command_and_files(tmp_path, command):
     mo.save(beam(), tmp_path / "beam.toml")
     asked = ("settle", tmp_path / "beam.toml", "--support", "R", "--direction", "0,-1")
-    code, out, _ = run_command(monkeypatch, capsys, *asked, "--json", "--plot", tmp_path / "beam.html")
-    assert code == 0
-    told = json.loads(out)
+    told = command.json(*asked, "--plot", tmp_path / "beam.html")
     assert told["status"] == "stands under dead load"
     assert told["usable"] is True
     assert told["supports"] == ["R"]
@@ -327,12 +308,8 @@ def test_command_and_files(tmp_path, monkeypatch, capsys):
     assert told["least"]["results"]["coulomb"]["certificate"]
     page = (tmp_path / "beam.html").read_text(encoding="utf-8")
     assert page.count("data:image/svg+xml") == 2
-    for name in ("least.png", "greatest.svg"):
-        more = ["--greatest"] if name.startswith("greatest") else []
-        code, out, _ = run_command(
-            monkeypatch, capsys, *asked, "--method", "static", "--plot", tmp_path / name, *more
-        )
-        assert code == 0
+    for name, more in (("least.png", ()), ("greatest.svg", ["--greatest"])):
+        command(*asked, "--method", "static", "--plot", tmp_path / name, *more)
         assert (tmp_path / name).stat().st_size > 1000
     for wrong in (("--greatest",), ("--plot", tmp_path / "a.txt"), ("--direction", "down")):
-        assert run_command(monkeypatch, capsys, *asked, *wrong)[0] == 2
+        command.refused(*asked, *wrong)

@@ -5,16 +5,18 @@ import json
 import numpy as np
 import pytest
 from atlas.held_scenes import held
-from scenes import block_on_floor
+from scenes import block_on_floor, on_floor
 
 import masonry_opt as mo
 from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.blocks import rectangle
 
 METHODS = (
     *("static", "kinematic", "nonassociative", "mcp", "compliant"),
     pytest.param("refined", marks=pytest.mark.slow),
 )
+TO_THE_LEFT = {"A": {"live": (-1.0, 0.0)}}
 #: Of a closed form: what solvers leave of a load factor.
 CLOSE = 1e-7
 
@@ -22,7 +24,7 @@ CLOSE = 1e-7
 def tied(friction: float, height: float = 1.5, **tie: float) -> mo.Scene:
     """A block of width 1, height 2 and weight 1, held back by a horizontal tie to the ground."""
     rod = mo.Tie(between=("A", "ground"), at=((0.5, height), (-4, height)), **tie)
-    return block_on_floor(friction=friction).model_copy(update={"ties": [rod]})
+    return block_on_floor(friction=friction).replace(ties=[rod])
 
 
 def in_space(scene: mo.Scene) -> mo.Scene:
@@ -44,15 +46,10 @@ def test_a_tie_adds_its_strength_by_its_lever(method, friction):
 
 def test_prestress_acts_against_a_load_the_other_way():
     """Pushed to the left the tie slackens to its prestress P: λ W h/2 = W b/2 − P y."""
-    scene = tied(0.9, strength=0.4, prestress=0.05)
-    left = mo.solve(scene.model_copy(update={"blocks": [_pushed(block, -1) for block in scene.blocks]}))
+    left = mo.solve(tied(0.9, strength=0.4, prestress=0.05).replace(blocks=TO_THE_LEFT))
     assert left.load_factor == pytest.approx(0.5 - 0.05 * 1.5, abs=CLOSE)
     assert left.ties["force"].tolist() == pytest.approx([0.05])
     assert left.ties["yields"].tolist() == [False]
-
-
-def _pushed(block: mo.Block, side: float) -> mo.Block:
-    return block.model_copy(update={"live": (side * block.live[0], 0.0)})
 
 
 def test_about_a_tie_that_never_yields_the_foot_slides_out():
@@ -67,38 +64,40 @@ def test_a_prop_pushes_back_and_never_pulls(strength, exact):
     """A prop on the right at y = 1.5: λ = b/h + 2 N y/(W h); the foot slides out below one that never
     yields, as below a tie."""
     prop = mo.Prop(between=("A", "ground"), at=((1, 1.5), (4, 1.5)), strength=strength)
-    scene = block_on_floor(friction=0.9).model_copy(update={"props": [prop]})
+    scene = block_on_floor(friction=0.9).replace(props=[prop])
     result = mo.solve(scene, method="static")
     assert result.load_factor == pytest.approx(exact, abs=CLOSE)
     assert result.ties["yields"].tolist() == [strength is not None]
-    pulled = scene.model_copy(update={"blocks": [_pushed(block, -1) for block in scene.blocks]})
-    free = mo.solve(pulled)
+    free = mo.solve(scene.replace(blocks=TO_THE_LEFT))
     assert free.load_factor == pytest.approx(0.5, abs=CLOSE)
     assert free.ties["force"].tolist() == pytest.approx([0.0], abs=CLOSE)
 
 
+def stacked(low: float, high: float, friction: float) -> mo.Scene:
+    """Two blocks of these heights, each pushed by its weight of 1."""
+    push = {"weight": 1, "live": (1, 0)}
+    A = mo.Block(name="A", vertices=rectangle(0, 1, 0, low), **push)
+    return on_floor(
+        A, mo.Block(name="B", vertices=rectangle(0, 1, low, low + high), **push), friction=friction
+    )
+
+
 def test_a_yielding_tie_is_its_strength_as_a_dead_load():
     """Between two stacked blocks, through none: the same wall with the two forces in its place."""
-    blocks = [
-        mo.Block(name="floor", vertices=[(-2, -1), (4, -1), (4, 0), (-2, 0)], fixed=True),
-        mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0)),
-        mo.Block(name="B", vertices=[(0, 1), (1, 1), (1, 2), (0, 2)], weight=1, live=(1, 0)),
-    ]
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=blocks)
+    scene = stacked(1, 1, friction=0.7)
     rod = mo.Tie(between=("B", "ground"), at=((0.5, 1.5), (-1.5, 0)), strength=0.2)
-    with_rod = mo.solve(scene.model_copy(update={"ties": [rod]}))
+    with_rod = mo.solve(scene.replace(ties=[rod]))
     assert with_rod.ties["yields"].tolist() == [True]
     pull = 0.2 * np.array([-2, -1.5]) / 2.5
     by_hand = mo.Load(block="B", dead=tuple(pull), at=(0.5, 1.5))
-    instead = mo.solve(scene.model_copy(update={"loads": [by_hand]}))
+    instead = mo.solve(scene.replace(loads=[by_hand]))
     assert with_rod.load_factor == pytest.approx(instead.load_factor, abs=CLOSE)
 
 
 @pytest.mark.parametrize("space", [False, True])
 def test_a_limited_force_is_one_column_and_two_faces(space):
     scene = tied(0.6, strength=0.1)
-    without = scene.model_copy(update={"ties": []})
-    scenes = [scene, without, tied(0.6), scene.model_copy(update={"ties": [*scene.ties, *tied(0.6).ties]})]
+    scenes = [scene, scene.replace(ties=[]), tied(0.6), scene.replace(ties=[*scene.ties, *tied(0.6).ties])]
     one, none, endless, two = (assemble(in_space(s) if space else s).problem for s in scenes)
     assert one.B.shape[1] - none.B.shape[1] == 1
     assert one.faces - none.faces == 2
@@ -155,13 +154,9 @@ def test_results_tell_of_ties():
 @pytest.mark.parametrize("strength", [None, 200.0])
 def test_a_tie_below_its_strength_does_not_yield_where_contacts_give(strength):
     """The lower block slides out; the tie that holds the upper one lengthens as its anchors give."""
-    blocks = [
-        mo.Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True),
-        mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=40, live=(10, 0)),
-        mo.Block(name="B", vertices=[(0, 2), (1, 2), (1, 3), (0, 3)], weight=20, live=(5, 0)),
-    ]
     rod = mo.Tie(between=("B", "ground"), at=((0.5, 2.5), (-4, 0)), strength=strength)
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=blocks, ties=[rod])
+    loads = {"A": {"weight": 40, "live": (10, 0)}, "B": {"weight": 20, "live": (5, 0)}}
+    scene = stacked(2, 1, friction=0.6).replace(blocks=loads, ties=[rod])
     result = mo.solve(mo.extrude(scene, 0.8), method="compliant")
     assert result.ties["force"].item() == pytest.approx(123.5476, abs=1e-3)
     assert not result.ties["yields"].any()
@@ -185,28 +180,22 @@ def test_a_tie_below_its_strength_does_not_yield_where_contacts_give(strength):
     ],
 )
 def test_wrong_ties_are_refused_by_name(tie, named):
-    keys, scene = {"between": ("A", "ground"), "at": ((0.5, 1), (-4, 1))} | tie, block_on_floor()
-
-    def held_so() -> None:
-        mo.solve(mo.Scene(joints=scene.joints, blocks=scene.blocks, ties=[mo.Tie(**keys)]))
-
+    keys = {"between": ("A", "ground"), "at": ((0.5, 1), (-4, 1))} | tie
     with pytest.raises(mo.CaseError, match=named):
-        held_so()
+        mo.solve(block_on_floor().replace(ties=[keys]))
 
 
 def test_what_does_not_know_ties_says_so():
     with pytest.raises(mo.OptionError, match="tie"):
         mo.solve(tied(0.9, strength=0.1), method="global")
-    scene = tied(0.9, strength=0.1)
-    blocks = [block.model_copy(update={"live": (0.0, 0.0)}) for block in scene.blocks]
     with pytest.raises(mo.CaseError, match="tie"):
-        mo.Scene(joints=scene.joints, blocks=blocks, ties=scene.ties, tilt="right")
+        tied(0.9, strength=0.1).replace(blocks={"A": {"live": (0.0, 0.0)}}, tilt="right")
 
 
 def test_ties_of_one_name_are_swept_one_by_one():
     """λ of a block that turns: 1/2 and 2 T y/(W h) of each of two ties between the same ends."""
     scene = tied(0.9, strength=0.1)
-    two = scene.model_copy(update={"ties": 2 * scene.ties})
+    two = scene.replace(ties=2 * scene.ties)
     for number in (1, 2):
         table = mo.sweep(two, {f"tie.{number}.strength": [0.05, 0.1]}, method="static", workers=1)
         assert table["load_factor"].tolist() == pytest.approx([0.725, 0.8], abs=CLOSE)
@@ -245,8 +234,6 @@ def test_what_ties_cannot_hold():
 
 def test_the_ground_reaches_farther_than_its_block():
     """A fixed block named "ground" needs not hold the anchor; one that moves does."""
-    scene = tied(0.9, strength=0.1)
-    named = [b.model_copy(update={"name": "ground"}) if b.fixed else b for b in scene.blocks]
-    found = mo.solve(mo.Scene(joints=scene.joints, blocks=named, ties=scene.ties), method="static")
+    found = mo.solve(tied(0.9, strength=0.1).replace(blocks={"floor": {"name": "ground"}}), method="static")
     assert found.load_factor == pytest.approx(0.65, abs=CLOSE)
     assert found.ties["second"].tolist() == ["ground"]

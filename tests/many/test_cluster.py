@@ -12,15 +12,14 @@ import masonry_opt as mo
 
 distributed = pytest.importorskip("distributed")
 
+QUIET = {"dashboard_address": None, "silence_logs": "ERROR"}
 VARY = {"joints.friction": [0.1 + 0.02 * number for number in range(30)], "block.A.live.x": [1.0, 2.0]}
 
 
 @pytest.fixture
 def cluster():
     """Address of a scheduler with two workers of one thread, and their processes."""
-    with distributed.LocalCluster(
-        n_workers=0, processes=True, dashboard_address=None, silence_logs="ERROR"
-    ) as scheduler:
+    with distributed.LocalCluster(n_workers=0, processes=True, **QUIET) as scheduler:
         command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler.scheduler_address]
         options = ["--nthreads", "1", "--no-dashboard", "--no-nanny"]
         workers = [
@@ -60,9 +59,7 @@ def test_threads_of_one_worker_share_no_session():
     """Each has a session of its own: programs are renewed by one thread while another solves."""
     wall = small_wall(3, 2)
     vary = {"joints.friction": [0.2 + 0.06 * number for number in range(8)]}
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=4, processes=False, dashboard_address=None, silence_logs="ERROR"
-    ) as scheduler:
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=4, processes=False, **QUIET) as scheduler:
         frame = mo.sweep(wall, vary, dask=scheduler.scheduler_address)
     expected = mo.sweep(wall, vary, workers=1)
     same(frame, expected)
@@ -71,9 +68,7 @@ def test_threads_of_one_worker_share_no_session():
 def test_a_scheduler_without_workers_is_told(monkeypatch):
     monkeypatch.setattr("masonry_opt.studies.runner.PATIENCE", 1)
     with (
-        distributed.LocalCluster(
-            n_workers=0, processes=False, dashboard_address=None, silence_logs="ERROR"
-        ) as scheduler,
+        distributed.LocalCluster(n_workers=0, processes=False, **QUIET) as scheduler,
         pytest.raises(mo.OptionError, match="no worker"),
     ):
         mo.sweep(block_on_floor(), VARY, method="static", dask=scheduler.scheduler_address)

@@ -6,14 +6,15 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from scenes import CASES, block_on_floor, run_command, small_wall
+from many.tables import sampled
+from scenes import CASES, block_on_floor, small_wall
 from scipy import stats
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.studies.charts import write_charts
 from masonry_opt.studies.many.draws import Draws, lognormal
-from masonry_opt.studies.many.runs import COLUMNS, framed
+from masonry_opt.studies.many.runs import COLUMNS
 
 FRICTION, SLENDER = lognormal(0.4, 0.1), 0.5
 ASKED = {"method": "static", "seed": 1}
@@ -33,14 +34,6 @@ def uncertain(n, **more):
 @pytest.fixture(scope="module")
 def block():
     return uncertain(48, workers=1)
-
-
-def with_load_factors(values, statuses="optimal", any_load=False):
-    """A sample as if it had been run."""
-    values = np.asarray(values, dtype=float)
-    columns = {"x": np.arange(len(values)), "load_factor": values, "status": statuses, "any_load": any_load}
-    table = framed(pd.DataFrame(columns).to_dict("records"), ["x"])
-    return mo.Sample(case="made", table=table, drawn=("x",), distributions={"x": "made"})
 
 
 def test_every_run_is_the_closed_form(block):
@@ -91,7 +84,7 @@ def test_of_a_block_that_slides_both_loads_are_the_friction():
 def test_loads_to_expect_stand_beside_the_lowest_found():
     """A lowest state that falls where the load to expect grows; of one run there is none:
     it has no rank."""
-    found = with_load_factors(np.linspace(0.3, 0.2, 21))
+    found = sampled(np.linspace(0.3, 0.2, 21))
     assert found.quantiles()[["expected_value", "expected_lower"]].isna().all(axis=None)
     found.table["expected"] = [*np.linspace(0.31, 0.5, 20), np.nan]
     assert "1 (4.8%) without a load to expect" in found.counted
@@ -108,7 +101,7 @@ def test_loads_to_expect_stand_beside_the_lowest_found():
 
 def test_a_number_that_does_not_matter_is_drawn_too(tmp_path):
     """Nor does any of one run: the chart of what matters has no marks, and no legend."""
-    found = with_load_factors([0.3, 0.3, 0.3, 0.3])
+    found = sampled([0.3, 0.3, 0.3, 0.3])
     assert found.sensitivity()["rank_correlation"].isna().all()
     write_charts("Sample", [found.drawing("sensitivity")], tmp_path)
     assert "nothing drawn matters" in (tmp_path / "sensitivity.svg").read_text()
@@ -117,7 +110,7 @@ def test_a_number_that_does_not_matter_is_drawn_too(tmp_path):
 def test_failed_runs_count_as_collapsed():
     statuses = ["optimal"] * 6 + [str(mo.Status.UNSTABLE)] + [str(mo.Status.JAMMED)] * 2 + ["refused"]
     proven = [False] * 7 + [True, False, False]
-    found = with_load_factors([1, 2, 3, 4, 5, 6, *[np.nan] * 4], statuses, proven)
+    found = sampled([1, 2, 3, 4, 5, 6, *[np.nan] * 4], status=statuses, any_load=proven)
     assert (found.falling, found.unlimited, found.undecided) == (1, 1, 2)
     assert found.fragility([0.0, 3.0, 10.0])["probability"].tolist() == [0.3, 0.6, 0.9]
     assert found.as_dict()["undecided"] == 2
@@ -137,7 +130,7 @@ def test_a_status_is_no_proof_that_any_load_is_carried(method, options, undecide
 
 def test_all_kinds_of_samples_are_drawn():
     for values in ([1.0], [2.0] * 5, [np.nan] * 3):
-        found = with_load_factors(values)
+        found = sampled(values)
         for kind in ("fragility", "sensitivity"):
             assert found.plot(kind).to_dict()
         assert str(found)
@@ -146,7 +139,7 @@ def test_all_kinds_of_samples_are_drawn():
 
 
 def test_a_load_factor_that_does_not_change_is_drawn_as_one():
-    found = with_load_factors((0.5 + 1e-10 * np.arange(20)).tolist())
+    found = sampled((0.5 + 1e-10 * np.arange(20)).tolist())
     load = found.plot("fragility").data["load"]
     assert (load.min(), load.max()) == pytest.approx((0.4945, 0.5055), abs=1e-8)
     assert found.plot("sensitivity").data.empty
@@ -214,13 +207,10 @@ def test_a_sample_by_course_is_run_with_what_was_drawn():
 
 
 @pytest.mark.usefixtures("without_charts")
-def test_a_sample_is_written_and_told(case, tmp_path, monkeypatch, capsys):
+def test_a_sample_is_written_and_told(case, tmp_path, command):
     asked = ("--sample", "joints.friction=lognormal:0.4:25%", "-n", "4", "--seed", "3", "--method", "static")
-    code, out, _ = run_command(
-        monkeypatch, capsys, "sweep", case, *asked, "--workers", "1", "--out", tmp_path / "out"
-    )
-    assert code == 0
-    assert "rank correlation" in out
+    told = command("sweep", case, *asked, "--workers", "1", "--out", tmp_path / "out")
+    assert "rank correlation" in told
     written = {path.name for path in (tmp_path / "out").iterdir()}
     assert {"quantiles.csv", "fragility.csv", "sensitivity.csv"} <= written
     kept = pd.read_csv(tmp_path / "out" / "runs.csv")
@@ -244,8 +234,6 @@ def test_a_sample_is_written_and_told(case, tmp_path, monkeypatch, capsys):
         ("--sample", "joints.friction=normal:1:0.01", "--method", "refined", "-o", "seed=1"),
     ],
 )
-def test_what_is_wrong_with_the_command_is_said(case, asked, tmp_path, monkeypatch, capsys):
-    code, out, err = run_command(monkeypatch, capsys, "sweep", case, *asked, "--out", tmp_path / "out")
-    assert (code, out) == (2, "")
-    assert err.startswith("error: ")
+def test_what_is_wrong_with_the_command_is_said(case, asked, tmp_path, command):
+    assert command.refused("sweep", case, *asked, "--out", tmp_path / "out").startswith("error: ")
     assert not (tmp_path / "out").exists()

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from many.tables import same
 from pydantic import BaseModel
-from scenes import CASES, block_on_floor, run_command
+from scenes import CASES, block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.methods.registry import HowToSolve
@@ -169,12 +169,11 @@ def test_options_are_refused_before_the_first_run(option):
         mo.sweep(block_on_floor(), VARY, method="nonassociative", **option)
 
 
-def test_the_command_writes_table_and_charts(monkeypatch, capsys, tmp_path):
+def test_the_command_writes_table_and_charts(command, tmp_path):
     case, out = CASES / "gilbert" / "two_blocks.toml", tmp_path / "new" / "swept"
     asked = ["--vary", "joints.friction=0.1:0.2:2", "--vary", "block.A.weight=1,2", "--method", "static"]
     asked += ["--workers", "1", "--out", out]
-    code, text, _ = run_command(monkeypatch, capsys, "sweep", case, *asked)
-    assert code == 0
+    text = command("sweep", case, *asked)
     assert text.startswith("4 runs, 4 with a load factor")
     assert "joints.friction = 0.1, block.A.weight = 1" in text
     assert pd.read_csv(out / "runs.csv")["joints.friction"].tolist() == [0.1, 0.1, 0.2, 0.2]
@@ -201,11 +200,9 @@ NO_VALUES = ("", "=", "=0:1", "=0:1:0", "=0:1:1e9", "=a,b")
 
 
 @pytest.mark.parametrize("vary", ["=1,2", *(f"joints.friction{values}" for values in NO_VALUES)])
-def test_the_command_says_how_values_are_written(monkeypatch, capsys, tmp_path, vary):
+def test_the_command_says_how_values_are_written(command, tmp_path, vary):
     case = CASES / "gilbert" / "two_blocks.toml"
-    code, _, errors = run_command(monkeypatch, capsys, "sweep", case, "--vary", vary, "--out", tmp_path)
-    assert code == 2
-    assert "NAME=FROM:TO:COUNT" in errors
+    assert "NAME=FROM:TO:COUNT" in command.refused("sweep", case, "--vary", vary, "--out", tmp_path)
 
 
 STUDY = HowToSolve("static")

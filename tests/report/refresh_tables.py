@@ -26,14 +26,12 @@ def _cell(column: str, value: object) -> str:
 
 
 def tables(folder: Path) -> dict[str, str]:
-    """What stands between the markers of each table."""
     residuals = pd.read_csv(folder / "table1_residuals.csv")
     loops = residuals[residuals["method"] == "loop"].drop(columns=LEFT_OUT)
     return {"table1": markdown(pd.read_csv(folder / "table1.csv")), "residuals": markdown(loops)}
 
 
 def refresh(page: Path, folder: Path) -> None:
-    """Replace what stands between the markers that the page has."""
     text = page.read_text("utf-8")
     for name, table in tables(folder).items():
         between = re.compile(rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)

@@ -10,7 +10,7 @@ from scenes import CASES, WALLS, block_on_floor, overhanging, pressed_down, run_
 from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
-from masonry_opt.errors import OptionError
+from masonry_opt.scene.blocks import rectangle
 from masonry_opt.words.terminal import print_result
 
 WALL_1 = WALLS[0]
@@ -18,13 +18,21 @@ LOOP = ["--method", "nonassociative"]
 AS_LOOP, AS_DEFAULT = ("nonassociative", "cvxpy", "clarabel"), ("mcp", "matrices", "newton")
 
 
+@pytest.fixture
+def saved(tmp_path):
+    """Writes a scene, and gives its path."""
+
+    def write(scene):
+        mo.save(scene, tmp_path / "case.toml", force=True)
+        return tmp_path / "case.toml"
+
+    return write
+
+
 @pytest.mark.parametrize(("method", "said"), [("mcp", AS_DEFAULT), (None, AS_DEFAULT), (LOOP[1], AS_LOOP)])
-def test_json_is_one_object_with_everything_asked_for(monkeypatch, capsys, method, said):
+def test_json_is_one_object_with_everything_asked_for(command, method, said):
     """Of whoever names no method too."""
-    options = ["--method", method] if method else []
-    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, "--json", *options)
-    answer = json.loads(out)
-    assert code == 0
+    answer = command.json("solve", WALL_1, *(["--method", method] if method else []))
     assert answer["case"] == str(WALL_1)
     assert (answer["method"], answer["model"], answer["solver"]) == said
     assert answer["status"] == "converged"
@@ -54,11 +62,9 @@ def test_json_is_one_object_with_everything_asked_for(monkeypatch, capsys, metho
 @pytest.mark.parametrize(
     ("method", "model", "solver"), [("static", "cvxpy", "highs"), ("kinematic", "pyomo", "highs-ipm")]
 )
-def test_methods_models_and_solvers_can_be_chosen(monkeypatch, capsys, method, model, solver):
-    options = ["--method", method, "--model", model, "--solver", solver, "--json"]
-    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, *options)
-    answer = json.loads(out)
-    assert code == 0
+def test_methods_models_and_solvers_can_be_chosen(command, method, model, solver):
+    options = ("--method", method, "--model", model, "--solver", solver)
+    answer = command.json("solve", WALL_1, *options)
     assert (answer["method"], answer["model"], answer["solver"]) == (method, model, solver)
     assert answer["load_factor"] == pytest.approx(0.642859, abs=1e-6)
 
@@ -83,11 +89,9 @@ def test_text_says_what_moves_at_what_load_and_how_sure_that_is(monkeypatch, cap
     assert "\x1b" not in out
 
 
-def test_verbose_adds_how_it_was_found(monkeypatch, capsys):
+def test_verbose_adds_how_it_was_found(command):
     """Of an answer that descended."""
-    _, plain, _ = run_command(monkeypatch, capsys, "solve", WALL_1)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, "--verbose")
-    assert code == 0
+    plain, out = command("solve", WALL_1), command("solve", WALL_1, "--verbose")
     assert out.startswith(plain)
     assert set(labels(out)) - set(labels(plain)) >= TECHNICAL - {"not modelled"}
     assert not TECHNICAL & set(labels(plain))
@@ -98,19 +102,13 @@ def test_verbose_adds_how_it_was_found(monkeypatch, capsys):
     assert "reference        0.64285 (Ferris & Tin-Loi (2001) in Gilbert" in out
 
 
-def test_quiet_prints_the_load_factor_alone(monkeypatch, capsys, tmp_path):
-    case, none = tmp_path / "case.toml", tmp_path / "none.toml"
-    mo.save(two_blocks(), case)
-    mo.save(pressed_down(), none)
-    code, out, err = run_command(monkeypatch, capsys, "solve", case, "--quiet")
+def test_quiet_prints_the_load_factor_alone(monkeypatch, capsys, command, saved):
+    code, out, err = run_command(monkeypatch, capsys, "solve", saved(two_blocks()), "--quiet")
     assert (code, err) == (0, "")
     assert float(out) == pytest.approx(0.15, rel=1e-9)  # 1.5 μ, by hand
-    code, out, err = run_command(monkeypatch, capsys, "solve", none, "--quiet")
-    assert (code, out) == (1, "")
-    assert err.startswith(f"error: {none}: unlimited")
-    code, out, err = run_command(monkeypatch, capsys, "solve", case, "--quiet", "--json")
-    assert (code, out) == (2, "")
-    assert "--quiet" in err
+    assert "--quiet" in command.refused("solve", saved(two_blocks()), "--quiet", "--json")
+    none = saved(pressed_down())
+    assert command.refused("solve", none, "--quiet", code=1).startswith(f"error: {none}: unlimited")
 
 
 @pytest.mark.parametrize(("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
@@ -132,28 +130,22 @@ def test_colours_are_for_terminals(monkeypatch, capsys, environment, coloured):
     assert "\x1b" not in out.splitlines()[2]
 
 
-def test_a_plain_tool_is_as_plain_of_what_falls(monkeypatch, capsys, tmp_path):
-    case = tmp_path / "case.toml"
-    mo.save(overhanging(), case)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", case, "--plot", tmp_path / "falls.png")
-    assert code == 1
+def test_a_plain_tool_is_as_plain_of_what_falls(command, saved, tmp_path):
+    out = command("solve", saved(overhanging()), "--plot", tmp_path / "falls.png", code=1)
     assert (tmp_path / "falls.png").exists()
     assert "unstable under dead load" in out.splitlines()[1]
     assert labels(out)[2:] == ["why", "falls"]
     assert re.search(r"^falls +1 of 1 block; of the joints 1 ", out, re.MULTILINE)
 
 
-def test_text_where_no_load_factor_exists(monkeypatch, capsys, tmp_path):
-    case = tmp_path / "case.toml"
-    mo.save(pressed_down(), case)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", case, "-v")
-    assert code == 1
+def test_text_where_no_load_factor_exists(command, saved):
+    out = command("solve", saved(pressed_down()), "-v", code=1)
     # A pass whose λ grows without end asks for a proof first: the loop does not run in vain.
     assert re.search(r"^programs +none: \d+ Newton steps$", out, re.MULTILINE)
     assert re.search(r"^existence +none exists: no mechanism lets the live load do work$", out, re.MULTILINE)
 
 
-def test_steps_are_named_while_it_runs(monkeypatch, capsys):
+def test_steps_are_named_while_it_runs(monkeypatch, command):
     """The last of them by Ctrl-C."""
     seen = []
 
@@ -167,40 +159,30 @@ def test_steps_are_named_while_it_runs(monkeypatch, capsys):
         return mo.solve(*arguments, progress=follow, **options)
 
     monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", interrupted)
-    code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1)
-    assert (code, out) == (130, "")
+    err = command.refused("solve", WALL_1, code=130)
     assert f"the last was push step 3: λ = {seen[-1].load_factor:.6f}, not the answer" in err
 
 
-def test_the_command_prints_what_python_prints(monkeypatch, capsys, tmp_path):
-    case = tmp_path / "case.toml"
-    mo.save(two_blocks(), case)
+def test_the_command_prints_what_python_prints(command, saved):
+    case = saved(two_blocks())
     for method in ("static", "nonassociative", "mcp"):
-        code, out, _ = run_command(monkeypatch, capsys, "solve", case, "--method", method)
-        print(mo.solve(case, method))
-        printed = capsys.readouterr().out
-        assert code == 0
-        assert out == printed
+        out = command("solve", case, "--method", method)
+        assert out == f"{mo.solve(case, method)}\n"
         assert out.count("\n") > 3
 
 
-def test_options_of_the_method_and_published_values(monkeypatch, capsys):
-    given = ("-o", "start=cohesive", "-o", "beta=0.5")
-    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP, *given)
-    assert code == 0
+def test_options_of_the_method_and_published_values(command):
+    out = command("solve", WALL_1, *LOOP, "-o", "start=cohesive", "-o", "beta=0.5")
     assert "reference        0.63982 (Gilbert, Casapulla & Ahmed (2006), Table 1), here -0.0" in out
     # Of whom there is none of the method, that of the loop serves.
-    _, out, _ = run_command(monkeypatch, capsys, "solve", CASES / "livesley" / "wedges.toml")
+    out = command("solve", CASES / "livesley" / "wedges.toml")
     assert "reference        1.28 (Gilbert, Casapulla & Ahmed (2006), Fig. 8 (b)), here +0.0" in out
     for wrong, words in (("beta=2", "beta"), ("gamma=1", "no option 'gamma'"), ("beta", "NAME=VALUE")):
-        code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP, "-o", wrong)
-        assert (code, out) == (2, "")
-        assert words in err
+        assert words in command.refused("solve", WALL_1, *LOOP, "-o", wrong)
 
 
-def test_version(monkeypatch, capsys):
-    code, out, _ = run_command(monkeypatch, capsys, "--version")
-    assert (code, out) == (0, "0.1.0\n")
+def test_version(command):
+    assert command("--version") == "0.1.0\n"
 
 
 #: A command whose solvers print by every way there is: to the descriptor of standard output, in C, which
@@ -254,24 +236,19 @@ def test_nothing_at_all_of_a_command_that_is_interrupted_as_a_solver_prints():
     assert noisy("interrupted", "solve", CASES / "gilbert" / "two_blocks.toml") == (130, "")
 
 
-def test_kind_of_plot_and_names_can_be_chosen(monkeypatch, capsys, tmp_path):
-    case, picture = tmp_path / "case.toml", tmp_path / "case.svg"
-    mo.save(two_blocks(), case)
-    options = ["--plot-kind", "utilisation", "--names"]
-    code, _, _ = run_command(monkeypatch, capsys, "solve", case, "--plot", picture, *options)
-    assert code == 0
+def test_kind_of_plot_and_names_can_be_chosen(command, saved, tmp_path):
+    picture = tmp_path / "case.svg"
+    options = ("--plot", picture, "--plot-kind", "utilisation", "--names")
+    command("solve", saved(two_blocks()), *options)
     # Letters are drawn as paths, each with its text as a comment.
     assert "<!-- support -->" in picture.read_text()
     assert "<!-- utilisation of joints" in picture.read_text()
 
 
-def test_a_curve_can_be_asked_for_and_drawn(monkeypatch, capsys, tmp_path):
-    case, picture = tmp_path / "case.toml", tmp_path / "curve.svg"
-    mo.save(block_on_floor(), case)
-    asked = ["--method", "compliant", "-o", "curve=true", "--json", "--plot", picture, "--plot-kind", "curve"]
-    code, out, _ = run_command(monkeypatch, capsys, "solve", case, *asked)
-    assert code == 0
-    curve = json.loads(out)["curve"]
+def test_a_curve_can_be_asked_for_and_drawn(command, saved, tmp_path):
+    picture = tmp_path / "curve.svg"
+    asked = ("--method", "compliant", "-o", "curve=true", "--plot", picture, "--plot-kind", "curve")
+    curve = command.json("solve", saved(block_on_floor()), *asked)["curve"]
     gives = [state["give"] for state in curve]
     assert gives == sorted(gives, reverse=True)
     assert gives[-1] < 1e-4
@@ -280,16 +257,15 @@ def test_a_curve_can_be_asked_for_and_drawn(monkeypatch, capsys, tmp_path):
     assert "<!-- the first joints open -->" in picture.read_text()
 
 
-def test_draw_command(monkeypatch, capsys, tmp_path):
+def test_draw_command(monkeypatch, capsys, saved, tmp_path):
     """A block that falls, with a gap beside it and one in the air: nothing of it can be solved."""
-    case, picture = tmp_path / "case.toml", tmp_path / "case.png"
-    scene = overhanging()
+    scene, picture = overhanging(), tmp_path / "case.png"
     more = [
-        mo.Block(name="B", vertices=[(3.0005, 0), (4, 0), (4, 1), (3.0005, 1)], weight=1),
-        mo.Block(name="C", vertices=[(3.0005, -1), (4, -1), (4, 0), (3.0005, 0)], fixed=True),
-        mo.Block(name="D", vertices=[(0, 3), (1, 3), (1, 4), (0, 4)], weight=1),
+        mo.Block(name="B", vertices=rectangle(3.0005, 4, 0, 1), weight=1),
+        mo.Block(name="C", vertices=rectangle(3.0005, 4, -1, 0), fixed=True),
+        mo.Block(name="D", vertices=rectangle(0, 1, 3, 4), weight=1),
     ]
-    mo.save(scene.model_copy(update={"blocks": [*scene.blocks, *more]}), case)
+    case = saved(scene.replace(blocks=[*scene.blocks, *more]))
     code, out, err = run_command(monkeypatch, capsys, "draw", case, picture, "--names")
     assert (code, err) == (0, "")
     assert out.splitlines()[0] == f"{picture}: 3 blocks, 2 supports, 2 joints, 1 small gap"
@@ -302,33 +278,23 @@ def test_draw_command(monkeypatch, capsys, tmp_path):
 @pytest.mark.parametrize(
     ("case", "picture", "named"), [(WALL_1, "none/wall.png", "none"), ("no.toml", "no.png", "no.toml")]
 )
-def test_draw_command_names_what_is_wrong(monkeypatch, capsys, tmp_path, case, picture, named):
-    code, out, err = run_command(monkeypatch, capsys, "draw", case, tmp_path / picture)
-    assert (code, out) == (2, "")
-    assert named in err
+def test_draw_command_names_what_is_wrong(command, tmp_path, case, picture, named):
+    assert named in command.refused("draw", case, tmp_path / picture)
     assert not list(tmp_path.iterdir())
 
 
-def test_check_command(monkeypatch, capsys, tmp_path):
+def test_check_command(command, saved):
     """Of a wall; where λ is zero; and where there is none."""
-    zero, none = tmp_path / "zero.toml", tmp_path / "none.toml"
-    mo.save(block_on_floor(friction=0.0), zero)
-    mo.save(pressed_down(), none)
-    for case in (WALL_1, zero):
-        code, out, _ = run_command(monkeypatch, capsys, "check", case)
-        assert code == 0
+    for case in (WALL_1, saved(block_on_floor(friction=0.0))):
+        out = command("check", case)
         assert "agree" in out
         assert "kinematic" in out
-    code, out, err = run_command(monkeypatch, capsys, "check", none)
-    assert (code, out) == (1, "")
-    assert "unlimited" in err
+    assert "unlimited" in command.refused("check", saved(pressed_down()), code=1)
 
 
 @pytest.fixture
-def case(tmp_path):
-    path = tmp_path / "box.toml"
-    mo.save(box_on_floor((2, 2, 1), 0.5), path)
-    return path
+def case(saved):
+    return saved(box_on_floor((2, 2, 1), 0.5))
 
 
 REFERENCE = '[reference]\nassociative = { value = 0.4, source = "none" }\n'
@@ -344,12 +310,11 @@ COUNTED = "1 block, 1 joint, 4 contact points"
         ("solve {} --method compliant -o curve=true --plot-kind curve --plot curve.png", ["does not fall"]),
     ],
 )
-def test_commands_tell_what_there_is_of_solids(monkeypatch, capsys, case, asked, told):
+def test_commands_tell_what_there_is_of_solids(monkeypatch, command, case, asked, told):
     """Of a box, λ = μ = 0.5, 25 % above an associative reference of 0.4, whatever the method."""
     case.write_text(case.read_text() + REFERENCE)
     monkeypatch.chdir(case.parent)
-    code, out, _ = run_command(monkeypatch, capsys, *asked.format(case).split())
-    assert code == 0
+    out = command(*asked.format(case).split())
     for words in told:
         assert words in out
     assert (case.parent / "curve.png").exists() == ("--plot" in asked)
@@ -359,26 +324,22 @@ VIEWED = ["solve {} --method static --plot a.svg --view=", "draw {} a.svg --view
 
 
 @pytest.mark.parametrize("asked", [*(f"{each}30,45" for each in VIEWED), "export {} a.obj --method static"])
-def test_pictures_and_meshes_are_written(monkeypatch, capsys, case, asked):
+def test_pictures_and_meshes_are_written(monkeypatch, command, case, asked):
     monkeypatch.chdir(case.parent)
-    assert run_command(monkeypatch, capsys, *asked.format(case).split())[0] == 0
+    command(*asked.format(case).split())
     (written,) = case.parent.glob("a.*")
     assert ("<svg" if written.suffix == ".svg" else "o fixed floor") in written.read_text()
 
 
 @pytest.mark.parametrize("view", ["30", "30,north", "30,91", "nan,0"])
 @pytest.mark.parametrize("asked", VIEWED)
-def test_views_are_refused_before_anything_is_solved(monkeypatch, capsys, case, asked, view):
+def test_views_are_refused_before_anything_is_solved(monkeypatch, command, case, asked, view):
     monkeypatch.chdir(case.parent)
     monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", None)
-    code, _, said = run_command(monkeypatch, capsys, *f"{asked}{view}".format(case).split())
-    assert code == OptionError.exit_code
-    assert "view" in said
+    assert "view" in command.refused(*f"{asked}{view}".format(case).split())
     assert not list(case.parent.glob("a.*"))
 
 
-def test_a_plane_scene_has_no_view(monkeypatch, capsys, tmp_path):
+def test_a_plane_scene_has_no_view(command, tmp_path):
     plane = CASES / "gilbert" / "two_blocks.toml"
-    code, _, said = run_command(monkeypatch, capsys, "draw", plane, tmp_path / "a.png", "--view=30,45")
-    assert code == OptionError.exit_code
-    assert "plane" in said
+    assert "plane" in command.refused("draw", plane, tmp_path / "a.png", "--view=30,45")

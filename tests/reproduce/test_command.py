@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from paper_scripts import SCRIPTS
 from report import refresh_tables as refresh
 from scenes import CASES, run_command
 from typer.testing import CliRunner
@@ -15,6 +14,9 @@ from typer.testing import CliRunner
 import masonry_opt as mo
 from masonry_opt.cli.app import app
 from masonry_opt.scene.case_file import case_folder
+from masonry_opt.studies.reproduce import scripts
+
+SCRIPTS = scripts()
 
 #: Those that the guide runs as it is built; one of them is run here too.
 IN_THE_GUIDE = {"fig7", "fig8", "fig10", "fig12"}

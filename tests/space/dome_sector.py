@@ -71,12 +71,9 @@ def _wrench(at: np.ndarray, force: np.ndarray) -> np.ndarray:
 def _moments(inner: float, outer: float, start: float, step: float) -> np.ndarray:
     """Mean of (ρ, z), each weighed by ρ, of the quadrilateral between two chords."""
     ends = [np.array([np.cos(angle), np.sin(angle)]) for angle in (start, start + step)]
-    first, second = np.polynomial.legendre.leggauss(4)
-    total, mean = 0.0, np.zeros(2)
-    for u, wu in zip((first + 1) / 2, second / 2, strict=True):
-        for v, wv in zip((first + 1) / 2, second / 2, strict=True):
-            distance = inner + u * (outer - inner)
-            point = distance * (ends[0] + v * (ends[1] - ends[0]))
-            share = wu * wv * distance * point[0]
-            total, mean = total + share, mean + share * point
-    return mean / total
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    distance = inner + (nodes + 1) / 2 * (outer - inner)
+    along = ends[0] + (nodes[:, None] + 1) / 2 * (ends[1] - ends[0])
+    point = distance[:, None, None] * along
+    share = np.outer(weights * distance, weights) * point[..., 0]
+    return np.tensordot(share, point) / share.sum()

@@ -49,32 +49,8 @@ def test_a_box_that_is_turned_about_the_vertical(method):
 
 def test_cohesion_acts_on_the_whole_face():
     """μ W + c a b resists sliding, here with W = 1; the flat box overturns at 8."""
-    found = mo.solve(_with_cohesion(pushed_box((2.0, 2.0, 0.25), 0.3, 20.0), 0.05), "static")
+    found = mo.solve(pushed_box((2.0, 2.0, 0.25), 0.3, 20.0).replace(cohesion=0.05), "static")
     assert found.load_factor == pytest.approx(0.3 + 0.05 * 4, abs=EXACT)
-
-
-def leaf(courses: int, friction: float) -> mo.Scene:
-    """A leaf 4 long and .5 thick, of two blocks a course in stack bond, and behind its ends two returns of a
-    heavy block each, 3 deep. The leaf is pushed away from them by its weight."""
-    blocks = []
-    for course in range(courses):
-        for number in range(2):
-            x, z = (2 * number, 2 * number + 2), (course, course + 1)
-            keys = {"unit_weight": 1, "live_per_weight": (0, -1, 0)}
-            blocks.append(mo.box(f"leaf {course}-{number}", x, (0, 0.5), z, **keys))
-    for number, x in enumerate([(0, 1), (3, 4)]):
-        blocks.append(mo.box(f"return {number}", x, (0.5, 3.5), (0, courses), unit_weight=1))
-    ground = mo.box("ground", (-3, 7), (-2, 5), (-1, 0), fixed=True)
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])
-
-
-@pytest.mark.parametrize(("courses", "friction"), [(3, 0.6), pytest.param(1, 0.3, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("method", COULOMB)
-def test_a_leaf_without_bond_overturns_before_its_returns(method, courses, friction):
-    """Nothing holds a leaf of thickness t and height H to what stands behind it: min(μ, t/H), as if it were
-    alone (of its upper courses alone t/H is more)."""
-    found = mo.solve(leaf(courses, friction), method, **_alone(method))
-    assert found.load_factor == pytest.approx(min(friction, 0.5 / courses), abs=EXACT)
 
 
 @pytest.mark.parametrize("method", CONES)
@@ -160,7 +136,3 @@ def test_a_stack_that_is_tilted(method):
 def _alone(method: str) -> dict[str, bool]:
     """The default is asked for its state alone."""
     return {"expected": False} if method == "mcp" else {}
-
-
-def _with_cohesion(scene: mo.Scene, cohesion: float) -> mo.Scene:
-    return scene.model_copy(update={"joints": scene.joints.model_copy(update={"cohesion": cohesion})})

@@ -14,13 +14,12 @@ SMALL = [
     "gilbert/two_blocks",
     "paterson_zwick/best_3",
 ]
-SLOW = ["casapulla_lauro/arch", "orduna_lourenco/wall"]
 
 #: Whatever the thickness, totals of weight, load and cohesion are the plane's.
 THICKNESS = 0.7
 
 
-def slow(names: list[str]) -> list[object]:
+def slow(*names: str) -> list[object]:
     return [pytest.param(name, marks=pytest.mark.slow) for name in names]
 
 
@@ -28,7 +27,7 @@ def path(name: str):
     return CASES / f"{name}.toml"
 
 
-@pytest.mark.parametrize("name", [*SMALL, *slow(SLOW)])
+@pytest.mark.parametrize("name", [*SMALL, *slow("casapulla_lauro/arch", "orduna_lourenco/wall")])
 def test_associative_load_factor_is_that_of_the_plane(name):
     """Nothing moves out of the plane: the plane's mechanism is one of space, and its forces are, halved."""
     found = mo.solve(mo.extrude(path(name), THICKNESS), "static")
@@ -37,7 +36,7 @@ def test_associative_load_factor_is_that_of_the_plane(name):
 
 @pytest.mark.parametrize(
     "name",
-    ["closed_forms/dam_slides", "gilbert/two_blocks", *slow(["livesley/wedges", "ferris_tinloi/wall_2"])],
+    ["closed_forms/dam_slides", "gilbert/two_blocks", *slow("livesley/wedges", "ferris_tinloi/wall_2")],
 )
 def test_the_loop_where_it_ends_is_near_that_of_the_plane(name):
     """Within .5 %; where its second program has no state it says so, and no load factor is given."""

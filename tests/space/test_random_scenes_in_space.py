@@ -17,10 +17,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.laws import Cone, Sides
 
 #: The smallest, and others.
-SCENES = [
-    *(("boxes", 18), ("piers", 3)),
-    *(pytest.param(kind, 0, marks=pytest.mark.slow) for kind in KINDS),
-]
+SCENES = [*(("boxes", 18), ("piers", 3)), *(pytest.param(kind, 0, marks=pytest.mark.slow) for kind in KINDS)]
 #: Programs solved to 1e-9, twice, of scenes with loads of very different sizes.
 RANDOM = 1e-6
 

@@ -25,19 +25,8 @@ CARRY, FALL = 1e-8, 1e-6
 #: angle of friction may stand by forces of any size; a residual says nothing of those above a million.
 MOST = 1e3
 
-#: Frictions at which Clarabel solves neither program of the slab, and seeds of scenes of which it solves
-#: neither.
-FRICTIONS = [0.475, 0.845, 1.15]
+#: Of scenes of which Clarabel solves neither program.
 SEEDS = [2, 423, 427, 723, 807, 823, 962, 995, 1133, 1327]
-
-
-def on_three_legs(friction: float) -> mo.Scene:
-    corners = [(0, 0), (2.5, 0), (1.25, 1.5)]
-    loads = {"unit_weight": 1, "live_per_weight": (1, 0, 0)}
-    legs = [mo.box(f"leg {x}", (x, x + 0.5), (y, y + 0.5), (0, 1), **loads) for x, y in corners]
-    slab = mo.box("slab", (0, 3), (0, 2), (1, 1.3), **loads)
-    floor = mo.box("floor", (-1, 4), (-1, 3), (-1, 0), fixed=True)
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[floor, *legs, slab])
 
 
 def stands(scene: mo.Scene, effort: Effort | None = None) -> bool:
@@ -57,11 +46,6 @@ def bounds(scene: mo.Scene) -> tuple[float, float]:
 def is_right(verdict: bool, lower: float, upper: float) -> bool:
     """Whether it is the second program's; at the limit, between both, either is."""
     return lower < FALL if verdict else upper > CARRY
-
-
-@pytest.mark.parametrize("friction", FRICTIONS)
-def test_a_slab_on_three_legs_stands(friction):
-    assert stands(on_three_legs(friction))
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -11,7 +11,6 @@ FRICTION = mo.JointDefaults(friction=0.6)
 
 
 def pushed(at: float, live: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> mo.Solid:
-    """A cube of weight 1 whose base is so high."""
     return mo.box("cube", (0, 1), (0, 1), (at, at + 1), unit_weight=1, live=live)
 
 

@@ -130,7 +130,6 @@ def outcome(path):
 
 
 def outcomes(mutants, folder):
-    """Of each, an ending and bytes, by what it was made of."""
     for made_of, (ending, data) in mutants:
         path = folder / f"case{ending}"
         path.write_bytes(data)

@@ -7,6 +7,8 @@ import random
 
 import ezdxf
 import pytest
+from meshes import box
+from stability.test_fuzz import places
 
 import masonry_opt as mo
 from masonry_opt.errors import MasonryError
@@ -93,13 +95,10 @@ def test_broken_dxf_ends_with_a_message(drawings, tmp_path):
 
 def test_broken_compas_data_ends_with_a_message(tmp_path):
     rng = random.Random(7)
-    corners = [(x, y, z) for y in (0, 1) for x, z in ((0, 0), (2, 0), (2, 1), (0, 1))]
-    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
 
     def node(height, **more):
-        vertex = {
-            str(n): {"x": x + height / 2, "y": y, "z": z + height} for n, (x, y, z) in enumerate(corners)
-        }
+        corners, faces = box((height / 2, 2 + height / 2), (0, 1), (height, height + 1))
+        vertex = {n: dict(zip("xyz", corner, strict=True)) for n, corner in enumerate(corners.tolist())}
         return {"block": {"data": {"vertex": vertex, "face": dict(enumerate(faces))}}, **more}
 
     nodes = {"0": node(0, is_support=True), "1": node(1)}
@@ -108,26 +107,14 @@ def test_broken_compas_data_ends_with_a_message(tmp_path):
     path.write_text(json.dumps(whole))
     assert not told(mo.read_compas, path)
 
-    def places(value, at=()):
-        yield at
-        entries = (
-            value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-        )
-        for key, inner in entries:
-            yield from places(inner, (*at, key))
-
-    everywhere = [at for at in places(whole) if at]
     messages = 0
     for _ in range(100):
         data = copy.deepcopy(whole)
-        *to, last = rng.choice(everywhere)
-        inner = data
-        for key in to:
-            inner = inner[key]
+        inner, key = rng.choice([*places(data)])
         if rng.random() < 0.8:
-            inner[last] = rng.choice(THINGS)
+            inner[key] = rng.choice(THINGS)
         else:
-            del inner[last]
+            del inner[key]
         text = json.dumps(data)
         path.write_text(text[: rng.randrange(len(text))] if rng.random() < 0.1 else text)
         messages += told(mo.read_compas, path)

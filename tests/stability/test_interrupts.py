@@ -1,6 +1,5 @@
 """Ctrl-C at any time ends in one line and exit code 130, or in the lowest state of a search."""
 
-import json
 import os
 import signal
 import subprocess
@@ -8,7 +7,7 @@ import sys
 from types import SimpleNamespace
 
 import pytest
-from scenes import CASES, block_on_floor, run_command
+from scenes import CASES, block_on_floor
 
 import masonry_opt as mo
 
@@ -47,24 +46,23 @@ def interrupted_after(steps, swallow):
 @pytest.mark.parametrize(
     ("steps", "words"), [(0, "no load factor was found"), (2, "namespace 2: λ = 0.400000")]
 )
-def test_ctrl_c_ends_with_what_is_known(monkeypatch, capsys, steps, words, swallow):
+def test_ctrl_c_ends_with_what_is_known(monkeypatch, command, steps, words, swallow):
     monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", interrupted_after(steps, swallow))
-    code, out, told = run_command(monkeypatch, capsys, "solve", WALL_1)
-    assert (code, out) == (130, "")
+    told = command.refused("solve", WALL_1, code=130)
     assert told.startswith("error: interrupted")
     assert words in told
     assert told.count("\n") == 1
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_ctrl_c_in_other_commands(monkeypatch, capsys):
+def test_ctrl_c_in_other_commands(monkeypatch, command):
     monkeypatch.setattr("masonry_opt.check", lambda _: press_ctrl_c())
-    ended = run_command(monkeypatch, capsys, "check", WALL_1)
-    assert ended == (130, "", "error: interrupted: files already written are whole\n")
+    told = command.refused("check", WALL_1, code=130)
+    assert told == "error: interrupted: files already written are whole\n"
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(monkeypatch, capsys):
+def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(monkeypatch, command):
     def interrupted(*arguments, progress, **options):
         def follow(step):
             progress(step)
@@ -75,10 +73,7 @@ def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(monkeypatch, capsys):
 
     monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", interrupted)
     wall_5 = CASES / "ferris_tinloi" / "wall_5.toml"
-    asked = ("--method", "refined", "-o", "search=60", "--json")
-    code, out, _ = run_command(monkeypatch, capsys, "solve", wall_5, *asked)
-    assert code == 0
-    answer = json.loads(out)
+    answer = command.json("solve", wall_5, "--method", "refined", "-o", "search=60")
     assert answer["load_factor"] < 0.2138
     (searched,) = [said for said in answer["reasons"] if said["code"] == "searched"]
     assert searched["interrupted"]

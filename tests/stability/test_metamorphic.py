@@ -1,7 +1,10 @@
-"""Metamorphic relations on one wall: what moves, turns, mirrors, rescales or renumbers it leaves λ as it is.
+"""Metamorphic relations in the plane and in space: what moves, turns, mirrors, rescales or renumbers a scene
+leaves λ as it is.
 
-Of associative flow they are theorems (λ is the optimum of one linear program): asserted to the accuracy
-of the solver. The loop is a heuristic: its λ depends on which of many optimal states a solver returns.
+Of associative flow they are theorems (λ is the optimum of one program): asserted to the accuracy of the
+solver. Of contacts that give too, whose forces are unique: the sides of polygons are set out from the longest
+side of each joint and turn with it. The loop is a heuristic: its λ depends on which of many optimal states a
+solver returns.
 """
 
 import numpy as np
@@ -9,8 +12,11 @@ import pytest
 from atlas.odd_stones import odd_scene
 from mappings import SAME, mapped, same
 from scenes import WALLS, small_wall, solved
+from scenes_in_space import corner_wall, pushed_box
+from space import mappings_in_space
 
 import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 
 #: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
@@ -52,13 +58,45 @@ def test_the_default_is_unmoved(name):
     same(one, other, DESCENDED)
 
 
-@pytest.mark.parametrize("path", [None, WALLS[0]], ids=["wall", "wall_1"])
-def test_units_twice_as_large_change_no_bit(path):
-    """Forces and lengths are measured in medians of the scene's own: powers of two change no digit."""
-    scene = BASE if path is None else mo.load(path)
-    larger = mapped(scene, lambda v: (1024 * v[0], 1024 * v[1]), dead=2.0, live=2.0, length=1024.0)
-    one, other = (solved(each) for each in (scene, larger))
-    assert other.load_factor == one.load_factor
+#: Joints with cohesion, too.
+CORNER = corner_wall(2, 2, 3)
+SPACE = {
+    "box": pushed_box((1.0, 2.0, 3.0), 0.3, 20.0),
+    "corner": CORNER.replace(joints={"friction": 0.5, "cohesion": 0.02}),
+    "corner of 20": corner_wall(3, 2, 4, 0.4),
+}
+
+
+@pytest.mark.parametrize("name", mappings_in_space.SAME)
+@pytest.mark.parametrize("scene", ["box", "corner", pytest.param("corner of 20", marks=pytest.mark.slow)])
+def test_load_factors_in_space_are_unmoved(scene, name):
+    """Programs solved to 1e-9, twice; a pass to a gap of 1e-9, twice."""
+    one, other = SPACE[scene], mappings_in_space.SAME[name](SPACE[scene])
+    for method, tolerance in (("static", EXACT), ("compliant", 1e-6)):
+        first, second = solved(one, method), solved(other, method)
+        assert second.load_factor == pytest.approx(first.load_factor, rel=tolerance)
+        assert max(first.certificate.worst, second.certificate.worst) < 1e-7
+
+
+def test_the_default_in_space_is_certified_all_the_same():
+    """It ends in one exact state of many, and rounding may choose another."""
+    result = solved(mappings_in_space.SAME["turned"](CORNER))
+    assert not result.solution.answer.failing(Kind.EXACT)
+    assert result.load_factor < solved(CORNER, "static").load_factor * (1 + EXACT)
+
+
+@pytest.mark.parametrize(
+    ("scene", "method"),
+    [(BASE, "mcp"), (mo.load(WALLS[0]), "mcp"), (mappings_in_space.mapped(CORNER), "static")],
+    ids=["wall", "wall_1", "space"],
+)
+def test_units_twice_as_large_change_no_bit(scene, method):
+    """Lengths 1024 times: both are measured in medians of the scene's own; powers of two change no digit."""
+    if scene.dimension == 3:
+        larger = mappings_in_space.mapped(scene, length=1024.0, force=2.0)
+    else:
+        larger = mapped(scene, lambda v: (1024 * v[0], 1024 * v[1]), dead=2.0, live=2.0, length=1024.0)
+    assert solved(larger, method).load_factor == solved(scene, method).load_factor
 
 
 def test_results_come_in_the_units_of_the_case():

@@ -55,7 +55,6 @@ def no_more(one: mo.Result, other: mo.Result) -> None:
 
 @pytest.mark.parametrize(("kind", "seed"), SCENES)
 def test_theorems_of_associative_flow(kind, seed):
-    """What holds of every scene under associative flow."""
     scene = random_scene(kind, seed)
     static = solved(scene, "static")
     same(static, mo.solve(scene, "kinematic"), RANDOM)

@@ -31,15 +31,11 @@ def in_file(tmp_path, content, name="case.toml"):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
-@pytest.mark.parametrize(
-    "arguments",
-    [["check", TWO_BLOCKS], ["--version"], ["--help"]],
-)
-def test_full_disk_behind_standard_output(monkeypatch, capsys, arguments):
+@pytest.mark.parametrize("arguments", [["check", TWO_BLOCKS], ["--version"], ["--help"]])
+def test_full_disk_behind_standard_output(monkeypatch, command, arguments):
     with open("/dev/full", "w") as full:
         monkeypatch.setattr(sys, "stdout", full)
-        code, _, told = run_command(monkeypatch, capsys, *arguments)
-        assert code == 2
+        told = command.refused(*arguments)
     assert "cannot be written: No space left on device" in told
 
 
@@ -51,14 +47,13 @@ def test_full_disk_behind_standard_output(monkeypatch, capsys, arguments):
     ],
     ids=lambda arguments: arguments[0],
 )
-def test_reader_of_standard_output_went_away(monkeypatch, capsys, tmp_path, arguments):
+def test_reader_of_standard_output_went_away(monkeypatch, command, tmp_path, arguments):
     monkeypatch.chdir(tmp_path)
     read, write = os.pipe()
     os.close(read)
     with os.fdopen(write, "w") as pipe:
         monkeypatch.setattr(sys, "stdout", pipe)
-        code, _, told = run_command(monkeypatch, capsys, *arguments)
-        assert code == 141
+        told = command.refused(*arguments, code=141)
     assert not re.search("Traceback|error", told)
 
 
@@ -85,13 +80,11 @@ def test_a_process_ends_without_a_word_when_nobody_reads_its_output(tmp_path):
     assert not re.search("Traceback|error|Broken pipe|Exception", ended.stderr)
 
 
-def test_closed_standard_output_and_error(monkeypatch, capsys):
+def test_closed_standard_output_and_error(monkeypatch, command):
     monkeypatch.setattr(sys, "stdout", None)
-    code, _, told = run_command(monkeypatch, capsys, "solve", WALL_1)
-    assert code == 2
-    assert "standard output is closed" in told
+    assert "standard output is closed" in command.refused("solve", WALL_1)
     monkeypatch.setattr(sys, "stderr", None)
-    assert run_command(monkeypatch, capsys, "solve", WALL_1)[0] == 2
+    command.refused("solve", WALL_1)
 
 
 def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
@@ -108,18 +101,15 @@ def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
     assert old.read_bytes() == b"old"
 
 
-def test_unwritable_folder_is_told_before_long_work(monkeypatch, capsys, tmp_path):
+def test_unwritable_folder_is_told_before_long_work(monkeypatch, command, tmp_path):
     monkeypatch.setattr("os.access", lambda path, mode: mode != os.W_OK)
     monkeypatch.setattr(
         "masonry_opt.cli.solve.solve_scene", lambda *_, **__: pytest.fail("solved all the same")
     )
-    code, _, told = run_command(monkeypatch, capsys, "solve", WALL_1, "--plot", tmp_path / "wall.png")
-    assert code == 2
+    told = command.refused("solve", WALL_1, "--plot", tmp_path / "wall.png")
     assert "does not let files be written" in told
     (tmp_path / "folder.png").mkdir()
-    code, _, told = run_command(monkeypatch, capsys, "solve", WALL_1, "--plot", tmp_path / "folder.png")
-    assert code == 2
-    assert "is a folder" in told
+    assert "is a folder" in command.refused("solve", WALL_1, "--plot", tmp_path / "folder.png")
 
 
 def test_writers_of_one_file_leave_it_whole(tmp_path):
@@ -147,17 +137,15 @@ def test_file_with_the_longest_name_is_written(tmp_path):
     assert path.read_text() == "text"
 
 
-def test_names_of_blocks_make_no_paths(monkeypatch, capsys, tmp_path):
+def test_names_of_blocks_make_no_paths(command, tmp_path):
     """What a case file calls its blocks and itself stays in the output."""
     odd = "../../<script>alert(1)</script>[/red]{x}$\\\\frac{$"
     text = f'title = "{odd}"\nsource = "{odd}"\n' + GOOD.replace('"A"', f'"{odd}"')
     text += f'[reference]\nstatic = {{ value = 0.6, source = "{odd}" }}\n'
     path, folder = in_file(tmp_path, text), tmp_path / "out"
     folder.mkdir()
-    asked = ("--method", "static", "--json", "--plot", folder / "picture.svg")
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, *asked)
-    assert code == 0
-    name = json.loads(out)["block_results"][0]["block"]
+    told = command.json("solve", path, "--method", "static", "--plot", folder / "picture.svg")
+    name = told["block_results"][0]["block"]
     assert name == odd.replace("\\\\", "\\")
     assert list(folder.iterdir()) == [folder / "picture.svg"]
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["case.toml", "out"]
@@ -179,19 +167,15 @@ def test_names_of_blocks_make_no_paths(monkeypatch, capsys, tmp_path):
         ("x" * 5000 + ".toml", "File name too long"),
     ],
 )
-def test_odd_paths(path, shown, monkeypatch, capsys):
-    code, out, told = run_command(monkeypatch, capsys, "solve", path)
-    assert (code, out) == (2, "")
-    assert shown in told
+def test_odd_paths(path, shown, command):
+    assert shown in command.refused("solve", path)
 
 
-def test_pipes_and_circles_of_links(monkeypatch, capsys, tmp_path):
+def test_pipes_and_circles_of_links(command, tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "loop.toml").symlink_to("loop.toml")
     for name in ("pipe.toml", "loop.toml"):
-        code, _, told = run_command(monkeypatch, capsys, "solve", tmp_path / name)
-        assert code == 2
-        assert name in told
+        assert name in command.refused("solve", tmp_path / name)
     with pytest.raises(CaseError, match="null"):
         mo.load("a\0.toml")
 
@@ -238,11 +222,10 @@ ODD_FILES = {
 
 
 @pytest.mark.parametrize("name", ODD_FILES)
-def test_odd_files_end_in_a_short_message(name, monkeypatch, capsys, tmp_path):
+def test_odd_files_end_in_a_short_message(name, command, tmp_path):
     file, content, named = ODD_FILES[name]
     path = in_file(tmp_path, content, file)
-    code, out, told = run_command(monkeypatch, capsys, "solve", path)
-    assert (code, out) == (2, "")
+    told = command.refused("solve", path)
     assert named in told
     assert str(path) in told
     assert len(told) < 5000

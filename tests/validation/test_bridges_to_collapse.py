@@ -4,14 +4,12 @@ Load factors are held against an independent program, not against the tests: wha
 analysis stands in the guide, page "Bridges loaded to collapse", whose numbers are checked here too.
 """
 
-import itertools
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from arch_under_fill import ArchUnderFill
-from hinges import load_factors_by_four_hinges
 from scenes import CASES, solved
 
 import masonry_opt as mo
@@ -145,7 +143,6 @@ def test_nothing_slides(name):
 
 
 def fine(stated: ArchUnderFill, voussoirs: int, **fill: object) -> mo.Scene:
-    """The same bridge with more voussoirs."""
     ring = {"span": stated.span, "rise": stated.rise, "thickness": stated.thickness, "unit_weight": 22}
     end = stated.back[-1, 0]
     earth = {"unit_weight": 18, "friction_angle": 30, "mobilised": MOBILISED, "spread": 30} | fill
@@ -195,47 +192,6 @@ def test_worst_position_of_a_line_load():
     crossed = mo.crossing(fine(stated, 120).model_copy(update={"loads": []}), axle, method="static")
     assert 1000 * crossed.load_factor == pytest.approx(found[worst], rel=1e-3)
     assert -abs(crossed.position) / stated.span == pytest.approx(places[worst], abs=0.01)
-
-
-def columns_and_rays(stated: ArchUnderFill) -> tuple[np.ndarray, np.ndarray]:
-    """What fill weighs on each chord of the back, and what of 1 kN on the road reaches it: moments about the
-    origin, fx and fy, shape (chords, 3) each, by 2000 columns a chord and 100,000 rays."""
-    weights, loads = np.zeros((2, stated.steps, 3))
-    share = (np.arange(2000) + 0.5) / 2000
-    rays = ((np.arange(100_000) + 0.5) / 50_000 - 1) * SPREAD
-    # Over a convex back the ray from the load meets the chord between whose ends it passes.
-    of_corners = (stated.back[:, 0] - stated.load_at) / (stated.road - stated.back[:, 1])
-    for number, (start, end) in enumerate(itertools.pairwise(stated.back)):
-        at = start + share[:, None] * (end - start)
-        down = stated.width * stated.fill_weight * (stated.road - at[:, 1]) * (end - start)[0] / len(share)
-        weights[number] = -(down @ at[:, 0]), 0.0, -down.sum()
-        own = rays[(rays >= of_corners[number]) & (rays < of_corners[number + 1])]
-        slope = (end - start)[1] / (end - start)[0]
-        depth = stated.road - start[1] - slope * (stated.load_at - start[0])
-        x = stated.load_at + own * depth / (1 + own * slope)
-        loads[number] = -x.sum() / len(rays), 0.0, -len(own) / len(rays)
-    return weights, loads
-
-
-@pytest.mark.parametrize("pressure", [False, True])
-def test_thrusts_through_four_hinges(pressure):
-    """Prestwood of few voussoirs by statics: all thrusts through four hinges, fill by columns, the load by
-    rays; what presses on the voussoirs as the package found it."""
-    stated = replace(BRIDGES["page/prestwood"], steps=24)
-    scene = on_the_road(fine(stated, stated.steps, pressure=pressure))
-    found = solved(scene, "static")
-    joints = np.stack([stated.intrados[0], stated.back], axis=1)
-    dead, live = columns_and_rays(stated)
-    for number, block in enumerate(scene.blocks[: stated.steps]):
-        dead[number] += -block.weight * block.weight_at[0], 0.0, -block.weight
-    for force, earth in zip(found.pressures["force"], found.assembly.limited, strict=True):
-        (action,) = earth.actions
-        push = force * action.force[0]
-        y = action.point[1] + found.assembly.geometry.origin[1]
-        dead[action.block] += -y * push, push, 0.0
-    by_hinges = load_factors_by_four_hinges(joints, dead, live)
-    assert len(by_hinges)
-    np.testing.assert_allclose(by_hinges, found.load_factor, rtol=2e-5)
 
 
 def test_prestwood_hinges_as_in_the_test():

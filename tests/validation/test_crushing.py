@@ -22,8 +22,7 @@ BY_CHORDS = [
 
 
 def block(strength: float) -> mo.Scene:
-    scene = block_on_floor(width=1.0, height=2.0, friction=2.0)
-    return scene.model_copy(update={"joints": mo.JointDefaults(friction=2.0, strength=strength)})
+    return block_on_floor(width=1.0, height=2.0, friction=2.0).replace(strength=strength)
 
 
 @pytest.mark.parametrize("strength", [2.0, 10.0, 1000.0])
@@ -119,12 +118,12 @@ def test_strength_lowers_the_load_factor_towards_none(name):
     scene = SCENES[name]
     factors = []
     for much in (1.0, 10.0, 1e2, 1e4):
-        joints = scene.joints.model_copy(update={"strength": much * scene.joints.strength})
-        factors.append(solved(scene.model_copy(update={"joints": joints}), "static").required())
-    unlimited = scene.model_copy(update={"joints": scene.joints.model_copy(update={"strength": None})})
+        stronger = scene.replace(strength=much * scene.joints.strength)
+        factors.append(solved(stronger, "static").required())
     assert (np.diff(factors) > -1e-8).all()
     assert factors[0] < 0.98 * factors[-1]
-    assert factors[-1] == pytest.approx(solved(unlimited, "static").required(), rel=5e-4)
+    unlimited = solved(scene.replace(strength=None), "static").required()
+    assert factors[-1] == pytest.approx(unlimited, rel=5e-4)
 
 
 def test_a_push_and_the_loop_end_in_exact_states():

@@ -51,23 +51,17 @@ def ring(cuts: int, thickness: float) -> mo.Scene:
     """Stones between vertical cuts, the middle one of which is at the crown, and a foot on either side."""
     inner, outer = 1 - thickness / 2, 1 + thickness / 2
 
-    def height(radius: float, x: float) -> float:
-        return math.sqrt(max(radius**2 - x**2, 0.0))
+    def on_circle(radius: float, x: float) -> tuple[float, float]:
+        return x, math.sqrt(max(radius**2 - x**2, 0.0))
 
-    def stone(name: str, vertices: list[tuple[float, float]]) -> mo.Block:
-        return mo.Block(name=name, vertices=vertices, unit_weight=1, live=(1, 0))
-
-    at = np.linspace(-inner, inner, cuts).tolist()
-    stones = [
-        stone(
-            f"v{number}",
-            [(a, height(inner, a)), (b, height(inner, b)), (b, height(outer, b)), (a, height(outer, a))],
-        )
-        for number, (a, b) in enumerate(pairwise(at), 1)
-    ]
-    back = [(x, height(outer, x)) for x in np.linspace(outer, inner, 9).tolist()]
+    loads, stones = {"unit_weight": 1, "live": (1, 0)}, []
+    for number, (a, b) in enumerate(pairwise(np.linspace(-inner, inner, cuts).tolist()), 1):
+        corners = [on_circle(*of) for of in ((inner, a), (inner, b), (outer, b), (outer, a))]
+        stones.append(mo.Block(name=f"v{number}", vertices=corners, **loads))
+    back = [on_circle(outer, x) for x in np.linspace(outer, inner, 9).tolist()]
     for side, name in ((1, "right"), (-1, "left")):
-        stones.append(stone(f"{name} foot", [(side * x, y) for x, y in [(inner, 0.0), *back]]))
+        foot = [(side * x, y) for x, y in [(inner, 0.0), *back]]
+        stones.append(mo.Block(name=f"{name} foot", vertices=foot, **loads))
         springing = [(side * x, y) for x, y in [(inner, -0.5), (2.0, -0.5), (2.0, 0.0), (inner, 0.0)]]
         stones.append(mo.Block(name=f"{name} springing", vertices=springing, fixed=True))
     return mo.Scene(joints=mo.JointDefaults(friction=math.inf), blocks=stones)

@@ -10,7 +10,6 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.scene.blocks import rectangle
 
 HEIGHT = 0.25
-SMOOTH = mo.JointDefaults(friction=0.0)
 
 
 def stone(name: str, left: float, row: int, length: float = 1.0, **loads: object) -> mo.Block:
@@ -22,39 +21,11 @@ def table(right: float = 0.0) -> mo.Block:
     return mo.Block(name="table", vertices=rectangle(-10, right, -1, 0), fixed=True)
 
 
-def tip(reach: float, row: int) -> dict[str, object]:
-    return {"live": (0, -1), "live_at": (reach, (row + 1) * HEIGHT)}
-
-
-def harmonic(count: int, part: float) -> mo.Scene:
-    """The i-th block from the top reaches ``part`` / (2 i) beyond the next."""
-    beyond = part / (2 * np.arange(1, count + 1))
-    blocks = []
-    for number in range(count):
-        reach, row = float(beyond[number:].sum()), count - 1 - number
-        blocks.append(stone(f"{number}", reach - 1, row, **(tip(reach, row) if number == 0 else {})))
-    return mo.Scene(joints=SMOOTH, blocks=[*blocks, table()])
-
-
-@pytest.mark.parametrize(("count", "reach"), [(2, 0.75), (3, 0.916667), (5, 1.141667)])
-def test_harmonic_stacks_are_just_in_balance(count, reach):
-    assert sum(1 / (2 * i) for i in range(1, count + 1)) == pytest.approx(reach, abs=5e-7)
-    assert solved(harmonic(count, 1 - 1e-4), "static").status is mo.Status.OPTIMAL
-    assert solved(harmonic(count, 1 + 1e-4), "static").status is mo.Status.UNSTABLE
-
-
 def best_of_three(length: float, inward: float) -> mo.Scene:
     """Two blocks of a length side by side on one of length 1."""
-    reach = length - inward
-    return mo.Scene(
-        joints=SMOOTH,
-        blocks=[
-            stone("right", -inward, 1, length, **tip(reach, 1)),
-            stone("left", -length - inward, 1, length),
-            stone("base", -0.5 - inward, 0),
-            table(),
-        ],
-    )
+    loaded = {"live": (0, -1), "live_at": (length - inward, 2 * HEIGHT)}
+    upper = stone("right", -inward, 1, length, **loaded), stone("left", -length - inward, 1, length)
+    return mo.Scene(joints={"friction": 0.0}, blocks=[*upper, stone("base", -0.5 - inward, 0), table()])
 
 
 def test_no_three_blocks_reach_farther_than_one():
@@ -67,14 +38,10 @@ def diamond(size: int, friction: float = 0.0) -> mo.Scene:
     """Rows of 1, 2, ..., size, ..., 2, 1 on the table, loaded on the ends of the middle row."""
     rows = [size - abs(row - size + 1) for row in range(2 * size - 1)]
     blocks = [
-        stone(
-            f"{row}-{number}",
-            number - count / 2,
-            row,
-            live=(0, -1) if count == size and number in (0, size - 1) else (0, 0),
-        )
+        stone(f"{row}-{number}", number - count / 2, row, live=(0, -1 if count == size and end else 0))
         for row, count in enumerate(rows)
         for number in range(count)
+        for end in [number in (0, size - 1)]
     ]
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, table(right=1.0)])
 

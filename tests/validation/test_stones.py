@@ -1,17 +1,13 @@
 """Stones with notches, in parts, and on corners, against moments taken by hand."""
 
 import pytest
-from scenes import solved
+from scenes import on_floor, solved
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Status
+from masonry_opt.scene.blocks import rectangle
 
-FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
 METHODS = ("static", "kinematic", "nonassociative", "mcp")
-
-
-def rough(*blocks, **joints):
-    return mo.Scene(joints=mo.JointDefaults(friction=5.0, **joints), blocks=list(blocks))
 
 
 def load_factor(scene, method):
@@ -28,7 +24,7 @@ def test_an_l_overturns_about_the_end_of_its_foot(method, towards, expected):
     """Weight 1 at (0.75, 1.25), pushed there: λ h = distance to the toe, at x = 2 or x = 0."""
     outline = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]
     stone = mo.Block(name="A", vertices=outline, weight=1, live=(towards, 0))
-    assert load_factor(rough(stone, FLOOR), method) == pytest.approx(expected, rel=1e-7)
+    assert load_factor(on_floor(stone, friction=5.0), method) == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -37,27 +33,21 @@ def test_a_stone_on_two_levels_overturns_about_the_upper_one(method):
     weight at its centroid, of [0,1]×[0,2] and [1,3]×[1,2]: x = (2·0.5 + 2·2)/4 = 1.25, y = (2·1 + 2·1.5)/4 =
     1.25. Pushed to the right it turns about (3, 1): λ (1.25 − 1) = 3 − 1.25. Its foot then rises at least
     twice as fast as it slips, as dilatancy of 1.5 allows."""
-    stone = mo.Block(
-        name="A", vertices=[(0, 0), (1, 0), (1, 1), (3, 1), (3, 2), (0, 2)], weight=1, live=(1, 0)
-    )
-    step = mo.Block(name="step", vertices=[(2, 0), (4, 0), (4, 1), (2, 1)], fixed=True)
-    scene = mo.Scene(
-        joints=mo.JointDefaults(friction=1.5),
-        blocks=[stone, step, FLOOR],
-        exceptions=[mo.Joint(between=("A", "step"), friction=float("inf"))],
-    )
+    outline = [(0, 0), (1, 0), (1, 1), (3, 1), (3, 2), (0, 2)]
+    stone = mo.Block(name="A", vertices=outline, weight=1, live=(1, 0))
+    step = mo.Block(name="step", vertices=rectangle(2, 4, 0, 1), fixed=True)
+    rough = mo.Joint(between=("A", "step"), friction=float("inf"))
+    scene = on_floor(stone, step, friction=1.5, exceptions=[rough])
     assert load_factor(scene, method) == pytest.approx(7.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_beam_on_a_corner_lifts_off_its_far_bearing(method):
     """Weight 1 at x = 2, live load at x = 0, a corner at x = 1 and a bearing from 3 to 4: λ · 1 = 1 · 1."""
-    beam = mo.Block(
-        name="A", vertices=[(0, 0), (4, 0), (4, 1), (0, 1)], weight=1, live=(0, -1), live_at=(0, 1)
-    )
+    beam = mo.Block(name="A", vertices=rectangle(0, 4, 0, 1), weight=1, live=(0, -1), live_at=(0, 1))
     prop = mo.Block(name="prop", vertices=[(1, 0), (0.5, -1), (1.5, -1)], fixed=True)
-    wall = mo.Block(name="wall", vertices=[(3, 0), (4, 0), (4, -1), (3, -1)], fixed=True)
-    scene = rough(beam, prop, wall)
+    wall = mo.Block(name="wall", vertices=rectangle(3, 4, -1, 0), fixed=True)
+    scene = mo.Scene(joints={"friction": 5.0}, blocks=[beam, prop, wall])
     assert load_factor(scene, method) == pytest.approx(1.0, rel=1e-7)
     joints = solved(scene, method).joints
     at = joints["length"] == 0
@@ -68,7 +58,6 @@ def test_a_beam_on_a_corner_lifts_off_its_far_bearing(method):
 
 def test_a_block_pushed_against_a_corner_is_held():
     """Push and corner at one height: equal and opposite, whatever the load factor."""
-    block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0))
+    block = mo.Block(name="A", vertices=rectangle(0, 1, 0, 1), weight=1, live=(1, 0))
     prop = mo.Block(name="prop", vertices=[(1, 0.5), (2, 0.1), (2, 0.9)], fixed=True)
-    held = solved(rough(block, prop, FLOOR), "static")
-    assert held.status is Status.UNLIMITED
+    assert solved(on_floor(block, prop, friction=5.0), "static").status is Status.UNLIMITED
