@@ -62,7 +62,7 @@ def on_the_way(found: Pushed) -> tuple[float, float, float]:
     """Highest λ of a path, the deepest fall before it, and λ from which it first falls by a tenth."""
     path = np.array([0.0, *(step.load_factor for step in found.steps)])
     highest = np.maximum.accumulate(path)
-    fallen = (highest - path) / np.maximum(highest, TRIFLE * max(highest[-1], TRIFLE))
+    fallen = np.where(highest > TRIFLE * highest[-1], (highest - path) / np.maximum(highest, 1e-9), 0.0)
     deep = highest[np.argmax(fallen > DEEP)] if fallen.max() > DEEP else highest[-1]
     return found.peak or 0.0, float(fallen[: path.argmax() + 1].max()), float(deep)
 
