@@ -89,11 +89,10 @@ class Given(dict[str, Any]):
         on. Raises OptionError if one has another form, or is an argument of the function itself."""
         options = dict(map(_name_and_value, self.options))
         for of in (solve, function or self.function):  # to the first of which the other passes the rest
-            for name, one in inspect.signature(of).parameters.items():
-                if one.kind is not one.VAR_KEYWORD and name in options:
-                    raise OptionError(
-                        f"option '{name}': it is not the method's but the command's own, if any: see --help"
-                    )
+            if own := inspect.signature(of).parameters.keys() & options:
+                raise OptionError(
+                    f"option '{min(own)}': it is not the method's but the command's own, if any: see --help"
+                )
         return self | options
 
 

@@ -84,6 +84,10 @@ class NamedChart:
             chart = chart.add_params(chosen).transform_filter(f"datum[{self.panels!r}] === panel")
         return specification(_dressed(chart, alt.expr(f"max(1, floor(containerSize()[0] / {_ENTRY}))")))
 
+    def source(self) -> str:
+        """Its picture as the address of an image in HTML."""
+        return image_source(pictures([self])[f"{self.name}.svg"], "svg")
+
     def _panels(self) -> list[str]:
         return [*dict.fromkeys(self.chart.data[self.panels])]
 
@@ -118,11 +122,6 @@ def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
         files[f"{drawing.name}.png"] = vl_convert.vegalite_to_png(described, scale=2)
         files[f"{drawing.name}.svg"] = vl_convert.vegalite_to_svg(described)
     return files
-
-
-def source(drawing: NamedChart) -> str:
-    """A chart as the address of an image in HTML."""
-    return image_source(pictures([drawing])[f"{drawing.name}.svg"], "svg")
 
 
 def script() -> str:

@@ -227,22 +227,20 @@ _kept = threading.local()
 def _made(prepare: bytes, task: Any) -> TaskEnd:
     """In a worker: make a task, and return its end."""
     began = time.perf_counter()
-    how, reason, value = FINISHED, "", None
-    raised: Exception | None = None
     try:
         if getattr(_kept, "prepare", None) != prepare:
             make = pickle.loads(prepare)
             _kept.prepare, _kept.function = prepare, make() if make else lambda task: task()
             began = time.perf_counter()
-        value = _kept.function(task)
+        end = TaskEnd(FINISHED, value=_kept.function(task))
     except MasonryError as error:
-        how, reason, raised = REFUSED, str(error), error
+        end = TaskEnd(REFUSED, str(error), error=error)
     except MemoryError:
-        how, reason = MEMORY_LIMIT, "no memory left"
+        end = TaskEnd(MEMORY_LIMIT, "no memory left")
     except Exception as error:  # it ends this task alone
         error.add_note(traceback.format_exc())
-        how, reason, raised = CRASHED, f"{type(error).__name__}: {error}", _sendable(error)
-    return TaskEnd(how, reason, value, raised, time.perf_counter() - began, _peak())
+        end = TaskEnd(CRASHED, f"{type(error).__name__}: {error}", error=_sendable(error))
+    return replace(end, seconds=time.perf_counter() - began, peak=_peak())
 
 
 def _sendable(error: Exception) -> Exception | None:

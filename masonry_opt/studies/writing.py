@@ -14,7 +14,7 @@ import pandas as pd
 
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import OptionError, OutputError, printable
-from masonry_opt.files import WRITER, image_source, write_whole
+from masonry_opt.files import WRITER, write_whole
 from masonry_opt.words.names import labelled, some
 
 #: Message where a library for charts or pages is missing.
@@ -92,20 +92,21 @@ def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]
 
 
 def in_words(
-    frame: pd.DataFrame, formats: Mapping[str, str], columns: Iterable[str] | None = None
+    frame: pd.DataFrame, formats: Mapping[str, str] | None = None, columns: Iterable[str] | None = None
 ) -> pd.DataFrame:
-    """Some of a frame's columns, or all, as text; a dash for a missing value. ``formats``: of numbers, by
-    column."""
+    """Some of a frame's columns, or all, as text; a dash for a missing value. Numbers are in six digits, or
+    as ``formats`` says of their columns."""
+    formats, shown = formats or {}, map(str, frame) if columns is None else columns
 
     def text(name: str, value: Any) -> str:
         if isinstance(value, list):
             value = some(value)
         elif pd.isna(value):
             return "–"
+        number = isinstance(value, int | float) and not isinstance(value, bool)
         known = value + 0.0 if isinstance(value, float) else value
-        return printable(formats.get(name, "{}").format(known))
+        return printable(formats.get(name, "{:.6g}" if number else "{}").format(known))
 
-    shown = map(str, frame) if columns is None else columns
     return pd.DataFrame({name: [text(name, value) for value in frame[name]] for name in shown}, dtype=object)
 
 
@@ -117,20 +118,21 @@ def table(
 
 
 def frame_table(
-    frame: pd.DataFrame, formats: Mapping[str, str], columns: Iterable[str] | None = None, **headings: str
+    frame: pd.DataFrame,
+    formats: Mapping[str, str] | None = None,
+    columns: Iterable[str] | None = None,
+    **headings: str,
 ) -> dict[str, Any]:
-    """Some of a frame's columns, or all, as a table of a page (see :func:`in_words`), by their names or by
-    the headings given."""
-    words = in_words(frame, formats, columns)
-    named = {str(name): headings.get(str(name), str(name)) for name in words}
-    numbers = [heading for name, heading in named.items() if name in formats]
-    return table(named.values(), words.to_numpy(), numbers)
+    """Some of a frame's columns, or all, as a table of a page (see :func:`in_words`), by their names (λ by
+    that letter) or by the headings given."""
+    words, headings = in_words(frame, formats, columns), {"load_factor": "λ"} | headings
+    numbers = frame.select_dtypes("number").rename(columns=headings)
+    return table(map(str, words.rename(columns=headings)), words.to_numpy(), map(str, numbers))
 
 
 def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
     """What a notebook shows of a study: words, a table, and a picture by the address of an image."""
-    numbers = dict.fromkeys(map(str, frame.select_dtypes("number")), "{:.6g}")
-    rows = in_words(frame.head(_SHOWN), numbers).to_html(index=False, border=0) if len(frame) else ""
+    rows = in_words(frame.head(_SHOWN)).to_html(index=False, border=0) if len(frame) else ""
     more = f"<div>and {len(frame) - _SHOWN} more rows</div>\n" if len(frame) > _SHOWN else ""
     drawn = f'<img alt="" style="max-width:100%" src="{source}">' if source else ""
     return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{more}{drawn}'
@@ -152,4 +154,4 @@ def render(template: str, **values: object) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(template).render({"writer": WRITER, "source": image_source} | values)
+    return environment.get_template(template).render(writer=WRITER, **values)

@@ -10,8 +10,7 @@ from scenes import block_on_floor
 from selenium.webdriver.support.wait import WebDriverWait
 
 import masonry_opt as mo
-from masonry_opt.studies.compare.charts import charts
-from masonry_opt.studies.compare.page import page
+from masonry_opt.studies.compare.page import charts, page
 
 #: Boxes, in pixels of the page: left, top, right, bottom of every element that a selector finds.
 _BOXES = """return [...document.querySelectorAll(arguments[0])].map(element => {

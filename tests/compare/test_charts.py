@@ -12,10 +12,9 @@ from masonry_opt.drawing.colours import SERIES
 from masonry_opt.studies.charts import NamedChart, pictures
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.frames import Comparison
 from masonry_opt.studies.compare.judge import BestKnown
-from masonry_opt.studies.compare.page import load_factors, page
+from masonry_opt.studies.compare.page import charts, load_factors, page
 
 #: One scene: Clarabel at two tolerances in 1 s and 2 s; Pyomo with HiGHS certified, and killed after 60 s.
 #: Then Coulomb states, above and below the best exact one of 0.8.

@@ -10,11 +10,10 @@ from typer.testing import CliRunner
 import masonry_opt as mo
 from masonry_opt.cli.app import app
 from masonry_opt.studies.compare import comparison
-from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import compare, run_plan, write_report
 from masonry_opt.studies.compare.frames import RunLimits
 from masonry_opt.studies.compare.judge import FAILED
-from masonry_opt.studies.compare.page import page
+from masonry_opt.studies.compare.page import charts, page
 from masonry_opt.studies.compare.runs import find_scenes, plan
 from masonry_opt.studies.journal import NAME
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, TIME_LIMIT, TaskEnd
@@ -61,7 +60,7 @@ def run(folder, monkeypatch, *, case=TWO_BLOCKS, limits=LIMITS, **machine):
 def hide_charts(monkeypatch, library="altair"):
     """As where the extra "studies" is not installed: tables alone are written, which takes less time."""
     monkeypatch.setitem(sys.modules, library, None)
-    for module in ("charts", "compare.charts", "compare.page"):
+    for module in ("charts", "compare.page"):
         monkeypatch.delitem(sys.modules, f"masonry_opt.studies.{module}", raising=False)
 
 

@@ -31,9 +31,6 @@ _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo"
 #: Scenes with fewer joints are small. For larger ones HiGHS takes minutes.
 _SMALL = 1000
 
-#: Shares by which a point is moved further inside against rounding: the first that suffices is taken.
-_FURTHER = (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11)
-
 #: Status of scipy's linprog: optimum unlimited.
 _UNBOUNDED = 3
 
@@ -130,11 +127,8 @@ class _Convex:
         room = self.slack(interior)
         out = slack < 0
         share = float((slack[out] / (slack[out] - room[out])).max())
-        for further in _FURTHER:
-            bound = self._bound(x + min(1.0, 1.001 * share + further) * (interior - x))
-            if np.isfinite(bound):
-                return bound
-        return np.nan
+        # A little further inside, against rounding.
+        return self._bound(x + min(1.0, 1.001 * share) * (interior - x))
 
     def _bound(self, x: np.ndarray) -> float:
         """λ of a point; NaN unless it is feasible."""

@@ -116,8 +116,7 @@ def write_report(comparison: frames.Comparison, folder: Path) -> list[Path]:
     with contextlib.suppress(OptionError):  # the tables need no extra
         # Charts and pages are slow to import: only when they are needed.
         from masonry_opt.studies.charts import pictures
-        from masonry_opt.studies.compare.charts import charts
-        from masonry_opt.studies.compare.page import page
+        from masonry_opt.studies.compare.page import charts, page
 
         drawn = charts(comparison.summary)
         files |= pictures(drawn) | {"report.html": page(comparison, drawn)}
@@ -192,7 +191,12 @@ class _JournalRuns:
             columns = dict(zip(runs.KEY, which, strict=True))
             key = " · ".join(map(str, columns.values()))
             row = self.journal.find(key)
-            if row is None or _ended_by_less(row, limits):
+            # What was killed at a limit that is higher now is made again.
+            if (
+                row is None
+                or (row["ended"] == TIME_LIMIT and row["time_limit"] < limits.time)
+                or (row["ended"] == MEMORY_LIMIT and row["memory_limit"] < limits.memory)
+            ):
                 tolerance = "" if pair.tolerance is None else f" · {pair.tolerance:.0e}"
                 self.progress(f"{number}/{len(asked)} {scene.name} · {pair.label}{tolerance}")
                 run = partial(runs.run_pair, scene.path, pair, limits.time)
@@ -217,9 +221,3 @@ class _JournalRuns:
                 return None
             self.journal.add(key, found := end.value)
         return found
-
-
-def _ended_by_less(row: dict[str, Any], limits: frames.RunLimits) -> bool:
-    """Whether a run was killed at a limit that is higher now."""
-    now = {TIME_LIMIT: limits.time > row["time_limit"], MEMORY_LIMIT: limits.memory > row["memory_limit"]}
-    return now.get(row["ended"], False)

@@ -13,7 +13,7 @@ from masonry_opt.errors import counted, printable
 from masonry_opt.files import image_source
 from masonry_opt.studies.compare import judge
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.runs import RESIDUALS, CaseScene, RunPlan
+from masonry_opt.studies.compare.runs import COLUMNS, RESIDUALS, CaseScene, RunPlan
 from masonry_opt.studies.writing import in_words, notebook_html
 
 _PAIR = ["method", "model", "solver", "tolerance"]
@@ -33,8 +33,7 @@ FORMATS = {
     "time": "{:.3g}",
     **dict.fromkeys(("error", "largest error"), "{:.1e}"),
     **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
-    **dict.fromkeys(("iterations", "lp_solves", "peak_memory", "blocks", "joints"), "{:.0f}"),
-    **dict.fromkeys(("scenes", *judge.VERDICTS), "{}"),
+    "peak_memory": "{:.0f}",
 }
 
 #: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
@@ -58,9 +57,7 @@ def summary(
         scene = row["scene"]
         verdict = judge.judge(row, bounds.get(scene), best.get(scene), expected.get(scene, {}))
         judged.append(row | {"time": row["wall"] - shared} | verdict)
-    frame = pd.DataFrame(judged)
-    if frame.empty:
-        return frame
+    frame = pd.DataFrame(judged, columns=[*COLUMNS, "time", *judge.JUDGED])
     frame["pair"] = frame["method"] + " · " + frame["model"] + " · " + frame["solver"]
     numbers = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "load_factor", "bound"]
     numbers += ["joints", "blocks"]
@@ -97,8 +94,6 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
     ``success``: share that is certified or named correctly. Median time and largest error are those of the
     certified answers; peak_memory (MB) is that of all.
     """
-    if frame.empty:
-        return frame
     certified = frame["verdict"] == judge.CERTIFIED
     marked = frame.assign(
         **{verdict: (frame["verdict"] == verdict).astype(int) for verdict in judge.VERDICTS},
@@ -127,28 +122,18 @@ class RunLimits:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Results of a comparison; ``print`` shows the report.
-
-    Attributes
-    ----------
-    bounds: certified bounds of the associative load factor, by scene name.
-    best: lowest exact Coulomb state known, by scene name.
-    results: one row a run (see :data:`~.runs.COLUMNS`).
-    summary: one row a scene and pair (see :func:`summary`).
-    notes: further remarks, a line each.
-    interrupted: whether runs are missing.
-    files: what was written: tables, charts, the report.
-    """
+    """Results of a comparison; ``print`` shows the report."""
 
     scenes: tuple[CaseScene, ...]
     plan: RunPlan
     limits: RunLimits
-    bounds: dict[str, CertifiedBounds]
-    best: dict[str, judge.BestKnown]
-    results: pd.DataFrame
-    summary: pd.DataFrame
-    notes: tuple[str, ...] = ()
-    interrupted: bool = False
+    bounds: dict[str, CertifiedBounds]  #: of the associative load factor, by scene name
+    best: dict[str, judge.BestKnown]  #: lowest exact Coulomb state known, by scene name
+    results: pd.DataFrame  #: one row a run (see :data:`~.runs.COLUMNS`)
+    summary: pd.DataFrame  #: one row a scene and pair (see :func:`summary`)
+    notes: tuple[str, ...] = ()  #: further remarks, a line each
+    interrupted: bool = False  #: whether runs are missing
+    #: What was written: tables, charts, the report.
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)
 
     @property
@@ -161,8 +146,7 @@ class Comparison:
         """What a notebook shows: notes, the success table, the first chart."""
         charts = [file.read_bytes() for file in self.files if file.suffix == ".svg" and file.is_file()]
         source = image_source(charts[0], "svg") if charts else ""
-        told = self.told if len(self.summary) else self.summary
-        return notebook_html(printable("\n".join(self.notes)), told, source)
+        return notebook_html(printable("\n".join(self.notes)), self.told, source)
 
     def __str__(self) -> str:
         """The success table, combinations left out, notes."""

@@ -35,6 +35,9 @@ CLAIMS = (ANSWER, REFUSED, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Sta
 CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
 VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
 
+#: Columns of what is said of a run.
+JUDGED = ("question", "verdict", "reason", "error", "below")
+
 #: Gaps to the best exact Coulomb state below this count as none, and are drawn there.
 GAP_FLOOR = SAME
 
@@ -132,8 +135,7 @@ def judge(
     elif load_factor is not None and question == COULOMB and best is not None:
         gap = _relative(load_factor, best.load_factor)
         error, below = max(abs(gap), GAP_FLOOR), gap < -GAP_FLOOR
-    told = {"question": question, "verdict": verdict, "reason": reason}
-    return told | {"error": error, "below": below}
+    return dict(zip(JUDGED, (question, verdict, reason, error, below), strict=True))
 
 
 def _verdict(

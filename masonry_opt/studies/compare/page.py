@@ -1,36 +1,160 @@
-"""The report as one HTML file that needs no network: load factors by scene and method, charts, tables."""
+"""The report of a comparison: its charts, and one HTML file that needs no network, with load factors by scene
+and method, the charts, and tables."""
 
+import math
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
-from masonry_opt.studies.charts import NamedChart, script
+from masonry_opt.drawing.colours import SERIES
+from masonry_opt.methods.registry import METHODS
+from masonry_opt.studies.charts import NamedChart, alt, legend, script
 from masonry_opt.studies.compare import frames, judge
 from masonry_opt.studies.compare.frames import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.runs import RESIDUALS
 from masonry_opt.studies.journal import machine, versions
-from masonry_opt.studies.runner import FINISHED
-from masonry_opt.studies.writing import frame_table, render, table
+from masonry_opt.studies.runner import FINISHED, MEMORY_LIMIT, TIME_LIMIT
+from masonry_opt.studies.writing import frame_table, in_words, render, table
 from masonry_opt.words.sentences import numeral
 
 #: Columns of the table of runs, and headings that are not their names.
 _RUNS = ["scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"]
 _RUNS += ["iterations", "lp_solves", "peak_memory", "blocks", "joints", *RESIDUALS]
-_HEADINGS = {"pair": "method · model · solver", "load_factor": "λ", "reason": "why", "lp_solves": "LPs"}
+_HEADINGS = {"pair": "method · model · solver", "reason": "why", "lp_solves": "LPs"}
 _HEADINGS |= frames.HEADINGS
+
+#: Of what stands behind the marks.
+_GREY = "#777777"
+
+#: Letters of runs that are not certified, by their verdict or the limit that ended them.
+_LETTERS = {TIME_LIMIT: "T", MEMORY_LIMIT: "M", judge.WRONG: "W", judge.NAMED: "N", judge.FAILED: "F"}
+
+#: By question: the error's name in a title, and at its axis.
+_ERRORS = {
+    judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
+    judge.COULOMB: ("gap to the best exact state", "relative gap to the best exact state known"),
+}
+
+#: Most steps between the ticks of a logarithmic axis.
+_STEPS = 7
+
+#: Columns in the tooltip of a mark, and their names there.
+_TOLD = ("scene", "pair", "tolerance", "verdict", "reason", "error", "yield", "iterations")
+_RENAMED = {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
+
+#: Solvers and methods chosen in the legends stand out.
+_CHOSEN = [alt.selection_point(name=field, fields=[field], bind="legend") for field in ("engine", "method")]
+_FADED = alt.when(_CHOSEN[0], _CHOSEN[1]).then(alt.value(1)).otherwise(alt.value(0.1))
+
+
+def charts(summary: pd.DataFrame) -> list[NamedChart]:
+    """Every chart of a summary (see :func:`~.frames.summary`) that has errors to show."""
+    asked = {*summary["question"][summary["error"].notna()]}
+    return [_time_error(summary, of) for of in _ERRORS if of in asked]
+
+
+def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
+    """Time against error, a panel a scene that has any; runs that are not certified are letters in a band at
+    the top."""
+    summary = summary.assign(engine=summary["model"] + " · " + summary["solver"])
+    rows = summary[summary["question"] == question]
+    rows = rows[rows["scene"].isin(rows["scene"][rows["error"].notna()])]
+    certified = rows["verdict"] == judge.CERTIFIED
+    limited = (rows["verdict"] == judge.FAILED) & rows["ended"].isin((TIME_LIMIT, MEMORY_LIMIT))
+    low, high = _decades(rows[certified]["error"])
+    first, last = _decades(rows["time"])
+    band = high * 10**0.3
+    top = band * (band / low) ** 0.22
+    # A logarithmic axis has no zero: it stands at the least error shown. Letters at near times must not
+    # overlap: they stand at three heights in turn.
+    turn = (rows[~certified].groupby("scene").cumcount() % 3).reindex(rows.index)
+    in_band = band * (top / band) ** (0.15 + 0.25 * turn)
+    front = [frames.pareto(frame).index for _, frame in rows.groupby("scene")]
+    colours = dict(zip(summary["engine"].unique(), cycle(SERIES), strict=False))
+    marks = in_words(rows, frames.FORMATS, (*_TOLD, *_RENAMED)).rename(columns=_RENAMED).set_index(rows.index)
+    marks = marks.assign(
+        time=rows["time"],
+        height=rows["error"].clip(low).where(certified, in_band),
+        engine=rows["engine"],
+        method=rows["method"],
+        colour=rows["engine"].map(colours),
+        letter=rows["ended"].where(limited, rows["verdict"]).map(_LETTERS).fillna(""),
+        rung=rows["tolerance"],
+        front=rows.index.isin(np.concatenate(front)),
+        below=certified & rows["below"],
+    )
+    notes = [f"{letter}: {what}" for what, letter in _LETTERS.items() if (marks["letter"] == letter).any()]
+    what, label = _ERRORS[question]
+    if question == judge.COULOMB and math.isclose(low, judge.GAP_FLOOR):
+        notes.append(f"gaps below {low:g} are none, drawn there")
+    notes.append("grey steps: Pareto front")
+    if marks["below"].any():
+        notes.append("grey triangles: below the best exact state (|gap|)")
+    places = {
+        "x": _log(alt.X("time:Q"), "time (s)", (first / 1.25, last * 1.25), (first, last)),
+        "y": _log(alt.Y("height:Q"), label, (low / 3, top), (low, high)),
+    }
+    known, steps, below, letters = (
+        alt.Chart().transform_filter(which)
+        for which in ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")
+    )
+    once = alt.Chart().transform_aggregate(rows="count()")
+    told = [alt.Tooltip(f"{column}:N") for column in (*_TOLD, *_RENAMED.values())]
+    raw = alt.Color("colour:N", scale=None)
+    layers = [
+        once.mark_rect(color="#EDEDED").encode(y=alt.datum(band), y2=alt.datum(top)),
+        once.mark_text(align="left", color=_GREY).encode(
+            x=alt.value(5), y=alt.value(9), text=alt.value("not certified")
+        ),
+        steps.mark_line(interpolate="step-after", color=_GREY).encode(**places),
+        known.mark_line(strokeWidth=1.2).encode(
+            **places, color=raw, detail="pair:N", opacity=_FADED, order="rung:Q"
+        ),
+        below.mark_point(shape="triangle-down", filled=True, size=160, color=_GREY).encode(**places),
+        # The only layer with a legend: of several its names could not be chosen.
+        known.mark_point(size=80, filled=True)
+        .encode(
+            **places,
+            color=alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()])),
+            shape=alt.Shape("method:N", sort=[*METHODS], **legend(certified.any())),
+            opacity=_FADED,
+            tooltip=told,
+        )
+        .add_params(*_CHOSEN),
+        letters.mark_text(fontWeight="bold", fontSize=13).encode(
+            **places, text="letter:N", color=raw, opacity=_FADED, tooltip=told
+        ),
+    ]
+    title = f"{question.capitalize()} λ: time against {what}"
+    chart = alt.layer(*layers, data=marks)
+    return NamedChart(f"time_error_{question.lower()}", title, chart, "; ".join(notes), "scene")
+
+
+def _decades(values: pd.Series) -> tuple[float, float]:
+    """Whole decades, one at least, that hold the positive values."""
+    known = values[values > 0]
+    if known.empty:
+        return 1e-9, 1.0
+    low, high = math.floor(math.log10(known.min())), math.ceil(math.log10(known.max()) + 1e-9)
+    return 10.0**low, 10.0 ** max(high, low + 1)
+
+
+def _log(channel: Any, label: str, ends: tuple[float, float], decades: tuple[float, float]) -> Any:
+    """A channel on a logarithmic axis between two ends, with ticks at some powers of ten."""
+    first, last = (round(math.log10(end)) for end in decades)
+    powers = [10.0**power for power in range(first, last + 1, math.ceil((last - first) / _STEPS))]
+    return channel.scale(type="log", domain=ends, nice=False).axis(title=label, values=powers, format="~e")
 
 
 def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     """The report of a comparison, its charts inside."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
-    tables: dict[str, Any] = dict.fromkeys(("success", "runs"))
-    if len(summary):
-        ended, columns = frames.success(summary), ("pair", *frames.SUCCESS)
-        tables["success"] = frame_table(ended, frames.FORMATS, columns, **_HEADINGS)
-        tables["runs"] = frame_table(summary, frames.FORMATS, _RUNS, **_HEADINGS)
+    ended, columns = frames.success(summary), ("pair", *frames.SUCCESS)
     residuals = [
         (kind, *(f"{limit.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limit in LIMITS.items()
     ]
@@ -39,7 +163,8 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
         title="Comparison of methods and solvers",
         answers=load_factors(comparison),
         comparison=comparison,
-        **tables,
+        success=frame_table(ended, frames.FORMATS, columns, **_HEADINGS),
+        runs=frame_table(summary, frames.FORMATS, _RUNS, **_HEADINGS),
         charts=charts,
         script=script(),
         left_out=table(("method", "model", "solver", "why"), comparison.plan.left_out),
@@ -53,8 +178,7 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
 
 def load_factors(comparison: Comparison) -> dict[str, Any]:
     """The table of load factors: of each scene what is known, and the answers of the methods of the plan."""
-    summary = comparison.summary
-    answers = frames.answers(summary).to_dict("records") if len(summary) else []
+    answers = frames.answers(comparison.summary).to_dict("records")
     told = {(row["scene"], row["method"]): _answer(row) for row in answers}
     methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
     known = {name: _lambda(of.middle) for name, of in comparison.bounds.items() if of.finite}

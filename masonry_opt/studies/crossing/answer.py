@@ -24,9 +24,8 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
-#: What tells positions apart, and what else of the table is printed; how numbers of a page are written.
+#: What tells positions apart, and what else of the table is printed.
 _PLACE, _TOLD = ["axles", "direction", "position"], ["load_factor", "mechanism", "status"]
-_FORMATS = dict.fromkeys(("position", "load_factor"), "{:.6g}")
 
 #: Distance of the least load factor from what is proven, relative, where anything is.
 WITHIN = 1e-3
@@ -160,11 +159,9 @@ class Crossing(StudyAnswer):
     @property
     def by_case(self) -> dict[str, float | None]:
         """The least load factor of each load case that names axles (None without one) by its name."""
-        least = dict.fromkeys(self.cases, math.inf)
-        for one in self.passages:
-            if name := one.passage.case:
-                least[name] = min(one.least, least.get(name, math.inf))
-        return {name: value if math.isfinite(value) else None for name, value in least.items()}
+        known = self.table.dropna(subset="load_factor")
+        least = known.groupby("load_case")["load_factor"].min().to_dict() if self._case else {}
+        return {name: least.get(name) for name in self.cases}
 
     @property
     def not_crossed(self) -> list[str]:
@@ -179,9 +176,10 @@ class Crossing(StudyAnswer):
         rows = [
             _place(one.passage, x) | {"associative": value}
             for one in self.passages
-            for x, value in zip(one.associative.positions, _finite(one.associative), strict=True)
+            for x, value in zip(one.associative.positions, one.associative.load_factors, strict=True)
         ]
-        return pd.DataFrame(rows, columns=[*self._case, *_PLACE, "associative"])
+        frame = pd.DataFrame(rows, columns=[*self._case, *_PLACE, "associative"])
+        return frame.replace(math.inf, math.nan)
 
     def facts(self) -> dict[str, str]:
         worst, least = self.worst, self.least
@@ -305,9 +303,9 @@ class Crossing(StudyAnswer):
         if self.passages[0].beside:
             look = {"linestyle": "none", "marker": ".", "markersize": 7}
             below = ["associative", *below]
-        for one in self.passages if below else ():
-            behind = one.associative.positions, _finite(one.associative)
-            axes.plot(*behind, color=HATCH, linewidth=0.8, zorder=2)
+        ways = self.envelope.groupby([*self._case, "axles", "direction"], sort=False)
+        for _, rows in ways if below else ():
+            axes.plot(rows["position"], rows["associative"], color=HATCH, linewidth=0.8, zorder=2)
         ways = self.governing.groupby(["axles", "direction"], sort=False)
         for ((axles, direction), rows), colour in zip(ways, cycle(SERIES), strict=False):
             name = printable(f"'{axles}', travelling {direction}")
@@ -333,13 +331,16 @@ class Crossing(StudyAnswer):
         save_as(path, force, self._page, self.plot)
 
     def _page(self) -> str:
-        pictures = {"load factor by position, and the mechanism at the worst": self.plot().image("svg")}
-        parts = {"At the worst position": notebook_html(self.worst)}
-        named = {"position": "first axle at", "load_case": "load case that governs", "load_factor": "λ"}
-        rows = frame_table(self.told, _FORMATS, **named)
-        told = {"title": title_of(self.worst.assembly.scene), "facts": self.facts()}
-        tables = {"Every position solved": rows}
-        return render("study.html", pictures=pictures, parts=parts, tables=tables, **told)
+        title, at_worst = title_of(self.worst.assembly.scene), notebook_html(self.worst)
+        parts = {"At the worst position": at_worst}
+        return render("study.html", title=title, answer=self, pictures=self.pictures(), parts=parts)
+
+    def pictures(self) -> dict[str, Picture]:
+        return {"λ by the position of the first axle, and the mechanism at the worst": self.plot()}
+
+    def page_tables(self) -> dict[str, dict[str, Any]]:
+        rows = frame_table(self.told, position="first axle at", load_case="load case that governs")
+        return {f"Every position solved ({len(self.told)})": rows}
 
 
 def _place(passage: Passage, position: float) -> dict[str, Any]:
@@ -349,11 +350,6 @@ def _place(passage: Passage, position: float) -> dict[str, Any]:
         "direction": passage.direction,
         "position": position,
     }
-
-
-def _finite(trials: PassageTrials) -> np.ndarray:
-    """Load factors, NaN where any load is carried."""
-    return np.where(np.isfinite(trials.load_factors), trials.load_factors, np.nan)
 
 
 def _axles(axes: Axes, passage: Passage, position: float, arrow: float) -> float:

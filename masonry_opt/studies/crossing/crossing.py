@@ -116,10 +116,8 @@ def crossing(
     if proves and not interrupted:
         try:
             default = prepare(DEFAULT).without_expected().solve(at_worst)
-        except KeyboardInterrupt:
-            no_default = "interrupted"
-        except MasonryError as error:
-            no_default = str(error)
+        except (KeyboardInterrupt, MasonryError) as error:
+            no_default = str(error) or "interrupted"
     try:
         result = session.solve(at_worst)
     except KeyboardInterrupt:

@@ -11,9 +11,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.thresholds import SAME
 from masonry_opt.drawing.colours import AT_REST, BLACK, SERIES, VERMILION
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, style
@@ -25,6 +23,7 @@ from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.loads import Earthquake
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.many.runs import at_least
 from masonry_opt.studies.writing import StudyAnswer, records
 from masonry_opt.words.summary import told_factor
 from masonry_opt.words.terminal import frame_text
@@ -83,15 +82,12 @@ class Cases(StudyAnswer):
 
     @cached_property
     def governing(self) -> str | None:
-        found = {
-            name: -np.inf if result.status is Status.UNSTABLE else result.required()
-            for name, result in self.results.items()
-            if result.load_factor is not None or result.status is Status.UNSTABLE
-        }
-        least = min(found.values(), default=0.0)
-        # Of those that rounding alone tells apart the first.
-        most = least if np.isinf(least) else least + SAME * max(abs(least), SMALLEST)
-        return next((name for name, value in found.items() if value <= most), None)
+        # No load factor is below zero: what falls comes first. Of those that rounding alone tells apart the
+        # first.
+        falls = self.table["status"] == str(Status.UNSTABLE)
+        load_factors = self.table["load_factor"].mask(falls, -1.0)
+        least = at_least(load_factors.to_frame())
+        return next(itertools.compress(self.results, least), None)
 
     @property
     def usable(self) -> bool:
@@ -124,11 +120,10 @@ class Cases(StudyAnswer):
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
-        told: dict[str, Any] = {"case": self.to_draw.case, "governing": self.governing, "load_factor": None}
-        if self.governing is not None:
-            told["load_factor"] = self.to_draw.load_factor
-        if self.left_out:
-            told["left_out"] = list(self.left_out)
+        of, governs = self.to_draw, self.governing
+        told: dict[str, Any] = {"case": of.case, "governing": governs}
+        told["load_factor"] = None if governs is None else of.load_factor
+        told |= {"left_out": list(self.left_out)} if self.left_out else {}
         return told | {"load_cases": [result.as_dict() for result in self.results.values()]}
 
     @property
@@ -176,8 +171,7 @@ class Directions(Cases):
     what = "earthquake"
 
     def _apart(self, result: Result) -> dict[str, Any]:
-        quake = quake_of(result)
-        return {"direction": quake.direction, "vertical": quake.vertical}
+        return {name: getattr(result.assembly.scene.shaken_by, name) for name in ("direction", "vertical")}
 
     def as_dict(self) -> dict[str, Any]:
         """The table as plain numbers and strings (NaN as None)."""
@@ -213,7 +207,8 @@ class Directions(Cases):
                 beside = f", and {abs(ratio):g} of it {sense} gravity" if ratio else ""
                 angle = np.radians(angle.astype(float))
                 axes.plot(angle, value, color=colour, label=f"{words}{beside}", **look)
-            if self.governing and isinstance(worst := quake_of(drawn).direction, float):
+            if self.governing:
+                worst = self._apart(drawn)["direction"]
                 ring = {"marker": "o", "markersize": 9, "fillstyle": "none", "linestyle": "none"}
                 axes.plot(np.radians(worst), drawn.load_factor or 0.0, color=BLACK, label="least", **ring)
             axes.set_ylim(0)
@@ -263,13 +258,6 @@ def solve_all(
         return lambda phase: phases(f"{name}: {phase}")
 
     return {name: session.solve(scene, progress, Effort(named(name))) for name, scene in scenes.items()}
-
-
-def quake_of(result: Result) -> Earthquake:
-    """The earthquake of a result."""
-    quake = result.assembly.scene.shaken_by
-    assert quake is not None
-    return quake
 
 
 def directions(

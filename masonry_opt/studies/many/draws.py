@@ -2,7 +2,6 @@
 joints, or one for each course or joint."""
 
 import math
-import warnings
 from collections.abc import Iterator, Mapping
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -151,11 +150,6 @@ class Draws:
     A course consists of the joints whose middles lie at one height (against gravity). A joint whose exception
     gives the property keeps it.
 
-    Attributes
-    ----------
-    columns: of the table of values, in order.
-    texts: distributions in words, by names of numbers.
-
     Raises OptionError if an argument of :func:`~.sample.sample` is wrong, CaseError if the scene is wrong.
     """
 
@@ -173,9 +167,11 @@ class Draws:
         if by != "scene" and not spread:
             raise OptionError(f"by='{by}': no property of joints is uncertain, such as 'joints.friction'")
         courses = _courses(scene) if spread else {}
+        #: Of the table of values, in order.
         self.columns: list[DrawnColumn] = []
         for name in self._laws:
             self.columns += self._spread(name, courses) if name in spread else [DrawnColumn(name, name)]
+        #: Distributions in words, by names of numbers.
         self.texts = {name: law.text + f" by {by}" * (name in spread) for name, law in self._laws.items()}
 
     def _spread(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[DrawnColumn]:
@@ -245,10 +241,8 @@ def points(count: int, dimensions: int, seed: int) -> np.ndarray:
     if dimensions > _FEW:
         made = rng.random((count, dimensions))
     else:
-        with warnings.catch_warnings():
-            # Sobol's points are most even for powers of two; the user may choose another number.
-            warnings.simplefilter("ignore", UserWarning)
-            made = qmc.Sobol(dimensions, seed=rng).random(count)
+        # Of a power of two, whose points are most even, as many as the user chose.
+        made = qmc.Sobol(dimensions, seed=rng).random_base2((count - 1).bit_length())[:count]
     return np.clip(made, _EDGE, 1 - _EDGE)
 
 

@@ -7,7 +7,6 @@ A name is the path to a number through the tables of a case file, with dots: ``j
 Blocks of a generator are varied by the numbers of the generator.
 """
 
-import difflib
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
@@ -17,6 +16,7 @@ from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import INSTEAD, Record
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.keys import SceneKeys
+from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 
 #: A path through records: names of fields, and indices of entries.
@@ -108,9 +108,7 @@ class Parameters:
             if name.startswith(own) and not any(known.startswith(own) for known in self.names):
                 heads = tuple(f"{table}." for table in _GENERATORS)
                 return f"; block '{block.name}' is built by a generator; {self._listed(heads)}"
-        if close := difflib.get_close_matches(name, self.names, n=3, cutoff=0.7):
-            return f"; did you mean {' or '.join(map(repr, close))}?"
-        return "; " + self._listed((f"{name.split('.')[0]}.",))
+        return did_you_mean(name, self.names) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
         """The first names that begin so, or the first of all if none do."""

@@ -79,11 +79,10 @@ class Study:
     def identity(self) -> dict[str, str]:
         """Hashes of all that decides the rows, by name."""
         how = self.how
-        options = {name: repr(value) for name, value in sorted(how.options.items())}
         return {
             "scene": "" if self.scene is None else _of_scene(self.scene),
             "method": digest((how.method, how.model, how.solver, how.tolerance, how.expected)),
-            "options": digest(options),
+            "options": digest(sorted(how.options.items())),
             "versions": digest(versions()),
         }
 
@@ -229,9 +228,8 @@ def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
 
 def _of_scene(scene: Scene) -> str:
     # Of generators too: two files may say the same blocks, and vary otherwise.
-    case = None if scene.case is None else scene.case.model_dump_json()
-    load_case = None if scene.load_case is None else scene.load_case.model_dump_json()
-    return digest((scene.model_dump_json(), case, *filter(None, [load_case])))
+    records = scene, scene.case, scene.load_case
+    return digest([None if one is None else one.model_dump_json() for one in records])
 
 
 def ends(load_factors: ArrayLike) -> tuple[float, float]:

@@ -216,10 +216,7 @@ class Sample(StudyAnswer):
         return self.quantiles()
 
     def _source(self) -> str:
-        # As above.
-        from masonry_opt.studies.charts import source
-
-        return source(self.drawing(KINDS[0]))
+        return self.drawing(KINDS[0]).source()
 
     def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
         """Draw the "fragility" curve or the "sensitivity" to what was drawn, as a chart of Altair.

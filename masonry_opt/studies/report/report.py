@@ -27,9 +27,9 @@ from masonry_opt.scene.road import Axles
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.journal import versions
 from masonry_opt.studies.load_cases.cases import Cases, Directions
-from masonry_opt.studies.report.tables import case_text, given, of_result, shown
+from masonry_opt.studies.report.tables import case_text, given, of_result
 from masonry_opt.studies.settle.settle import Settlement
-from masonry_opt.studies.writing import render, table
+from masonry_opt.studies.writing import frame_table, render, table
 from masonry_opt.words.page import RESIDUALS
 from masonry_opt.words.page import answer as in_full
 from masonry_opt.words.sentences import numeral
@@ -44,49 +44,27 @@ _NAMED = 60
 #: Height below a drawing for its scale bar, over its width.
 _BELOW = 0.08
 
-#: What is open of reactions.
-_REACTIONS = (
-    "Reactions of other states: none lies beyond those of associative flow, but on this side of them the "
-    "scene may begin to move at others than those in the table."
-)
-
-#: What common sets of axles are in.
-_OF_SETS = "m, kN"
-
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """What an answer puts on the page.
+    """What an answer puts on the page."""
 
-    Attributes
-    ----------
-    heading, says: what it is of, and the answer in a line.
-    assembly: of the scene as that was given.
-    told, others: results that are told in full, by what they are, and results that are not.
-    facts, pictures, tables: of the answer itself, by what they are of.
-    axles: groups that crossed.
-    left_open: what this answer alone leaves open.
-    left_out, crossed: load cases that it does not answer, and why not; those in which axles crossed.
-    followed: whether a mechanism was, beyond its onset.
-    pushed: whether live loads play a part, so that results are load factors.
-    varied: keys of the scene that the answer's own scene has otherwise than that given.
-    """
-
-    heading: str
-    says: str
-    assembly: Assembly
-    told: Mapping[str, Result] = field(default_factory=dict)
-    others: Mapping[str, Result] = field(default_factory=dict)
+    heading: str  #: what it is of
+    says: str  #: the answer in a line
+    assembly: Assembly  #: of the scene as that was given
+    told: Mapping[str, Result] = field(default_factory=dict)  #: told in full, by what they are
+    others: Mapping[str, Result] = field(default_factory=dict)  #: results that are not
+    #: Of the answer itself, by what they are of.
     facts: Mapping[str, str] = field(default_factory=dict)
     pictures: Mapping[str, Picture] = field(default_factory=dict)
     tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
-    axles: Sequence[Axles] = ()
-    left_open: Sequence[str] = ()
-    left_out: Mapping[str, str] = field(default_factory=dict)
-    crossed: Collection[str] = ()
-    followed: bool = False
-    pushed: bool = True
-    varied: Collection[str] = ()
+    axles: Sequence[Axles] = ()  #: groups that crossed
+    left_open: Sequence[str] = ()  #: what this answer alone leaves open
+    left_out: Mapping[str, str] = field(default_factory=dict)  #: load cases without an answer, and why
+    crossed: Collection[str] = ()  #: load cases in which axles crossed
+    followed: bool = False  #: whether a mechanism was, beyond its onset
+    pushed: bool = True  #: whether live loads play a part, so that results are load factors
+    varied: Collection[str] = ()  #: keys of the scene that the answer's own scene has otherwise
 
 
 def report(
@@ -186,23 +164,19 @@ def _(answer: Crossing) -> Part:
     if least is None:  # the axles are loads of its scene
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=missed, left_out=left_out)
-    away = numeral(answer.resolution or 0.0, ".3g")
-    open_ = f"Positions between those solved, at the worst {away} away: λ may be less there."
-    first = f"travelling {answer.direction}, first axle at x = {numeral(least.position, '.6g')}"
-    rows = shown(answer.told, position="first axle at", load_case="load case that governs")
+    known, every = answer.facts(), len(answer.by_case) > 1 and not missed
     axles = {one.passage.axles.name: one.passage.axles for one in answer.passages}
-    named, governs = f"Axles {', '.join(map(repr, axles))}", ""
-    heading = _of_case(named, worst)
-    if len(answer.by_case) > 1 and not missed:
-        heading, governs = f"{named}, every load case", f", '{worst.load_case}' governs"
+    named = f"Axles {', '.join(map(repr, axles))}"
+    governs = f"; '{worst.load_case}' governs" if every else ""
+    open_ = f"Positions between those solved ({known['solved']}): λ may be less there."
     return Part(
-        heading=heading,
-        says=f"least {told_factor(worst)}: '{answer.axles}' {first}{governs}",
+        heading=f"{named}, every load case" if every else _of_case(named, worst),
+        says=f"least {told_factor(worst)}: {known['axles']}, {known['at']}{governs}",
         assembly=least.passage.assembly,
         told={f"worst position, method {worst.method}": worst},
-        facts=answer.facts(),
-        pictures={"λ by the position of the first axle, and the mechanism at the worst": answer.plot()},
-        tables={f"Every position solved ({len(answer.told)})": rows},
+        facts=known,
+        pictures=answer.pictures(),
+        tables=answer.page_tables(),
         axles=list(axles.values()),
         varied=("axles",),
         left_open=[*([open_] if answer.bound is None else []), *missed],
@@ -224,7 +198,7 @@ def _(answer: Cases) -> Part:
         told={answer.governing or next(iter(answer.results)): found},
         others=answer.results,
         pictures={f"λ by {what}": answer.plot()},
-        tables={f"Every {what} ({len(rows)})": shown(rows, load_case="load case", sure="how sure")},
+        tables={f"Every {what} ({len(rows)})": frame_table(rows, load_case="load case", sure="how sure")},
         left_out=dict.fromkeys(answer.left_out, "its axles move, and only a crossing answers it"),
         varied=("earthquake",) if shaken else (),
     )
@@ -234,9 +208,6 @@ def _(answer: Cases) -> Part:
 def _(answer: Settlement) -> Part:
     known = answer.facts()
     said = [f"{end} reaction {known[end].partition(';')[0]}" for end in answer.ends]
-    tables = {"Reactions": shown(answer.table, kind="flow", moves="moves, fastest first")}
-    if answer.ends and len(wide := answer.openings):
-        tables["Openings per unit of movement, at the least"] = shown(wide.drop(columns="joint"))
     return Part(
         heading=f"Settlement, {known['settles']}",
         says="; ".join(said) or known["reaction"],
@@ -248,24 +219,22 @@ def _(answer: Settlement) -> Part:
             for kind, of in one.results.items()
         },
         facts=known,
-        pictures={f"What moves at the {end} reaction": answer.plot(end) for end in answer.ends},
-        tables=tables if answer.ends else {},
-        left_open=[_REACTIONS] if answer.ends else [],
+        pictures=answer.pictures() if answer.ends else {},
+        tables=answer.page_tables(),
         pushed=False,
     )
 
 
 @_part.register
 def _(answer: Capacity) -> Part:
-    pictures = {"λ over displacement": answer.plot(), "Blocks at its end, to scale": answer.plot(-1)}
     return Part(
         heading=_of_case("After the onset", answer.result),
         says=f"{told_factor(answer.result)} at the onset; {answer.message}",
         assembly=answer.result.assembly,
         told={f"onset, method {answer.result.method}": answer.result},
         facts=answer.facts(),
-        pictures=pictures,
-        tables={f"Every state ({len(answer.table)})": shown(answer.table.drop(columns="pairs"))},
+        pictures={"λ over displacement": answer.plot(), "Blocks at its end, to scale": answer.plot(-1)},
+        tables={f"Every state ({len(answer.table)})": frame_table(answer.table.drop(columns="pairs"))},
         left_open=[] if answer.reaches_zero else ["What comes after the curve's end."],
         followed=True,
     )
@@ -280,24 +249,21 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
     scene, problem = assembly.scene, assembly.problem
     axles = [group for part in parts for group in part.axles] or scene.axles
     if not units["length"] and any(group.set for group in axles):
-        units = _units(_OF_SETS)
-    results: dict[str, Result] = {}
-    factors: dict[str, Result] = {}
-    for part in parts:
-        of_part = {
-            f"{part.heading}: {name}" if len(parts) > 1 else name: of
-            for name, of in {**part.told, **part.others}.items()
-        }
-        results |= of_part
-        if part.pushed:
-            factors |= {name: of for name, of in of_part.items() if of.load_factor is not None}
+        units = _units("m, kN")  # which common sets are in
+    every = [
+        (part, f"{part.heading}: {name}" if len(parts) > 1 else name, of)
+        for part in parts
+        for name, of in {**part.told, **part.others}.items()
+    ]
+    results = {name: of for _, name, of in every}
+    factors = {name: of for part, name, of in every if part.pushed and of.load_factor is not None}
     proven = {name: known_least(of) for name, of in factors.items()}
     pushed = any(part.pushed for part in parts)
-    kinds = ("dead", "live") if pushed else ("dead",)
+    loads = {"dead": _resultant(assembly, problem.dead)}
+    loads |= {"live": _resultant(assembly, problem.live)} if pushed else {}
     acting = [f"load case '{scene.load_case.name}'"] if scene.load_case else []
     acting += [f"earthquake {scene.shaken_by}"] if scene.shaken_by else []
     found = {name: of for name, of in results.items() if of.certificate is not None}
-    loads = {kind: _resultant(assembly, getattr(problem, kind)) for kind in kinds}
     low, high = movable_box(assembly)
     return render(
         "report.html",
@@ -323,8 +289,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         scene=scene,
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
-        limited=len(problem.crushing),
-        joints=problem.joints,
+        problem=problem,
         units=units,
         loads=loads,
         axles=axles,

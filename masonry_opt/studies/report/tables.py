@@ -30,23 +30,14 @@ _RECORDS = {
     "Load cases": "load_cases",
 }
 
-#: Columns of the table of joints, in the plane and in space, and how numbers of all tables are written.
+#: Columns of the table of joints, in the plane and in space.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
-_NUMBERS = dict.fromkeys((*_JOINTS[2:], "force", "lowest", "highest", "position"), "{:.5g}")
-_NUMBERS |= dict.fromkeys(("displacement", "rotation", "dead_work", "live_work"), "{:.5g}")
-_NUMBERS |= dict.fromkeys(("load_factor", "expected", "associative", "reaction"), "{:.6g}")
-_NUMBERS |= dict.fromkeys(("hinged", "separated"), "{}")
 
 #: What joints do.
 _DOES = ("slides", "hinges", "separates", "crushes")
 
 #: An innermost list of TOML, written over several lines.
 _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
-
-
-def shown(frame: pd.DataFrame, **headings: str) -> dict[str, Any]:
-    """A frame as a table of a page; λ by that letter."""
-    return frame_table(frame, _NUMBERS, load_factor="λ", **headings)
 
 
 def given(scene: Scene, axles: Sequence[Record]) -> dict[str, dict[str, Any]]:
@@ -92,7 +83,7 @@ def of_result(result: Result) -> dict[str, dict[str, Any]]:
         if "yields" in frame:
             told = frame.assign(yields=frame["yields"].map({True: "yes", False: "no"}))
             kept[name] = told.drop(columns="lengthens").dropna(axis=1, how="all")
-    return {name: shown(frame) for name, frame in kept.items()}
+    return {name: frame_table(frame) for name, frame in kept.items()}
 
 
 def _joints(result: Result) -> pd.DataFrame:

@@ -92,9 +92,7 @@ class Settlement(StudyAnswer):
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
         return pd.DataFrame(rows, columns=["end", *COLUMNS]).astype({"reaction": float})
 
-    @property
-    def told(self) -> pd.DataFrame:
-        return self.table
+    told = table
 
     @property
     def openings(self) -> pd.DataFrame:
@@ -182,22 +180,21 @@ class Settlement(StudyAnswer):
         save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
 
     def _page(self, view: ViewAngles | None) -> str:
-        pictures = {
-            f"what moves at the {end} reaction": self.plot(end, view=view).image("svg")
-            for end in self.ends or ["least"]
-        }
-        rows = frame_table(self.table, {"reaction": "{:.6g}"}, kind="flow", moves="moves, fastest first")
-        numbers = dict.fromkeys(("x", "y", "z", "opening", "sliding"), "{:.4g}")
-        tables = {"Reactions": rows} | {
-            f"Openings per unit of movement, at the {name} reaction": frame_table(
-                end.openings.drop(columns="joint"), numbers
-            )
-            for name, end in self.ends.items()
-            if len(end.openings)
-        }
-        title = title_of((self.fallen or next(iter(self.ends.values())).result).assembly.scene)
-        told = {"title": title, "facts": self.facts()}
-        return render("study.html", pictures=pictures, parts={}, tables=tables, **told)
+        title, pictures = title_of(self.assembly.scene), self.pictures(view)
+        return render("study.html", title=title, answer=self, pictures=pictures, parts={})
+
+    def pictures(self, view: ViewAngles | None = None) -> dict[str, Picture]:
+        if self.fallen:
+            return {"How it falls": self.plot(view=view)}
+        return {f"What moves at the {end} reaction": self.plot(end, view=view) for end in self.ends}
+
+    def page_tables(self) -> dict[str, dict[str, Any]]:
+        told = {"Reactions": frame_table(self.table, kind="flow", moves="moves, fastest first")}
+        for name, end in self.ends.items():
+            if len(end.openings):
+                rows = frame_table(end.openings.drop(columns="joint"))
+                told[f"Openings per unit of movement, at the {name} reaction"] = rows
+        return told if self.ends else {}
 
 
 def _drawn(
