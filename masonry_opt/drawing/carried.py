@@ -12,22 +12,16 @@ from masonry_opt.drawing.marks import Marks, joint_marks, shrink_of, size_of
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.rows import linked
 
-#: Blocks in a row, each between two others, from which their points of thrust make a line.
-_CHAIN = 3
-
-#: Length of the longest resultant, and height of the scale over the blocks, over the size of the scene.
-_LONGEST, _ABOVE = 0.12, 0.08
-
-#: That length in space, where one joint may carry most.
-_LONGEST_IN_SPACE = 0.3
+_CHAIN = 3  #: Blocks in a row, each between two others, from which their points of thrust make a line.
+_LONGEST = 0.12  #: Length of the longest resultant, over the size of the scene.
+_LONGEST_IN_SPACE = 0.3  #: That length in space, where one joint may carry most.
+_ABOVE = 0.08  #: Height of the scale over the blocks, over that size.
 
 
 def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
     """Resultants on the joints' first blocks in the case's unit of force, and the points where they act, in
-    the plane at m / n from the middle, in the case's coordinates, each of shape (c, 2), in space (c, 3).
-
-    NaN without forces; points are NaN too where nothing presses the joint together.
-    """
+    the plane at m / n from the middle, in the case's coordinates, each of shape (c, 2), in space (c, 3). NaN
+    without forces; points are NaN too where nothing presses the joint together."""
     joints, frame = result.assembly.joints, result.joints
     if result.contacts is not None:
         force, point = (frame[[f"{kind}{axis}" for axis in "xyz"]].to_numpy() for kind in "fp")
@@ -41,12 +35,7 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
 
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     """Pairs of joints that a line of thrust joins, shape (pairs, 2): those of blocks that have two joints,
-    both pressed, in rows of at least three.
-
-    Parameters
-    ----------
-    acts: whether each joint is pressed together, shape (c,).
-    """
+    both pressed together, which ``acts`` tells, shape (c,), in rows of at least three."""
     joints, count = assembly.joints, len(assembly.scene.blocks)
     sides = np.concatenate([joints.first, joints.second])
     number = np.tile(np.arange(len(joints.first)), 2)

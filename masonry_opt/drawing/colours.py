@@ -10,8 +10,7 @@ REDDISH_PURPLE, ORANGE, SKY_BLUE, BLACK = "#CC79A7", "#E69F00", "#56B4E9", "#000
 #: Series of a chart, in turn.
 SERIES = (BLUE, VERMILION, BLUISH_GREEN, REDDISH_PURPLE, ORANGE, SKY_BLUE, BLACK)
 
-#: Joints by how they move.
-SLIDES, HINGES, SEPARATES, CRUSHES = BLUE, VERMILION, ORANGE, BLUISH_GREEN
+SLIDES, HINGES, SEPARATES, CRUSHES = BLUE, VERMILION, ORANGE, BLUISH_GREEN  #: Joints by how they move.
 
 #: Joints of a scene before it is solved, gaps that are none, and what a picture points out.
 JOINT, GAP, MARKED = BLUE, VERMILION, REDDISH_PURPLE
@@ -23,14 +22,8 @@ BLOCK, FIXED, HATCH, AT_REST = "#F2E2C4", "#D9D9D9", "#8A8A8A", "#BBBBBB"
 #: loads beside them.
 THRUST, AT_POINT, LIVE, DEAD, FURTHER_DEAD = BLUE, REDDISH_PURPLE, BLACK, "#6B6B6B", SKY_BLUE
 
-#: Earth.
-FILL = "#8C6B3F"
-
-#: Ties and props.
-STRUT = "#4D4D4D"
-
-#: Joints that carry nothing.
-IDLE = "#A8A8A8"
+FILL, STRUT = "#8C6B3F", "#4D4D4D"  #: Earth; ties and props.
+IDLE = "#A8A8A8"  #: Joints that carry nothing.
 
 #: Utilisation from 0 to 1 in steps of a tenth, yellow to dark blue: matplotlib's "viridis_r", which
 #: colour-blind readers can tell apart, and readers of grey prints.

@@ -14,11 +14,9 @@ from masonry_opt.errors import OptionError
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral, sentences
 
-#: Height of the axes over their width; how far they reach below zero and beyond the highest line, over that.
-_HIGH, _BELOW, _ABOVE = 0.6, 0.2, 0.06
-
-#: A load factor so many times the curve's highest is told in the legend alone.
-_FAR = 2.0
+_HIGH = 0.6  #: Height of the axes over their width.
+_BELOW, _ABOVE = 0.2, 0.06  #: How far they reach below zero and beyond the highest line, over that.
+_FAR = 2.0  #: A load factor so many times the curve's highest is told in the legend alone.
 
 #: Of joints that start to move, by column: a word, colour, marker and its size, and how high in the axes
 #: their numbers stand.

@@ -20,32 +20,25 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
 
-#: Kinds of pictures of a result: what its joints show.
-KINDS = ("mechanism", "thrust", "utilisation")
-
-#: A kind of picture that shows no joints but the curve of contacts that give.
-CURVE = "curve"
+KINDS = ("mechanism", "thrust", "utilisation")  #: Kinds of pictures of a result: what its joints show.
+CURVE = "curve"  #: A kind of picture that shows no joints but the curve of contacts that give.
 
 #: Names of marks that lie inside blocks: in space they are seen through them, as arrows are.
 INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends", "openings")
 
-#: The fastest corner of a mechanism that is fully moved has moved by this share of the scene's size.
-FULL = 0.1
-
-#: The share of a full motion that pictures show, and pages show first.
-START = 0.6
-
-#: Shares of the scene's size left free round the movable blocks, round what moves or acts from outside, and
-#: for the text beside a bar.
-_MARGIN, _PAD, _TEXT = 0.07, 0.02, 0.15
+FULL = 0.1  #: Share of the scene's size by which the fastest corner of a full motion has moved.
+START = 0.6  #: The share of a full motion that pictures show, and pages show first.
+_MARGIN, _PAD = (
+    0.07,
+    0.02,
+)  #: Shares of that size free round the movable blocks, and what moves or acts on them.
+_TEXT = 0.15  #: The same for the text beside a bar.
 
 
 @dataclass(frozen=True)
 class Elements:
-    """A scene, or a result, as it is drawn.
-
-    Points and motions are relative to the geometry's origin, in the case's unit of length.
-    """
+    """A scene, or a result, as it is drawn. Points and motions are relative to the geometry's origin, in the
+    case's unit of length."""
 
     assembly: Assembly  #: of the scene; its polygons, or solids, are the blocks
     heading: str  #: a line below the scene's title
@@ -166,8 +159,7 @@ def motion_of(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
-    """Joints by how they move, midway between their blocks; in space the outlines of joints, with each of
-    their blocks."""
+    """Joints by how they move, midway between their blocks; in space outlines of joints with each block."""
     joints, shrink = result.assembly.joints, shrink_of(result.assembly)
     moves = joint_motion(result.assembly, result.solution)
     midway = (motion[joints.first] + motion[joints.second]) / 2

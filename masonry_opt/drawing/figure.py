@@ -27,14 +27,10 @@ from masonry_opt.files import image_source, picture_metadata, refuse_unwritable,
 
 FORMATS = ("png", "svg", "pdf")
 
-#: Inches: widest and tallest axes, and what is free beside and above them.
-_WIDTH, _TALLEST, _BESIDE, _ABOVE = 6.0, 6.5, 0.5, 0.7
-
-#: Inches below the axes: of what is written along them, of a colour bar, of a line of legend or note.
-_ALONG, _BAR, _LINE = 0.55, 0.6, 0.22
-
-#: Characters in a line of a note, and in a legend of one line.
-_NOTE, _ROW = 95, 60
+_WIDTH, _TALLEST = 6.0, 6.5  #: Inches: widest and tallest axes.
+_BESIDE, _ABOVE = 0.5, 0.7  #: Inches free beside and above them.
+_ALONG, _BAR, _LINE = 0.55, 0.6, 0.22  #: Inches below, of words along them, a colour bar, a line of legend.
+_NOTE, _ROW = 95, 60  #: Characters in a line of a note, and in a legend of one line.
 
 #: What is drawn for each letter that a font lacks, of which matplotlib would warn, and what is said of it.
 _BOX = "\N{WHITE SQUARE}"
@@ -51,8 +47,7 @@ _ARROW |= {"minlength": 0.1, "headwidth": 4.5, "headlength": 5, "headaxislength"
 BLOCK_LOOK: dict[str, Any] = {"facecolor": BLOCK, "edgecolor": "black"}
 SUPPORT_LOOK: dict[str, Any] = {"facecolor": FIXED, "edgecolor": HATCH, "hatch": "////", "linewidth": 0}
 
-#: What a legend shows of a thing drawn.
-Handle = Line2D | Patch
+Handle = Line2D | Patch  #: What a legend shows of a thing drawn.
 
 
 class Picture(Figure):
@@ -94,8 +89,7 @@ def entitle(axes: Axes, title: str, heading: str) -> None:
 
 
 def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:
-    """Size the figure so that the axes have their own proportions, or the scene's that fills them, with room
-    below."""
+    """Size the figure so that the axes have their own proportions, or those of what fills them."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     round_ = axes.name == "polar"
     slope = axes.get_box_aspect() or (1.0 if round_ else (top - bottom) / (right - left))
@@ -132,9 +126,8 @@ def finish(
         figure.colorbar(colours[0], cax=bar, orientation="horizontal", label=colours[1])
     place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, (below - at_legend) / height)}
     figure.legend(handles=handles, ncols=columns, frameon=False, borderaxespad=0.0, **place)
-    figure.text(
-        _BESIDE / width, (below - at_notes) / height, "\n".join(lines), va="top", fontsize=9, parse_math=False
-    )
+    at = _BESIDE / width, (below - at_notes) / height
+    figure.text(*at, "\n".join(lines), va="top", fontsize=9, parse_math=False)
 
 
 def handles(marks: list[Marks]) -> list[Handle]:

@@ -10,23 +10,20 @@ from masonry_opt.drawing.colours import DEAD, FILL, FURTHER_DEAD, LIVE, STRUT
 from masonry_opt.drawing.marks import Marks, moved, size_of
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.problem.loads import Forces, LoadedPiece, loads
+from masonry_opt.problem.loads import Forces, LoadedPiece, loads, moment_of
 
 #: Number of weights, and of other parallel forces, above which one arrow shows the direction of all; fewer in
 #: space, where arrows lie on each other.
 _MOST_WEIGHTS, _MOST = 30, 200
 _MOST_WEIGHTS_IN_SPACE, _MOST_IN_SPACE = 1, 8
 
-#: Length of the longest arrow of a kind, over the size of the scene; the number of forces above which it is
-#: at most this share of a usual block.
-_LONGEST, _LONE, _OF_BLOCK = 0.09, 8, 0.6
-
-#: Arrows along an edge load's line, and the least space between them over their length.
-_ALONG, _SPACE = 8, 0.3
-
-#: Height at which the one arrow for many begins over the blocks' upper right corner (above where blocks are
-#: displaced to), and its length, over the size of the scene.
-_ABOVE, _DIRECTION = 0.16, 0.07
+_LONGEST = 0.09  #: Length of the longest arrow of a kind, over the size of the scene.
+_LONE, _OF_BLOCK = 8, 0.6  #: Number of forces above which it is at most this share of a usual block.
+_ALONG, _SPACE = 8, 0.3  #: Arrows along an edge load's line, and least space between them over their length.
+_ABOVE = (
+    0.16  #: Height of the one arrow for many over the blocks, moved ones too, over the size of the scene.
+)
+_DIRECTION = 0.07  #: Length of that arrow, over the size of the scene.
 
 #: Kinds of loads: colour, width in points, what a legend says of their arrows, and of one arrow for all.
 _KINDS = {
@@ -36,11 +33,8 @@ _KINDS = {
     "live": (LIVE, 1.4, "live load, times λ", "direction of live loads, times λ"),
 }
 
-#: Space between the columns that are drawn, over the size of the scene.
-_APART = 0.02
-
-#: Length of the arrow of the largest pressure, over the size of the scene.
-_PRESSURE = 0.1
+_APART = 0.02  #: Space between the columns that are drawn, over the size of the scene.
+_PRESSURE = 0.1  #: Length of the arrow of the largest pressure, over the size of the scene.
 
 
 def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
@@ -89,8 +83,7 @@ def _direction(assembly: Assembly, forces: Forces) -> np.ndarray:
 
 
 def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Arrows from where forces act, or to there if they push from outside, and their motions, which keep the
-    arrows' direction."""
+    """Arrows from where forces act, or to there if they push from outside; motions, which keep directions."""
     point, blocks = forces.point, assembly.movable[forces.block]
     own, dimension = np.linalg.norm(forces.force, axis=1), point.shape[1]
     longest = _LONGEST * size_of(assembly)
@@ -130,8 +123,7 @@ def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np
 
 
 def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
-    """Roads, which stay; and, with motions of the scene's blocks, shape (blocks, 3), columns of fill and the
-    edges below."""
+    """Roads, which stay; with motions of the blocks, shape (blocks, 3), columns of fill and edges below."""
     pieces = assembly.filled_pieces
     if not pieces:
         return
@@ -178,46 +170,26 @@ _YIELDS = (1.2, 0.8)
 
 
 def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> Iterable[Marks]:
-    """Ties and props, those that yield dashed, and their ends.
-
-    Parameters
-    ----------
-    motion: of the scene's blocks, shape (blocks, 3) or (blocks, 6).
-    yields: which of the ties and props do, in the order of ``Result.ties``.
-    """
+    """Ties and props, those that yield, in the order of ``Result.ties``, dashed, and their ends, with motions
+    of the scene's blocks, shape (blocks, 3) or (blocks, 6)."""
     struts = [force for force in assembly.limited if force.role in _WIDTH]
     if not struts:
         return
     ends = np.array([[action.point for action in force.actions] for force in struts])
     with_ground = np.concatenate([motion, np.zeros((1, motion.shape[1]))])
     of_ends = with_ground[[[action.block for action in force.actions] for force in struts]]
-    turning = _turning(ends, moved(ends, of_ends) - ends)
+    there = moved(ends, of_ends)
+    along, apart = (np.diff(of, axis=1)[:, 0] for of in (ends, there - ends))
+    turning = np.repeat(moment_of(along, apart) / (along**2).sum(axis=1)[:, None], 2, axis=0)
+    # Each half goes with its end and turns with the line, so that they part in the middle where it lengthens.
+    at, middle = ends.reshape(len(turning), -1), np.repeat(ends.mean(axis=1), 2, axis=0)
+    goes = there.reshape(at.shape) - moved(at, np.column_stack([np.zeros_like(at), turning]))
+    halves, motions = np.stack([at, middle], axis=1), np.column_stack([goes, turning])
     role = np.array([force.role for force in struts])
     for kind, width in _WIDTH.items():
         for which, word, dashes in ((~yields, "", ()), (yields, ", yields", _YIELDS)):
-            those = (role == kind) & which
+            those = np.repeat((role == kind) & which, 2)
             if those.any():
-                halves, along = _halves(ends[those], of_ends[those], turning[those])
-                yield Marks(kind, f"{kind}{word}", "line", STRUT, width, halves, along, dashes)
-    points = ends.reshape(-1, 1, ends.shape[-1])
-    yield Marks("ends", "", "square", STRUT, 4.0, points, of_ends.reshape(len(points), -1))
-
-
-def _turning(ends: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Rotations of lines whose ends move so, shape (lines, 2, dim): shape (lines, 1), in space (lines, 3)."""
-    along, apart = ends[:, 1] - ends[:, 0], moves[:, 1] - moves[:, 0]
-    square = (along**2).sum(axis=1)[:, None]
-    if ends.shape[-1] == 3:
-        return np.asarray(np.cross(along, apart) / square)
-    return (along[:, :1] * apart[:, 1:] - along[:, 1:] * apart[:, :1]) / square
-
-
-def _halves(ends: np.ndarray, of_ends: np.ndarray, turning: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both halves of each line, and their motions as ``moved`` takes them: each goes with its end and turns
-    with the line, so that they part in the middle where it lengthens."""
-    turned = np.repeat(turning, 2, axis=0)
-    middle = np.repeat(ends.mean(axis=1), 2, axis=0)
-    at = ends.reshape(middle.shape)
-    still = np.zeros_like(at)
-    goes = moved(at, of_ends.reshape(len(at), -1)) - moved(at, np.column_stack([still, turned]))
-    return np.stack([at, middle], axis=1), np.column_stack([goes, turned])
+                look = STRUT, width, halves[those], motions[those], dashes
+                yield Marks(kind, f"{kind}{word}", "line", *look)
+    yield Marks("ends", "", "square", STRUT, 4.0, at[:, None], of_ends.reshape(len(at), -1))

@@ -9,8 +9,7 @@ import shapely
 
 from masonry_opt.problem.assembly import Assembly
 
-#: Number of joints from which marks are small.
-MANY = 1000
+MANY = 1000  #: Number of joints from which marks are small.
 
 
 @dataclass(frozen=True)
@@ -25,8 +24,7 @@ class Marks:
     shape: Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
     colour: str  #: as #RRGGBB
     width: float  #: of lines, or across what has no ends, in points of a printed picture
-    #: Both ends of lines and bars, tail and tip of arrows, shape (marks, 2, 2); the middle of all else, shape
-    #: (marks, 1, 2).
+    #: Both ends of lines and bars, tail and tip of arrows, (marks, 2, 2); else the middle, (marks, 1, 2).
     points: np.ndarray
     #: Full motion of each mark, as in ``moved``, shape (marks, 3); None of marks that stay.
     motion: np.ndarray | None = None
@@ -81,8 +79,7 @@ def joint_marks(lines: Marks, in_point: str | None = None) -> Iterator[Marks]:
 
 
 def hatching(shape: shapely.Geometry, box: Sequence[float], step: float) -> np.ndarray:
-    """Lines at 45° on a shape in the plane, so far apart along the lower side of a box (left, low, right,
-    high) round it."""
+    """Lines at 45° on a shape, so far apart along the lower side of a box (left, low, right, high)."""
     left, low, right, high = box
     starts = np.arange(left - (high - low), right, step)
     lines = shapely.linestrings([[(x, low), (x + high - low, high)] for x in starts])

@@ -30,7 +30,7 @@ from masonry_opt.drawing.elements import (
 )
 from masonry_opt.drawing.figure import is_page, refuse_file
 from masonry_opt.drawing.marks import Marks, shrink_of, size_of
-from masonry_opt.drawing.pictures import result_picture
+from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.drawing.solids import Figure, three
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
 from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
@@ -41,8 +41,7 @@ from masonry_opt.words.page import answer, begins, certificate, described, headl
 from masonry_opt.words.sentences import message, numeral, sentences
 from masonry_opt.words.summary import load_factors
 
-#: What joints show along a push, and units of a rotation of one.
-PUSH, _TURN = "push", 100_000
+PUSH, _TURN = "push", 100_000  #: What joints show along a push, and units of a rotation of one.
 
 
 def refuse_saving(
@@ -122,8 +121,7 @@ def _plane(result: Outcome, elements: Elements, _: ViewAngles | None, way: Way |
     drawn = [group(name, (marks_svg(each, canvas) for each in marks)) for name, marks in groups.items()]
     start, end = canvas.at(joints.start), canvas.at(joints.end)
     (x, y), (dx, dy) = start.T.tolist(), (end - start).T.tolist()
-    look = f'class="picture" style="--ratio: {canvas.width / canvas.height:.4f}"'
-    picture = canvas.svg(f"picture of {elements.title}", [blocks_svg(elements, canvas), *drawn], look)
+    picture = canvas.svg(f"picture of {elements.title}", [blocks_svg(elements, canvas), *drawn])
     data: dict[str, Any] = {"joints": {"x": x, "y": y, "dx": dx, "dy": dy}}
     if way is not None:
         data["motions"] = canvas.motions(way_motions(result, way))
@@ -137,7 +135,7 @@ def _space(result: Outcome, elements: Elements, view: ViewAngles | None, way: Wa
     moves: list[dict[str, list[float | None]] | None] = [None] * len(elements.motion)
     for row, block in enumerate(result.assembly.movable if elements.movement else ()):
         moves[block] = {kind: of[3 * row : 3 * row + 3] for kind, of in zip("vw", rates, strict=True)}
-    source = result_picture(result, view=view).source()
+    source = elements_picture(elements, view=view).source()
     fixed = np.setdiff1d(np.arange(len(moves)), result.assembly.movable)
     values = {"source": source, "view": "{:g} {:g}".format(*view), "library": f"<script>{three()}</script>\n"}
     drawn = Figure(elements)
@@ -281,11 +279,8 @@ def way_data(result: Outcome, way: Way, motions: np.ndarray) -> dict[str, Any]:
     }
 
 
-#: Blocks above which there is no picture: a notebook keeps all that it shows.
-MOST_BLOCKS = 2000
-
-#: Width of the picture at most, in pixels; it is never taller than half as much again.
-_WIDTH = 560
+MOST_BLOCKS = 2000  #: Blocks above which there is no picture: a notebook keeps all that it shows.
+_WIDTH = 560  #: Width of the picture at most, in pixels.
 
 
 def notebook_html(result: Outcome) -> str:
@@ -300,28 +295,12 @@ def notebook_html(result: Outcome) -> str:
         *(f"Warning: {text(words)}" for words in sentences(result.warnings)),
     ]
     if result.size.blocks <= MOST_BLOCKS:
-        lines.append(_picture(elements) if result.contacts is None else _image(result))
+        # With its own title and legend.
+        source = elements_picture(elements).source()
+        lines.append(f'<img alt="picture of the mechanism" style="width:100%" src="{source}">')
     lines.append(caption(elements))
     if result.certificate is not None:
         left = (f"{name} {numeral(value, '.1e')}" for name, value in result.certificate.as_dict().items())
         lines.append(f"certificate: {' · '.join(left)}")
     rows = "".join(f"<div>{line}</div>\n" for line in lines)
     return f'<div style="max-width:{_WIDTH}px;overflow-wrap:break-word">\n{rows}</div>'
-
-
-def _image(result: Outcome) -> str:
-    """The picture of solids, with its own title and legend."""
-    source = result_picture(result).source()
-    return f'<img alt="picture of the mechanism" style="width:100%" src="{source}">'
-
-
-def _picture(elements: Elements) -> str:
-    marks = elements.shown("mechanism")
-    canvas = Canvas(elements, marks, START)
-    drawn = [blocks_svg(elements, canvas), *(marks_svg(each, canvas) for each in marks)]
-    width = min(_WIDTH, 1.5 * _WIDTH * canvas.width / canvas.height)
-    style = f'style="display:block;width:100%;max-width:{width:.0f}px;background:#fff"'
-    item = '<li style="display:inline-block;margin-right:1em">'
-    listed = "".join(f"{item}{entry}</li>" for entry in legend_svg(marks))
-    keys = f'<ul style="list-style:none;margin:0;padding:0;font-size:.9em">{listed}</ul>'
-    return canvas.svg(f"picture of {elements.title}", drawn, style) + keys

@@ -29,12 +29,10 @@ from masonry_opt.scene.contacts.find import refuse_floating
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import sentences
 
-#: Size of the letters of block names in points: largest, smallest, and smallest where blocks are many; their
-#: width over their height.
-_NAME, _LEAST_NAME, _TINY_NAME, _LETTER = 8.0, 3.0, 1.0, 0.62
-
-#: Blocks above which names may be tiny: they can be read where a picture is enlarged.
-_MANY = 200
+_NAME, _LEAST_NAME = 8.0, 3.0  #: Size of the letters of block names in points, largest and smallest.
+_LETTER = 0.62  #: Their width over their height.
+_TINY_NAME = 1.0  #: Their smallest size where blocks are many.
+_MANY = 200  #: Blocks above which names may be tiny: they can be read where a picture is enlarged.
 
 
 def draw(

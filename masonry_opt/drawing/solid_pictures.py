@@ -15,33 +15,20 @@ from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.solids import surface
 from masonry_opt.drawing.view import ViewAngles, axes_of, raster
 
-#: Pixels along the longer side of the image of faces.
-_PIXELS = 1400
-
-#: Where light comes from, in the picture's axes, and the share of it that reaches faces turned away.
-_LIGHT, _SHADE = np.array([-0.35, 0.55, 0.75]), 0.68
-
-#: How far faces are turned to white where joints show something else than their motion.
-_PALE = 0.55
-
-#: Free round what is shown, over the longer side.
-_MARGIN = 0.03
-
-#: Length of the axes shown, at most, over the longer side; how far their letters are, over that.
-_AXES, _LETTERS = 0.1, 1.4
-
-#: Size of the letters of block names in points, largest and smallest; their width over their height.
-_NAME, _LEAST_NAME, _LETTER = 8.0, 2.0, 0.62
+_PIXELS = 1400  #: Pixels along the longer side of the image of faces.
+_LIGHT = np.array([-0.35, 0.55, 0.75])  #: Where light comes from, in the picture's axes.
+_SHADE = 0.68  #: Share of it that reaches faces turned away.
+_PALE = 0.55  #: How far faces are turned to white where joints show something else than their motion.
+_MARGIN = 0.03  #: Free round what is shown, over the longer side.
+_AXES = 0.1  #: Length of the axes shown, at most, over the longer side.
+_LETTERS = 1.4  #: How far their letters are, over that.
+_NAME, _LEAST_NAME = 8.0, 2.0  #: Size of the letters of block names in points, largest and smallest.
+_LETTER = 0.62  #: Their width over their height.
 
 
 class Solids:
-    """Elements in space on axes of matplotlib, in the case's unit of length.
-
-    Parameters
-    ----------
-    marks: those shown.
-    share: of the full motion.
-    """
+    """Elements in space on axes of matplotlib, in the case's unit of length, with the marks shown, after a
+    share of the full motion."""
 
     def __init__(
         self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: ViewAngles
@@ -69,14 +56,11 @@ class Solids:
     def note(self) -> str:
         """How large the axes are, and from where the scene is seen."""
         azimuth, elevation = self.view
-        return (
-            f"axes: {self.unit:g} long, in the length unit of the case; seen from azimuth {azimuth:g}°, "
-            f"elevation {elevation:g}°"
-        )
+        seen = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
+        return f"axes: {self.unit:g} long, in the length unit of the case; {seen}"
 
     def draw(self) -> None:
-        """Draw faces, edges, and marks; what lies behind faces is left out, but loads and resultants, which
-        lie inside blocks."""
+        """Draw faces, edges, and marks; what lies behind faces is left out, but what lies inside blocks."""
         axes = self.axes
         (left, bottom), (right, top) = self.box
         axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
@@ -138,8 +122,7 @@ class Solids:
                 yield marks, at[self.raster.sees(at[:, 0]), :, :2]
 
     def write(self, names: bool) -> None:
-        """Write the letters of the axes, and, if asked for, the blocks' names where they are seen; the axes'
-        size must be set."""
+        """Write the letters of the axes, and names on blocks that are seen; the axes' size must be set."""
         arrow = {"arrowstyle": "->", "shrinkA": 0, "shrinkB": 0}
         for direction, letter in zip(self.turned.T, "xyz", strict=True):
             tip = self.foot + self.unit * direction[:2]

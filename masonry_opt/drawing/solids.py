@@ -15,20 +15,14 @@ from masonry_opt.drawing.marks import Marks, hatching, movable_box, moved, size_
 from masonry_opt.drawing.view import ViewAngles
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.scene.rows import dots
 from masonry_opt.scene.space.faces import Frames, OuterFaces
 from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.scene.tables import library
 
-#: How far supports are shown beyond the movable blocks, and the distance of the lines that hatch them, over
-#: the size of the scene.
-_BEYOND, _HATCH = 0.2, 0.03
-
-#: Share of the scene's size that is rounding.
-_ROUNDING = 1e-9
-
-#: Units of the figure along the scene's size: coordinates are whole numbers, which keeps large scenes short.
-_UNITS = 20_000
+_BEYOND = 0.2  #: How far supports are shown beyond the movable blocks, over the size of the scene.
+_HATCH = 0.03  #: Distance of the lines that hatch them, over that.
+_ROUNDING = 1e-9  #: Share of the scene's size that is rounding.
+_UNITS = 20_000  #: Of the figure along the scene's size: whole coordinates keep large scenes short.
 
 #: Half the width of a mark of a point's width, over the size of the scene: of loads and resultants, which are
 #: seen through blocks, and of marks on joints, these at most over the size of a usual joint.
@@ -40,32 +34,22 @@ _END = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 @dataclass(frozen=True)
 class Surface:
-    """Faces of all blocks. Points are relative to the geometry's origin.
+    """Faces of all blocks. Points are relative to the geometry's origin."""
 
-    Attributes
-    ----------
-    triangles, of_triangle: counter-clockwise seen from outside, shape (triangles, 3, 3), and their blocks.
-    edges, of_edge: shape (edges, 2, 3), and their blocks.
-    hatching: lines on supports, shape (lines, 2, 3).
-    """
-
-    triangles: np.ndarray
-    of_triangle: np.ndarray
-    edges: np.ndarray
-    of_edge: np.ndarray
-    hatching: np.ndarray
+    triangles: np.ndarray  #: counter-clockwise seen from outside, shape (triangles, 3, 3)
+    of_triangle: np.ndarray  #: their blocks
+    edges: np.ndarray  #: shape (edges, 2, 3)
+    of_edge: np.ndarray  #: their blocks
+    hatching: np.ndarray  #: lines on supports, shape (lines, 2, 3)
 
     def moved(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Triangles and edges after motions of the blocks, shape (blocks, 6)."""
-        return (
-            moved(self.triangles, motion[self.of_triangle][:, None]),
-            moved(self.edges, motion[self.of_edge][:, None]),
-        )
+        triangles = moved(self.triangles, motion[self.of_triangle][:, None])
+        return triangles, moved(self.edges, motion[self.of_edge][:, None])
 
 
 def surface(elements: Elements) -> Surface:
-    """The faces of the scene's blocks, of supports those near the movable blocks: cut off where they reach
-    far beyond."""
+    """The faces of the scene's blocks, of supports cut off where they reach far beyond movable ones."""
     assembly: Assembly = elements.assembly
     shapes, size = assembly.geometry, size_of(assembly)
     assert isinstance(shapes, Shapes)
@@ -98,12 +82,8 @@ def _triangles(faces: OuterFaces) -> tuple[np.ndarray, np.ndarray]:
     """Triangles of the faces, shape (triangles, 3, 3), and the face of each."""
     found = shapely.constrained_delaunay_triangles(faces.polygon)
     flat, face = shapely.get_parts(found, return_index=True)
-    points, number = shapely.get_coordinates(flat, return_index=True)
-    at = faces.frame.up(points, face[number]).reshape(-1, 4, 3)[:, :3]
-    normal = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
-    inwards = dots(normal, faces.frame.normal[face]) < 0
-    at[inwards] = at[inwards, ::-1]
-    return at, face
+    points, number = shapely.get_coordinates(shapely.orient_polygons(flat), return_index=True)
+    return faces.frame.up(points, face[number]).reshape(-1, 4, 3)[:, :3], face
 
 
 def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
@@ -150,18 +130,15 @@ def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
 
 @cache
 def three() -> str:
-    """The script three.js, with its licence, as trimesh brings it.
-
-    Raises OptionError if trimesh, of the extra "meshes", is not installed, or brings another one.
-    """
+    """The script three.js, with its licence, as trimesh brings it. Raises OptionError if trimesh, of the
+    extra "meshes", is not installed, or brings another one."""
     why = "pages of solids need trimesh, which brings three.js; install it with: pip install '.[meshes]'"
     trimesh, viewer = library("trimesh", why), library("trimesh.viewer", why)
     whole = viewer.scene_to_html(trimesh.creation.box().scene())
     script, end, _ = whole.partition("<script>")[2].partition(_END)
     if not end or "</script" in script:
         raise OptionError(
-            f"trimesh {trimesh.__version__} does not bring the three.js that pages need: install the version "
-            "that constraints.txt names"
+            f"trimesh {trimesh.__version__} brings no known three.js: install that of constraints.txt"
         )
     return f"{script}{end}"
 

@@ -1,4 +1,4 @@
-"""Scenes and results as SVG, moved by a script or drawn moved."""
+"""Scenes and results as SVG, moved by a script."""
 
 from collections.abc import Iterable
 from html import escape
@@ -11,42 +11,26 @@ from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
 from masonry_opt.drawing.elements import Elements, legend
 from masonry_opt.drawing.marks import MANY, Marks, hatching, line_parts, outlines
 
-#: The picture's longer side. Coordinates are whole numbers, which keeps large scenes short.
-SIDE = 10_000
-
-#: Pixels for a point of a printed picture: pages are read from further away; of many joints marks would hide
-#: each other.
-_PIXELS, _OF_MANY = 1.5, 1.0
-
-#: Motions of less than these units of the picture are not seen, and not written.
-_STILL = 2.0
-
-#: Width of the lines of crosses, in points.
-_CROSS = 1.5
-
-#: Distance of the lines that hatch supports, height of letters, length of an arrow's head over the arrow.
-_HATCH, _LETTERS, _HEAD = 150, 270, 0.24
+SIDE = 10_000  #: The picture's longer side. Coordinates are whole numbers, which keeps large scenes short.
+_PIXELS = 1.5  #: Pixels for a point of a printed picture: pages are read from further away.
+_OF_MANY = 1.0  #: The same of many marks, which would hide each other.
+_STILL = 2.0  #: Motions of less than these units of the picture are not seen, and not written.
+_CROSS = 1.5  #: Width of the lines of crosses, in points.
+_HATCH, _LETTERS = 150, 270  #: Distance of the lines that hatch supports, height of letters.
+_HEAD = 0.24  #: Length of an arrow's head over the arrow.
 
 
 class Canvas:
-    """A picture in SVG of part of a scene.
+    """A picture in SVG of part of a scene. Points of the scene are relative to the geometry's origin; those
+    of the picture are whole, y downwards. A script moves it by the attribute ``data-motion``, the full motion
+    as ``marks.moved`` takes it."""
 
-    Points of the scene are relative to the geometry's origin; those of the picture are whole, y downwards.
-
-    Parameters
-    ----------
-    share: of the full motion that is drawn; None for a picture that a script moves by the attribute
-        ``data-motion``, the full motion as ``marks.moved`` takes it.
-    """
-
-    def __init__(self, elements: Elements, marks: Iterable[Marks], share: float | None = None) -> None:
-        box = elements.box(marks, 1.0 if share is None else share)
-        (self.left, bottom), (right, self.top) = box.tolist()
+    def __init__(self, elements: Elements, marks: Iterable[Marks]) -> None:
+        (self.left, bottom), (right, self.top) = elements.box(marks, 1.0).tolist()
         self.pixels = _PIXELS if len(elements.assembly.joints.extent) < MANY else _OF_MANY
         self.scale = SIDE / max(right - self.left, self.top - bottom)
         self.width = round((right - self.left) * self.scale)
         self.height = round((self.top - bottom) * self.scale)
-        self.share = share
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Where points of the scene are in the picture, shape (..., 2)."""
@@ -55,37 +39,32 @@ class Canvas:
     def motions(self, motion: np.ndarray) -> np.ndarray:
         """Full motions of the scene, shape (..., 3), as those of the picture."""
         vx, vy, omega = np.moveaxis(motion, -1, 0)
-        return np.stack(
-            [self.scale * (vx - omega * self.top), -self.scale * (vy + omega * self.left), -omega], axis=-1
-        )
+        right, down = self.scale * (vx - omega * self.top), -self.scale * (vy + omega * self.left)
+        return np.stack([right, down, -omega], axis=-1)
 
     def moves(self, motion: np.ndarray) -> str:
         """The attribute that moves an element by a motion of the scene, shape (3,); "" where it stays."""
         vx, vy, omega = self.motions(motion).tolist()
         if abs(vx) + abs(vy) + SIDE * abs(omega) < _STILL:
             return ""
-        if self.share is None:
-            return f' data-motion="{round(vx)} {round(vy)} {round(omega, 5) + 0.0:.5f}"'
-        t = self.share
-        turn = round(t * omega, 5) + 0.0  # no minus before a zero
-        return f' transform="matrix(1 {turn:.5f} {0.0 - turn:.5f} 1 {round(t * vx)} {round(t * vy)})"'
-
-    def path(self, d: str, moves: str = "") -> str:
-        """One path, with the attribute that moves it."""
-        # On a page the style says that lines keep their width.
-        width = "" if self.share is None else ' vector-effect="non-scaling-stroke"'
-        return f'<path d="{d}"{width}{moves}/>'
+        return f' data-motion="{round(vx)} {round(vy)} {round(omega, 5) + 0.0:.5f}"'
 
     def line(self, points: np.ndarray, closed: bool = False) -> str:
         """A polyline through points of the scene, as ``d`` of a path: its first point, then steps."""
         return _polyline(self.at(points), closed)
 
-    def svg(self, title: str, elements: Iterable[str], attributes: str) -> str:
+    def svg(self, title: str, elements: Iterable[str]) -> str:
         """The whole picture, whose title is told to readers who cannot see it."""
         return (
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {self.width} {self.height}" role="img" '
-            f'aria-label="{escape(title)}" {attributes}>{"".join(elements)}</svg>'
+            f'aria-label="{escape(title)}" class="picture" style="--ratio: {self.width / self.height:.4f}">'
+            f"{''.join(elements)}</svg>"
         )
+
+
+def _path(d: str, moves: str = "") -> str:
+    """One path, with the attribute that moves it."""
+    return f'<path d="{d}"{moves}/>'
 
 
 def group(name: str, elements: Iterable[str], **attributes: object) -> str:
@@ -107,13 +86,13 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
     groups = []
     # Blocks that move as one are one group.
     for (own, motion), run in groupby(range(len(shapes)), lambda block: (movable[block], moves[block])):
-        paths = "".join(canvas.path(drawn[block]) for block in run)
+        paths = "".join(_path(drawn[block]) for block in run)
         support = f' fill="{FIXED}" stroke="none" class="fixed"'
         groups.append(f"<g{motion if own else support}>{paths}</g>")
     width = f"{canvas.pixels * elements.outline_width:.2g}"
     blocks = {"fill": BLOCK, "fill_rule": "evenodd", "stroke": "#000", "stroke_width": width}
     return (
-        group("rest", [canvas.path(rest)] if rest else [], fill="none", stroke=AT_REST, stroke_width=0.75)
+        group("rest", [_path(rest)] if rest else [], fill="none", stroke=AT_REST, stroke_width=0.75)
         + group("blocks", groups, stroke_linejoin="round", **blocks)
         + group("supports", _hatching(shapes[~movable], canvas), fill="none", stroke=HATCH, stroke_width=1)
     )
@@ -128,7 +107,7 @@ def _hatching(shapes: np.ndarray, canvas: Canvas) -> list[str]:
     edges = line_parts(shapely.intersection(shapely.boundary(whole), shown))
     parts = [*hatching(shapely.intersection(whole, shown), box, _HATCH / canvas.scale), *edges]
     drawn = "".join(canvas.line(shapely.get_coordinates(part)) for part in parts)
-    return [canvas.path(drawn)] if drawn else []
+    return [_path(drawn)] if drawn else []
 
 
 def marks_svg(marks: Marks, canvas: Canvas) -> str:
@@ -139,7 +118,7 @@ def marks_svg(marks: Marks, canvas: Canvas) -> str:
     for points, motion in zip(at, still if marks.motion is None else marks.motion, strict=True):
         moves = canvas.moves(motion)
         paths[moves] = paths.get(moves, "") + _mark(marks, points)
-    drawn = [canvas.path(d, moves) for moves, d in paths.items() if d]
+    drawn = [_path(d, moves) for moves, d in paths.items() if d]
     rims, stroke = "", _stroke(marks, canvas.pixels)
     if marks.shape == "dot":
         wider = f"{canvas.pixels * marks.width + 2:.2g}"

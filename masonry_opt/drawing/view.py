@@ -11,22 +11,16 @@ from masonry_opt.drawing.marks import movable_box
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.rows import ranges
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import coordinates
 
-#: Azimuth and elevation, in degrees.
-ViewAngles = tuple[float, float]
+ViewAngles = tuple[float, float]  #: Azimuth and elevation, in degrees.
 
-#: Of the view of a scene for which none is asked: elevation, and azimuths among which the best is taken, the
-#: usual ones first.
+#: Where no view is asked for: elevation, and azimuths among which the best is taken, the usual ones first.
 _ELEVATION, _AZIMUTHS = 22.0, (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: How much it counts that a mechanism comes towards the eye, against the widths that are seen.
-_TOWARDS = 0.25
-
-#: Visible pieces of lines shorter than so many pixels, beside hidden ones, are chance.
-_SHORT = 3.0
-
-#: Nothing is hidden by what lies less than this share of the picture before it.
-_DEPTH = 2e-3
+_TOWARDS = 0.25  #: How much it counts that a mechanism comes towards the eye, against widths seen.
+_SHORT = 3.0  #: Visible pieces of lines shorter than so many pixels, beside hidden ones, are chance.
+_DEPTH = 2e-3  #: Nothing is hidden by what lies less than this share of the picture before it.
 
 
 def refuse_view(scene: Scene, view: object) -> None:
@@ -34,16 +28,14 @@ def refuse_view(scene: Scene, view: object) -> None:
     if view is None:
         return
     if scene.dimension == 2:
+        raise OptionError(f"{scene.origin}: the plane is seen from the front: leave 'view' to solids")
+    given = view if isinstance(view, list | tuple) else ()
+    numbers = all(isinstance(angle, int | float) and not isinstance(angle, bool) for angle in given)
+    angles = coordinates(given, 2)
+    if not numbers or angles is None or abs(angles[1]) > 90:
         raise OptionError(
-            f"{scene.origin}: a scene in the plane is seen from the front: leave 'view' to solids"
+            f"a view is azimuth and elevation in degrees, as (-60, 22), the latter up to ±90 (found {view!r})"
         )
-    if not isinstance(view, list | tuple) or len(view) != 2:
-        raise OptionError(f"a view is azimuth and elevation in degrees, such as (-60, 22) (found {view!r})")
-    for angle in view:
-        if isinstance(angle, bool) or not isinstance(angle, int | float) or not math.isfinite(angle):
-            raise OptionError(f"an angle of a view is a number of degrees (found {angle!r})")
-    if abs(view[1]) > 90:
-        raise OptionError(f"the elevation of a view lies between -90 and 90 degrees (found {view[1]:g})")
 
 
 def axes_of(view: ViewAngles) -> np.ndarray:
@@ -76,14 +68,13 @@ class Raster:
     left: float  #: the picture's lower left corner
     bottom: float
     pixel: float  #: the side of one
-    #: Of the nearest triangle towards the eye, ``-inf`` where there is none, shape (rows, columns), the
-    #: lowest row first.
+    #: Of the nearest triangle towards the eye, ``-inf`` without one, shape (rows, columns), the lowest first.
     depth: np.ndarray
     triangle: np.ndarray  #: its number, -1 where there is none
 
     def visible(self, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is seen of lines, shape (lines, 2, 3) in the picture's axes: pieces, shape (pieces, 2, 2), and
-        the line of each."""
+        their lines."""
         run = lines[:, 1] - lines[:, 0]
         count = np.ceil(np.hypot(run[:, 0], run[:, 1]) / self.pixel).astype(int) + 2
         line = np.repeat(np.arange(len(lines)), count)
@@ -113,13 +104,8 @@ class Raster:
 
 
 def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
-    """The nearest of triangles that face the eye, shape (triangles, 3, 3) in the picture's axes.
-
-    Parameters
-    ----------
-    box: lower left and upper right of the picture, shape (2, 2).
-    pixels: along its longer side.
-    """
+    """The nearest of triangles that face the eye, shape (triangles, 3, 3) in the axes of a picture from lower
+    left to upper right, shape (2, 2), with so many pixels along its longer side."""
     (left, bottom), (width, height) = box[0], box[1] - box[0]
     pixel = max(width, height) / pixels
     depth = np.full((math.ceil(height / pixel), math.ceil(width / pixel)), -np.inf)

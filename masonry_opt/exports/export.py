@@ -73,9 +73,8 @@ def _global(assembly: Assembly) -> Declared:
     most_rates[problem.table.rocks] /= 2
     # Slacks are at most 2 (c + μ n̂) of sliding, 2 n̂ of rocking.
     most_slack = 2 * of.normal[problem.face_joint]
-    most_slack[problem.table.slides] = 2 * np.tile(
-        ShearLimits.true(problem).at(of.normal[problem.sliding]), 2
-    )
+    limits = ShearLimits.true(problem).at(of.normal[problem.sliding])
+    most_slack[problem.table.slides] = 2 * np.tile(limits, 2)
     model = PyomoGlobal(problem, most_slack, most_rates, highest)
     return model.program, [
         _objective("load_factor", problem),
@@ -98,9 +97,6 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "mpec": _mpec,
     "mcp": _mcp,
 }
-
-#: Methods whose products of variables, or complementary pairs, only .nl files carry.
-_NL_ALONE = ("mpec", "mcp")
 
 
 def export(
@@ -156,8 +152,13 @@ def export(
     if method not in _EXPORTS:
         why = "solves a series of programs" if method in METHODS else "is unknown"
         raise OptionError(f"method '{method}' {why}; those with one program: {', '.join(_EXPORTS)}")
-    if end not in _ends(method):
-        raise OptionError(f"{path}: {_instead(method, end)}")
+    # Products of variables, and complementary pairs, only .nl files carry.
+    ends = (".nl",) if method in ("mpec", "mcp") else tuple(WRITERS)
+    if end not in ends:
+        raise OptionError(
+            f"{path}: a program of method '{method}' is written to a file whose name ends in "
+            f"{', '.join(ends)} (solids to {', '.join(SOLID_ENDS)})"
+        )
     refuse_unwritable(path, force)
     for beside in (".row", ".col") if end == ".nl" else ():
         refuse_replacing(path.with_suffix(beside), force)
@@ -174,26 +175,6 @@ def export(
     for of, text in files.items():
         write_file(paths[of], text, OutputError)
     return tuple(reversed(paths.values()))
-
-
-def _ends(method: str) -> tuple[str, ...]:
-    return (".nl",) if method in _NL_ALONE else tuple(WRITERS)
-
-
-def _instead(method: str, end: str) -> str:
-    """Why a format does not do, and which ones do."""
-    ends = ", ".join(_ends(method))
-    if end not in WRITERS:
-        others = ", ".join(SOLID_ENDS)
-        return (
-            f"a program of method '{method}' is written to a file whose name ends in {ends} (solids to "
-            f"{others})"
-        )
-    others = ", ".join(name for name in _EXPORTS if end in _ends(name))
-    return (
-        f"{end} files cannot carry the program of method '{method}': let the name end in {ends} "
-        f"({end} files carry those of {others})"
-    )
 
 
 def _header(method: str, assembly: Assembly) -> list[str]:

@@ -25,8 +25,7 @@ _PAIR = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "
 #: What LP files of some solver do not take in names, beside what names here are made of.
 _ILLEGAL = r"[^A-Za-z0-9_.]"
 
-#: LP and MPS files have names of at most 255 characters, kinds among them.
-_LONGEST = 200
+_LONGEST = 200  #: LP and MPS files have names of at most 255 characters, kinds among them.
 
 #: Names of what a joint and a block have, by component, in the plane and in space, and of faces that rock.
 _OF_JOINTS: dict[int, dict[str, tuple[str, ...]]] = {
@@ -43,8 +42,7 @@ _ROCKS = {2: ("rock_1", "rock_2"), 3: ("open",)}
 _OF_LIMITED = {"q": "T", "compatibility": "length"}
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
 
-#: What there is one of.
-_SINGLE = ("load_factor", "live_work", "raising", "objective")
+_SINGLE = ("load_factor", "live_work", "raising", "objective")  #: What there is one of.
 
 
 @dataclass(frozen=True)
@@ -89,10 +87,8 @@ def unique(labels: Iterable[str]) -> list[str]:
 
 
 def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> dict[int, str]:
-    """A name for every variable, constraint and objective of a declared program, by its identity.
-
-    No two are the same, and none is of a row and of a column.
-    """
+    """A name for every variable, constraint and objective of a declared program, by its identity. No two are
+    the same, and none is of a row and of a column."""
 
     dimension = problem.layout.dimension
     of_components: dict[str, list[str]] = {name: [name] for name in _SINGLE}
@@ -128,8 +124,7 @@ def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:
         yield from (f"{kind}_{motion}{labels.limited[force]}" for force in forces)
 
 
-#: The files of a program, by the ends of their names.
-Files = dict[str, str]
+Files = dict[str, str]  #: The files of a program, by the ends of their names.
 
 
 def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> Files:

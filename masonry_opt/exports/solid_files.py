@@ -21,8 +21,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Polyhedron, Solid
 from masonry_opt.scene.tables import library
 
-#: Supports are known in meshes by how their names begin.
-_SUPPORT = "fixed"
+_SUPPORT = "fixed"  #: Supports are known in meshes by how their names begin.
 
 #: Turns z upwards into y upwards, as glTF has it.
 _Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=float)
@@ -30,35 +29,25 @@ _Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtyp
 
 def solid_file(what: Scene | Result, end: str, share: float | None) -> str | bytes:
     """The content of a file of solids with this end of its name, of ``SOLID_ENDS``. In meshes blocks are
-    moved by a share of the full motion, by default the one that pictures show.
-
-    Raises OptionError if the scene is none in space, the share no number or one of what does not move, or
-    trimesh is wanting.
-    """
+    moved by a share of the full motion, by default the one that pictures show. Raises OptionError if the
+    scene is not in space, the share no number or of what stays, or without trimesh."""
     result, scene = (what, what.assembly.scene) if isinstance(what, Result) else (None, what)
     if scene.dimension == 2:
-        raise OptionError(
-            f"{scene.origin}: files of solids are of scenes in space: make it one with masonry_opt.extrude"
-        )
+        raise OptionError(f"{scene.origin}: files of solids are of scenes in space: see masonry_opt.extrude")
     if end == ".json":
         if share is not None:
-            raise OptionError(
-                "COMPAS data has blocks at rest, and motions beside them: leave 'moved' to meshes"
-            )
+            raise OptionError("COMPAS data has blocks at rest and motions beside: leave 'moved' to meshes")
         return _compas(result.assembly if result else assemble(scene), result)
     number = isinstance(share, int | float) and not isinstance(share, bool) and math.isfinite(share)
     if share is not None and not number:
         raise OptionError(f"'moved' is a share of the full motion, a number (found {share!r})")
+    elements = result_elements(result) if result else None
+    if share and not (elements and elements.movement):
+        raise OptionError("'moved': no motion is known: leave it out, or give a result with a mechanism")
     origin, motion = np.zeros(3), np.zeros((len(scene.blocks), 6))
-    if result is not None:
-        elements, origin = result_elements(result), result.assembly.geometry.origin
-        if share and not elements.movement:
-            raise OptionError(
-                f"'moved': no motion was found ({result.status}): leave it out, for blocks at rest"
-            )
+    if elements:
+        origin = elements.assembly.geometry.origin
         motion = (START if share is None else share) * elements.motion
-    elif share:
-        raise OptionError("'moved': a scene has no motion before it is solved: give a result")
     return _MESHES[end](_bodies(scene, origin, motion))
 
 
@@ -111,9 +100,8 @@ def _gltf(bodies: list[_Body], binary: bool) -> str | bytes:
         fans = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
         mesh = trimesh.Trimesh(corners, fans, process=False)
         colour = [int((FIXED if fixed else BLOCK)[at : at + 2], 16) for at in (1, 3, 5)]
-        material = trimesh.visual.material.PBRMaterial(
-            baseColorFactor=[*colour, 255], metallicFactor=0.0, roughnessFactor=1.0
-        )
+        look = {"baseColorFactor": [*colour, 255], "metallicFactor": 0.0, "roughnessFactor": 1.0}
+        material = trimesh.visual.material.PBRMaterial(**look)
         mesh.visual = trimesh.visual.TextureVisuals(material=material)
         scene.add_geometry(mesh, node_name=name, geom_name=name, transform=_Y_UP)
 
@@ -130,8 +118,7 @@ _MESHES: dict[str, Callable[[list[_Body]], str | bytes]] = {
     ".gltf": lambda bodies: _gltf(bodies, False),
 }
 
-#: Ends of names of files of solids.
-SOLID_ENDS = (".json", *_MESHES)
+SOLID_ENDS = (".json", *_MESHES)  #: Ends of names of files of solids.
 
 
 def _compas(assembly: Assembly, result: Result | None) -> str:

@@ -28,19 +28,13 @@ from masonry_opt.words.sentences import message, numeral
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Picture
 
-#: By which share the live load of a check may differ from the weights that it pushes, and from level.
-_WHOLE, _LEVEL = 1e-2, 1e-6
-
-#: Share of the greatest displacement rate below which a control point does not move along the live load.
-_STILL = 1e-6
+_WHOLE = 1e-2  #: Share by which the live load of a check may differ from the weights that it pushes,
+_LEVEL = 1e-6  #: and from level.
+_STILL = 1e-6  #: Share of the greatest rate below which a control point does not move along the live load.
 
 
 def capacity(
-    result: Result,
-    *,
-    block: str | None = None,
-    point: tuple[float, ...] | None = None,
-    steps: int = 40,
+    result: Result, *, block: str | None = None, point: tuple[float, ...] | None = None, steps: int = 40
 ) -> "Capacity":
     """Follow the mechanism of a result by finite rotations, down to λ = 0.
 
@@ -72,15 +66,11 @@ def capacity(
     result.required()
     assembly, called = result.assembly, result.assembly.scene.called
     dimension = assembly.scene.dimension
-    if any(force.role is Role.SUPPORT or dimension == 2 for force in assembly.limited):
+    limited = any(force.role is Role.SUPPORT or dimension == 2 for force in assembly.limited)
+    if limited or len(assembly.problem.crushing):
         raise OptionError(
-            f"{called}: the capacity curve knows joints alone, which touch and part: this scene has ties, "
-            "props or fill, whose forces turn as blocks move, or a support that settles"
-        )
-    if len(assembly.problem.crushing):
-        raise OptionError(
-            f"{called}: the capacity curve needs joints of unlimited strength, which hinge in their corners: "
-            "leave 'strength' out"
+            f"{called}: the capacity curve knows joints alone, which touch, hinge in their corners and part: "
+            "this scene has 'strength', or ties, props or fill, whose forces turn, or a support that settles"
         )
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
@@ -190,16 +180,12 @@ class Capacity:
         where it hinges ``x``, ``y`` (``z``), displaced, and the ``angle`` by which it is open (rad)."""
         assembly, step = self.result.assembly, self.steps[row]
         joints, dimension = assembly.joints, assembly.scene.dimension
-        if dimension == 2:
-            count, full = step.touch.sum(axis=1), np.where(joints.extent > 0, 2, 1)
-            at = np.where(step.touch[:, :1], joints.start, joints.end)
-        else:
-            count, full = np.bincount(joints.joint, step.touch), np.bincount(joints.joint)
-            share = step.touch / np.maximum(count, 1)[joints.joint]
-            at = sums(joints.joint, share[:, None] * joints.point, len(full))
+        count, full = np.bincount(joints.joint, step.touch), np.bincount(joints.joint)
+        share = step.touch / np.maximum(count, 1)[joints.joint]
+        at = sums(joints.joint, share[:, None] * joints.point, len(full))
         state = np.where(count == 0, "separated", np.where(count == full, "closed", "hinged"))
         # A corner that stands on an edge turns on it without closing.
-        hinged = state == "hinged" if dimension == 3 else count == 1
+        hinged = (state == "hinged") | ((count == 1) & (full == 1))
         poses = step.poses
         place = placed(at, poses[joints.first]) + assembly.geometry.origin
         place[~hinged] = np.nan

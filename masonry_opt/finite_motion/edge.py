@@ -23,15 +23,15 @@ from masonry_opt.scene.rows import lengths
 from masonry_opt.words.names import some
 
 #: Share of the fastest corner's speed, and of the scene's size, up to which a motion is that of one body
-#: about an edge, and of the way to an endless λ; angles to a quarter turn looked at; a small angle.
-_ALIKE, _LOOKS, _AHEAD = 1e-3, 2000, 1e-6
+#: about an edge, and of the way to an endless λ.
+_ALIKE = 1e-3
+_LOOKS, _AHEAD = 2000, 1e-6  #: Angles to a quarter turn looked at; a small angle.
 
 
 class EdgePath:
     """The path after the onset that a result in space found; attributes as of :class:`~.path.HingingPath`.
 
-    Poses are a shift and a rotation vector of each block, shape (blocks, 6), and corners that touch those of
-    the contact points, shape (points,).
+    Poses are a shift and a rotation vector of each block, shape (blocks, 6).
 
     Raises OptionError if joints slide, blocks move on each other, or no edge stays.
     """

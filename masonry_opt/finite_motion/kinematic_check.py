@@ -73,14 +73,9 @@ def kinematic_check(
     spectrum: Sequence[tuple[float, float]],
     values: Mapping[str, float],
 ) -> KinematicCheck:
-    """Check against a spectrum, with the numbers of :meth:`~.capacity.Capacity.check` by name.
-
-    Parameters
-    ----------
-    onset: forces P and their rates δ, shape (f,) each, and the control point's rate δ_k.
-    curve: d_k and λ of each state, shape (states, 2).
-    complete: whether it comes down to λ = 0.
-    """
+    """Check against a spectrum, with the numbers of :meth:`~.capacity.Capacity.check` by name, given forces P
+    and their rates δ at the onset, shape (f,) each, the control point's rate δ_k, the curve of d_k and λ,
+    shape (states, 2), and whether it comes down to λ = 0."""
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise OptionError(f"{name} must be a number above zero (found {value!r})")
@@ -98,9 +93,7 @@ def kinematic_check(
     at_secant = _least_at(secant, d, a)
     period = 2 * math.pi * math.sqrt(secant / (at_secant * g)) if at_secant > 0 else math.inf
     if period > periods[-1]:
-        raise OptionError(
-            f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: give more of it"
-        )
+        raise OptionError(f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: extend it")
     demanded = float(np.interp(period, periods, accelerations)) * g * (period / (2 * math.pi)) ** 2
     least = float(accelerations[0]) / values["behaviour_factor"]
     return KinematicCheck(
@@ -125,13 +118,9 @@ def _spectrum(given: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndar
         pairs = np.array(given, dtype=float)
     except (TypeError, ValueError):
         pairs = np.zeros(0)
-    rising = (
-        pairs.ndim == 2 and pairs.shape[1:] == (2,) and len(pairs) > 1 and (np.diff(pairs[:, 0]) > 0).all()
-    )
+    rising = pairs.shape[1:] == (2,) and len(pairs) > 1 and (np.diff(pairs[:, 0]) > 0).all()
     if not (rising and pairs[0, 0] == 0 and np.isfinite(pairs).all() and (pairs[:, 1] >= 0).all()):
-        raise OptionError(
-            "the spectrum must be pairs of period (s), rising from 0, and acceleration (g), zero or more"
-        )
+        raise OptionError("a spectrum is pairs of period (s), rising from 0, and acceleration (g), 0 or more")
     return pairs[:, 0], pairs[:, 1]
 
 

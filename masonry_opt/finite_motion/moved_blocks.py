@@ -45,10 +45,8 @@ def moved(forces: Forces, poses: np.ndarray) -> Forces:
 
 
 def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
-    """Dead and live forces of a scene.
-
-    Raises OptionError if the scene has loads of whose points of action nothing is known here.
-    """
+    """Dead and live forces of a scene. Raises OptionError if the scene has loads of whose points of action
+    nothing is known here."""
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
     found = _joined(assembly, "dead", given.weight, given.dead), _joined(assembly, "live", given.live)
     problem, centroid = assembly.problem, assembly.geometry.centroid[assembly.movable]
@@ -80,11 +78,8 @@ def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:
     return Forces(block, force, piece.ends[0] + np.outer(_PLACES, along), np.zeros(0))
 
 
-#: Share of the fastest corner's speed below which a corner of a joint stays.
-_STAYS = 1e-6
-
-#: Friction from which on it limits nothing.
-_UNLIMITED = 1e9
+_STAYS = 1e-6  #: Share of the fastest corner's speed below which a corner of a joint stays.
+_UNLIMITED = 1e9  #: Friction from which on it limits nothing.
 
 
 def displaced(shapes: Any, poses: np.ndarray) -> Any:
@@ -95,9 +90,8 @@ def displaced(shapes: Any, poses: np.ndarray) -> Any:
         polygons = shapely.set_coordinates(shapes.polygons.copy(), placed(corners, poses[block]))
         return replace(shapes, polygons=polygons, centroid=centroid)
     parts, faces, frame = shapes.parts, shapes.faces, shapes.faces.frame
-    of_point, of_plane, of_face = (
-        poses[block] for block in (parts.block[parts.of_point], parts.block[parts.of_plane], faces.block)
-    )
+    blocks = parts.block[parts.of_point], parts.block[parts.of_plane], faces.block
+    of_point, of_plane, of_face = (poses[own] for own in blocks)
     normal = turned(parts.normal, of_plane)
     offset = parts.offset + dots(normal, of_plane[:, :3])
     axes = {name: turned(getattr(frame, name), of_face) for name in ("u", "v", "normal")}
@@ -130,8 +124,7 @@ class MovedBlocks:
 
     @classmethod
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
-        """The blocks of an assembly, with dead and live forces in such a unit, of the problem's, and λ in
-        units of ``live``."""
+        """The blocks of an assembly, with dead and live forces in such a unit, and λ in units of ``live``."""
         problem, at_rest, geometry = assembly.problem, assembly.joints, assembly.geometry
         length = problem.length_unit
         joints = replace(at_rest, point=at_rest.point / length, extent=at_rest.extent / length)
@@ -145,8 +138,8 @@ class MovedBlocks:
         cohesion = np.zeros(problem.joints)
         cohesion[problem.sliding] = problem.cohesion / unit
         ends = shapely.points(np.stack([joints.start, joints.end], axis=1))
-        outer = [shapely.multipoints(shapely.get_coordinates(each)) for each in shapes.polygons]
-        corners = np.array(outer, dtype=object)
+        points, block = shapes.corners
+        corners = shapely.multipoints(points, indices=block)
         of_first, of_second = (
             shapely.distance(ends, corners[block][:, None]) <= 2 * shapes.tolerance
             for block in (joints.first, joints.second)
@@ -175,15 +168,11 @@ class MovedBlocks:
         return np.stack([np.ones_like(self.joints.extent, dtype=bool), self.joints.extent > 0], axis=1)
 
     def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
-        """The problem of the moved blocks, with the joints of which any corner touches.
+        """The problem of the moved blocks, with the joints of which any corner touches, shape (joints, 2).
 
         Closed joints are as at rest. A corner that touches alone has no cohesion, and the edge that it
         touches is the joint's; where two corners meet their bisector is, and friction that of the forces
         which both edges bear.
-
-        Parameters
-        ----------
-        touch: corners that touch, shape (joints, 2).
         """
         kept = np.flatnonzero(touch.any(axis=1))
         touch, blocks, at_rest = touch[kept], self.blocks[kept], self.joints
@@ -212,9 +201,8 @@ class MovedBlocks:
         slope, cohesion, none = friction[sliding], np.where(closed, self.cohesion[kept], 0.0), np.zeros(0)
         law = Law(sliding, slope, cohesion[sliding], slope, np.full((len(slope), 2), np.inf), none, none)
         centroid = placed(self.geometry.centroid, poses)
-        dead, live = (
-            moved(each, poses[self.movable]).about(centroid[self.movable]) for each in (self.dead, self.live)
-        )
+        acting = (moved(each, poses[self.movable]) for each in (self.dead, self.live))
+        dead, live = (each.about(centroid[self.movable]) for each in acting)
         shapes = replace(self.geometry, centroid=centroid)
         return Problem(Matrices.of(joints, shapes, self.movable, 1.0), law, dead, live, 1.0)
 
@@ -250,8 +238,7 @@ class MovedBlocks:
         return deepest_overlap(there, pairs)
 
     def _velocities(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        """Velocities of the joints' corners with their first and second blocks, shape (2, joints, 2, 2), as
-        these poses change."""
+        """Velocities of the joints' corners with first and second blocks, shape (2, joints, 2, 2)."""
         blocks = self.blocks.T[..., None]
         arm = turned(self.corner, poses[blocks])
         quarter = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
@@ -271,14 +258,8 @@ class MovedBlocks:
     def after(
         self, touch: np.ndarray, poses: np.ndarray, motion: np.ndarray, pressed: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Which corners still touch in a motion, shape (joints, 2), and which joints slide in it, shape
-        (joints,): under pressure, or without opening.
-
-        Parameters
-        ----------
-        touch: which corners touch, shape (joints, 2).
-        pressed: joints that carry a force, shape (joints,).
-        """
+        """Which of the corners that touch still do in a motion, shape (joints, 2), and which joints slide in
+        it, shape (joints,): those that are pressed, which carry a force, or without opening."""
         relative, least = self.relative(poses, motion), _STAYS * (self.fastest(poses, motion) or 1.0)
         stays = touch & (np.hypot(*relative) <= least)
         slips, opens = touch & ~stays, relative[0] > least

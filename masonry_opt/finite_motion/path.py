@@ -8,33 +8,20 @@ from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.effort import Effort
-from masonry_opt.finite_motion.chain import Chain, PathPoint
+from masonry_opt.finite_motion.chain import Chain
 from masonry_opt.finite_motion.moved_blocks import MovedBlocks
 from masonry_opt.finite_motion.statics import ForceOptimum, optimum
 from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.result import Result
 
-#: Violation of equilibrium and yield that is rounding.
-BORNE = 1e-8
-
-#: So many times that, and the joint is only just opening.
-_NEAR = 10.0
-
-#: Angle (rad) up to which a joint that closes is closed.
-_CLOSED = 1e-12
-
-#: Largest and least step, as the way of the fastest corner over the scene's size, and the width to which
-#: events are enclosed.
-_LONGEST, _SHORTEST, _ENCLOSED = 0.02, 1e-6, 1e-13
-
-#: Speed of the fastest corner, of a direction whose length is 1, below which nothing moves.
-_MOVES = 1e-7
-
-#: Step that shows in which sense a motion is possible.
-_PROBE = 1e-5
-
-#: Most steps, and most events in one place.
-_MOST, _MOST_EVENTS = 2000, 20
+BORNE = 1e-8  #: Violation of equilibrium and yield that is rounding.
+_NEAR = 10.0  #: So many times that, and the joint is only just opening.
+_CLOSED = 1e-12  #: Angle (rad) up to which a joint that closes is closed.
+_LONGEST, _SHORTEST = 0.02, 1e-6  #: Of steps: ways of the fastest corner over the scene's size.
+_ENCLOSED = 1e-13  #: Width to which events are enclosed.
+_MOVES = 1e-7  #: Speed of the fastest corner, of a direction whose length is 1, below which nothing moves.
+_PROBE = 1e-5  #: Step that shows in which sense a motion is possible.
+_MOST, _MOST_EVENTS = 2000, 20  #: Most steps, and most events in one place.
 
 
 @dataclass(frozen=True)
@@ -44,7 +31,9 @@ class Step:
     #: (x, y, θ) of all blocks, shape (blocks, 3): they turn about the geometry's origin, then shift.
     poses: np.ndarray
     load_factor: float  #: λ in equilibrium
-    touch: np.ndarray  #: which corners of the joints touch from here on, shape (joints, 2)
+    #: Which contact points touch from here on, shape (points,); in the plane, while the path is followed,
+    #: corners of the joints, shape (joints, 2).
+    touch: np.ndarray
     event: Reason | None = None  #: what happens here, if anything
 
 
@@ -63,17 +52,20 @@ class _Stretch:
     rates of poses and λ while the fastest corner moves by the scene's size."""
 
     chain: Chain
-    touch: np.ndarray
-    point: PathPoint
+    point: np.ndarray
     row: np.ndarray
 
     @property
+    def touch(self) -> np.ndarray:
+        return self.chain.touch
+
+    @property
     def poses(self) -> np.ndarray:
-        return self.chain.of_blocks(self.point.poses)
+        return self.chain.of_blocks(self.point)
 
     @property
     def motion(self) -> np.ndarray:
-        return self.chain.of_blocks(self.row[:-1].reshape(-1, 3))
+        return self.chain.of_blocks(self.row)
 
 
 class _PathEnded(Exception):
@@ -81,14 +73,8 @@ class _PathEnded(Exception):
 
 
 class HingingPath:
-    """The path after the onset that a result found.
-
-    Attributes
-    ----------
-    steps: states in order, the first at rest.
-    end: why the path ends.
-    motion: rates of the poses of all blocks at the onset, shape (blocks, 3).
-    """
+    """The path after the onset that a result found: ``steps`` are its states in order, the first at rest,
+    ``end`` is why it ends, ``motion`` rates of the poses of all blocks at the onset, shape (blocks, 3)."""
 
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
@@ -107,8 +93,8 @@ class HingingPath:
             self._follow()
         except _PathEnded as end:
             self.end: Reason = end.args[0]
-        units = by_component(2, problem.length_unit, 1.0)
-        self.steps = [replace(step, poses=step.poses * units) for step in self.steps]
+        units, points = by_component(2, problem.length_unit, 1.0), self.blocks.at_rest
+        self.steps = [replace(one, poses=one.poses * units, touch=one.touch[points]) for one in self.steps]
         self.motion = self.motion * units
 
     def _onset(self, result: Result) -> None:
@@ -149,7 +135,7 @@ class HingingPath:
     def _add(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> None:
         if len(self.steps) >= _MOST:
             raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
-        self.steps.append(Step(stretch.poses, self.unit * stretch.point.load_factor, touch, event))
+        self.steps.append(Step(stretch.poses, self.unit * float(stretch.point[-1]), touch, event))
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum) -> np.ndarray:
         """Which corners go on touching in the motion that statics found: some open, and none slides."""
@@ -164,7 +150,7 @@ class HingingPath:
         """The bodies of a state, and the way on: that in which corners open, if any do, else that of the
         motion before, or back."""
         chain = Chain(self.blocks, step.touch)
-        stretch = self._onward(chain, step.touch, chain.start(step.poses), hint)
+        stretch = self._onward(chain, chain.start(step.poses), hint)
         if stretch is None:
             raise _PathEnded(reason(Code.LOCKS))
         back = replace(stretch, row=-stretch.row)
@@ -175,17 +161,17 @@ class HingingPath:
         event, _ = self._try(stretch, _PROBE)
         return back if event and not self._try(back, _PROBE)[0] else stretch
 
-    def _onward(self, chain: Chain, touch: np.ndarray, point: PathPoint, hint: np.ndarray) -> _Stretch | None:
+    def _onward(self, chain: Chain, point: np.ndarray, hint: np.ndarray) -> _Stretch | None:
         """A point and its direction, that of a motion of the blocks; None where nothing moves."""
         found = chain.tangents(point)
         if len(found) > 1:
             raise _PathEnded(reason(Code.BRANCHES))
         for row in found:
-            poses, motion = (chain.of_blocks(of) for of in (point.poses, row[:-1].reshape(-1, 3)))
+            poses, motion = chain.of_blocks(point), chain.of_blocks(row)
             fastest = self.blocks.fastest(poses, motion)
             if fastest > _MOVES:
                 sense = 1.0 if (motion * hint).sum() >= 0 else -1.0
-                return _Stretch(chain, touch, point, sense * self.size / fastest * row)
+                return _Stretch(chain, point, sense * self.size / fastest * row)
         return None
 
     def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
@@ -210,28 +196,24 @@ class HingingPath:
 
     def _try(self, stretch: _Stretch, step: float) -> tuple[_PathEvent | None, _Stretch | None]:
         """A step: what would happen on it, and where it ends; neither if no such state is found."""
-        row = np.append(stretch.row[:-1], 0.0)
-        poses = stretch.point.poses + step * stretch.row[:-1].reshape(-1, 3)
-        guess = replace(
-            stretch.point, poses=poses, load_factor=stretch.point.load_factor + step * float(stretch.row[-1])
-        )
-        point = stretch.chain.corrected(guess, row, float(row[:-1] @ poses.ravel()))
+        row, guess = np.append(stretch.row[:-1], 0.0), stretch.point + step * stretch.row
+        point = stretch.chain.corrected(guess, row, float(row @ guess))
         if point is None:
             return None, None
-        ahead = self._onward(stretch.chain, stretch.touch, point, stretch.motion)
+        ahead = self._onward(stretch.chain, point, stretch.motion)
         return (None, None) if ahead is None else (self._event(ahead), ahead)
 
     def _event(self, ahead: _Stretch) -> _PathEvent | None:
         """What has happened before a state, if anything has."""
-        poses, point = ahead.poses, ahead.point
-        if point.load_factor < 0:
+        poses, load_factor = ahead.poses, float(ahead.point[-1])
+        if load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO)
         closed = self.blocks.opening_angle(ahead.touch, poses) < -_CLOSED
         if closed.any():
             return _PathEvent(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
         if over := self.blocks.overlap(poses):
             return _PathEvent(Code.BLOCKS_MEET, tuple(over))
-        borne = optimum(self.blocks, ahead.touch, poses, point.load_factor, self.effort)
+        borne = optimum(self.blocks, ahead.touch, poses, load_factor, self.effort)
         if borne is None:
             raise _PathEnded(reason(Code.FORCES_UNDECIDED))
         if borne.value > BORNE:
@@ -274,5 +256,5 @@ class HingingPath:
         point = before.chain.corrected(before.point, row, 0.0)
         if point is None:
             return None
-        last = replace(before, point=replace(point, load_factor=0.0))
+        last = replace(before, point=np.append(point[:-1], 0.0))
         return None if self._event(last) else last

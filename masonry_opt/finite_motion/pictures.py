@@ -63,9 +63,8 @@ def displaced_picture(
         marks.append(Marks("hinges", "hinging joint", "dot", HINGES, 5.2, at[:, None]))
     if dimension == 2 and (apart := (joints["state"] == "separated").to_numpy()).any():
         ends = np.stack([assembly.joints.start, assembly.joints.end], axis=1)[apart]
-        sides = [
-            placed(ends, poses[of[apart]][:, None]) for of in (assembly.joints.first, assembly.joints.second)
-        ]
+        blocks = assembly.joints.first[apart], assembly.joints.second[apart]
+        sides = [placed(ends, poses[own][:, None]) for own in blocks]
         marks.append(Marks("separates", "separated joint", "line", SEPARATES, 1.6, np.concatenate(sides)))
     heading = (
         f"λ = {numeral(state['load_factor'], '.5f')} at a displacement of "

@@ -15,7 +15,7 @@ from masonry_opt.problem.loads import LoadedPiece, by_component, edge_forces, lo
 from masonry_opt.problem.matrices import Matrices, shares
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.find import find_joints, shapes_of
-from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.contacts.joints import Joints, joint_properties
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 
@@ -85,12 +85,9 @@ class Assembly:
 
 
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
-    """Find the joints of a scene and assemble eqs (1) to (6).
-
-    Raises CaseError if a block, joint, edge load or fill of the scene is wrong (see ``geometry``,
-    ``find_joints``, also for ``floating``, ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or
-    loads differ by more than double precision carries.
-    """
+    """Find the joints of a scene and assemble eqs (1) to (6). Raises CaseError if a block, joint, edge load
+    or fill of the scene is wrong (see ``geometry``, ``find_joints``, also for ``floating``, ``edge_forces``
+    and ``filled_pieces``, in space ``shapes``), or loads differ by more than double precision carries."""
     found = shapes_of(scene)
     joints, movable = find_joints(scene, found, floating=floating), np.flatnonzero(~scene.fixed)
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
@@ -139,10 +136,8 @@ def _with_limited(
 
 def _limiting(law: Law, limited: tuple[LimitedForce, ...], force_unit: float) -> Law:
     """A law with the limits of these forces."""
-    lowest, highest = (
-        np.array([getattr(force, name) for force in limited]) / force_unit for name in ("lowest", "highest")
-    )
-    return replace(law, lowest=lowest, highest=highest)
+    lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
+    return replace(law, lowest=lowest / force_unit, highest=highest / force_unit)
 
 
 def _loaded(
@@ -178,10 +173,8 @@ def _loaded(
 
 def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     """Assembly of a scene that differs in loads and joint properties alone, with the same matrices; None if
-    anything else differs. Where loads agree they are the same arrays.
-
-    Raises CaseError as :func:`assemble` does.
-    """
+    anything else differs. Where loads agree they are the same arrays. Raises CaseError as :func:`assemble`
+    does."""
     before = assembly.scene
     if any(getattr(scene, name) != getattr(before, name) for name in _OF_GEOMETRY):
         return None
@@ -197,7 +190,8 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
         # The same array is the same dead load to what is kept of it.
         dead = problem.dead if np.array_equal(dead, problem.dead) else dead
         problem = replace(problem, dead=dead, live=live, force_unit=force_unit)
-    joints = assembly.joints.with_properties(scene)
+    joints = assembly.joints
+    joints = replace(joints, **joint_properties(scene, joints.first, joints.second))
     law = _law(joints, scene.thickness, problem.force_unit)
     law = _limiting(law, assembly.limited, problem.force_unit)
     return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=joints)

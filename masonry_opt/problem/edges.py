@@ -8,11 +8,8 @@ import numpy as np
 
 from masonry_opt.problem.problem import Problem
 
-#: A linear form: coefficients by number of the factor.
-Form = dict[int, float]
-
-#: Coefficients below this are rounding.
-_NOTHING = 1e-14
+Form = dict[int, float]  #: A linear form: coefficients by number of the factor.
+_NOTHING = 1e-14  #: Coefficients below this are rounding.
 
 
 class EdgeFactors:
@@ -64,9 +61,8 @@ class EdgeFactors:
 
     def motion_of(self, joint: int) -> list[int]:
         """Velocities of the blocks of a joint."""
-        return [
-            e for block in np.flatnonzero(self._touches[:, joint]) for e in self.velocities_of(int(block))
-        ]
+        blocks = np.flatnonzero(self._touches[:, joint]).tolist()
+        return [e for block in blocks for e in self.velocities_of(block)]
 
     @cached_property
     def other_slacks(self) -> dict[int, Form]:

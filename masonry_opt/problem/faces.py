@@ -35,8 +35,7 @@ def _chords() -> Chords:
 
 CHORDS = _chords()
 
-#: The largest share of the moment that a chord misses: beside the middle.
-MISSED = 0.0065
+MISSED = 0.0065  #: The largest share of the moment that a chord misses: beside the middle.
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
@@ -67,18 +66,14 @@ def parabola(n: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 def crushing_energy(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     """Energy that the parabola dissipates in a motion, over f_c L, shape (joints,): the greatest of
-    |rotation| x (1 − x) − opening x over 0 ≤ x ≤ 1.
-
-    Opening and rotation are those of :func:`chord_rates`.
-    """
+    |rotation| x (1 − x) − opening x over 0 ≤ x ≤ 1. Opening and rotation are those of :func:`chord_rates`."""
     turning = np.abs(rotation)
     ratio = np.divide(opening, turning, out=np.where(opening < 0, -1.0, 1.0), where=turning > 0)
     x = np.clip((1 - ratio) / 2, 0.0, 1.0)
     return turning * x * (1 - x) - opening * x
 
 
-#: Kinds of force of a joint: two points and a shear, or a point and two.
-KINDS = 3
+KINDS = 3  #: Kinds of force of a joint: two points and a shear, or a point and two.
 
 
 @dataclass(frozen=True)
@@ -141,10 +136,8 @@ PLANE = Layout(np.array([[1.0], [-1.0]]))
 
 def space(sides: int) -> Layout:
     """Layout of space with so many sides of a polygon inside the cone of friction, each
-    ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``.
-
-    A corner of the polygon lies along the tangent, and where 4 divides their number along each axis: along
-    these the polygon holds as much as the cone."""
+    ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``. A corner of the polygon lies along the tangent, and where 4
+    divides their number along each axis: along these the polygon holds as much as the cone."""
     angles = 2 * np.pi / sides * (np.arange(sides) + 0.5)
     senses = np.column_stack([np.cos(angles), np.sin(angles)])
     return SpaceLayout(senses, float(np.cos(np.pi / sides)), f"polygon of {sides} sides")
@@ -208,9 +201,8 @@ class Faces:
             return sp.vstack([rocking, limited], format="csr") if len(forces) else rocking
         lost = sp.diags_array(np.tile(1 - CHORDS.slope, len(self.crushing)))
         total = self.normal_sums[self._of_chord]
-        at_points = [
-            points * selection(point * self.joints + self._of_chord, self.width) for point in range(points)
-        ]
+        columns = [point * self.joints + self._of_chord for point in range(points)]
+        at_points = [points * selection(own, self.width) for own in columns]
         return sp.vstack([rocking, *(one - lost @ total for one in at_points), limited], format="csr")
 
     @cached_property

@@ -9,14 +9,12 @@ import numpy as np
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import Segments, no_loads, resultant
-from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.geometry import Geometry, Profile, profile_below
 from masonry_opt.scene.loads import KINDS
-from masonry_opt.scene.profile import Profile, profile_below
 from masonry_opt.scene.road import Fill
 from masonry_opt.scene.scene import Scene
 
-#: Rise of an edge over its length up to which it is level: coordinates are rounded.
-_LEVEL = 1e-9
+_LEVEL = 1e-9  #: Rise of an edge over its length up to which it is level: coordinates are rounded.
 
 
 @dataclass(frozen=True)
@@ -44,10 +42,8 @@ class FilledPiece:
 
 
 def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
-    """The uppermost edges below the road of a fill, by its index.
-
-    Raises CaseError if the road runs through a block, or there is nothing below a part of it.
-    """
+    """The uppermost edges below the road of a fill, by its index. Raises CaseError if the road runs through a
+    block, or there is nothing below a part of it."""
     where = f"the road of fill no. {number + 1}"
     profile = profile_below(scene, shapes, np.array(scene.fills[number].road) - shapes.origin, where)
     if len(nothing := np.flatnonzero(profile.block < 0)):
@@ -61,10 +57,8 @@ def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
 
 def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     """The pieces of edges that fills of a scene touch, on fixed blocks too: the uppermost edges below the
-    road, and beside an edge that stands higher than the next its upright face.
-
-    Raises CaseError if a fill touches no movable block, and as :func:`profile_of` does.
-    """
+    road, and beside an edge that stands higher than the next its upright face. Raises CaseError if a fill
+    touches no movable block, and as :func:`profile_of` does."""
     found: list[FilledPiece] = []
     for number in range(len(scene.fills)):
         profile = profile_of(scene, shapes, number)
@@ -109,9 +103,8 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
 
     low, high = above(cuts[:-1]), above(cuts[1:])
     crosses = low * high < 0
-    cuts = np.unique(
-        [*cuts, *(cuts[:-1] + np.diff(cuts) * low / np.where(crosses, low - high, 1.0))[crosses]]
-    )
+    crossings = cuts[:-1] + np.diff(cuts) * low / np.where(crosses, low - high, 1.0)
+    cuts = np.unique([*cuts, *crossings[crosses]])
     for share in np.stack([cuts[:-1], cuts[1:]], axis=1):
         at = ends[0] + np.outer(share, ends[1] - ends[0])
         below = depth[0] + share * (depth[1] - depth[0])
@@ -145,8 +138,7 @@ def _beside(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarra
 
 def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
     """Force and moment about the centroid that the weight of fills gives each of the scene's blocks, by kind
-    "dead" and "live", shape (blocks, 3), in the scene's units; in an earthquake its mass too, where it stands
-    on the blocks."""
+    "dead" and "live", shape (blocks, 3), in the scene's units; in an earthquake its mass on blocks too."""
     forces = no_loads(shapes)
     factor = {kind: scene.factor(kind, "fill") for kind in KINDS}
     per_weight = {kind: times * scene.down for kind, times in factor.items() if times}

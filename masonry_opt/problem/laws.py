@@ -40,8 +40,7 @@ class Sides(_Limited):
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
         """What the shear limit dissipates at rates of the senses (senses, k), over it, shape (k,)."""
-        speed: np.ndarray = self.layout.factor * slides.sum(axis=0)
-        return speed
+        return np.asarray(self.layout.factor * slides.sum(axis=0))
 
 
 class Cone(Sides):
@@ -112,8 +111,7 @@ class Forms(NamedTuple):
     strength: type[Chords] = Chords
 
 
-#: As linear programs take them.
-BY_FACES = Forms()
+BY_FACES = Forms()  #: As linear programs take them.
 
 
 @dataclass(frozen=True)

@@ -69,10 +69,8 @@ def columns(
 
 
 def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
-    """The ties and props of a scene.
-
-    Raises CaseError if an end does not lie in its block, or both ends are in one place.
-    """
+    """The ties and props of a scene. Raises CaseError if an end does not lie in its block, or both ends are
+    in one place."""
     number_of = {block.name: number for number, block in enumerate(scene.blocks)}
     # The ground reaches farther than a block that was drawn for it.
     if GROUND in number_of and scene.blocks[number_of[GROUND]].fixed:

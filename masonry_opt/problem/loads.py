@@ -55,8 +55,7 @@ def moment_of(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Moments of forces with these arms, shape (f, dim) each: shape (f, 1), in space (f, 3)."""
     dimension = arm.shape[1]
     arm, force = (np.pad(of, ((0, 0), (0, 3 - dimension))) for of in (arm, force))
-    moment: np.ndarray = np.cross(arm, force)[:, -moments_in(dimension) :]
-    return moment
+    return np.asarray(np.cross(arm, force)[:, -moments_in(dimension) :])
 
 
 def moments_in(dimension: int) -> int:
@@ -85,10 +84,8 @@ def weights(scene: Scene, shapes: Extents, movable: np.ndarray) -> np.ndarray:
     """Weights of the blocks with these indices, shape (b,)."""
     instead = {load.block: load.weight for load in scene.loads if load.weight is not None}
     blocks = [scene.blocks[index] for index in movable]
-    sizes = shapes.size[movable] * scene.thickness
-    return np.array(
-        [instead.get(block.name, block.weight_of(size)) for block, size in zip(blocks, sizes, strict=True)]
-    )
+    sized = zip(blocks, shapes.size[movable] * scene.thickness, strict=True)
+    return np.array([instead.get(block.name, block.weight_of(size)) for block, size in sized])
 
 
 def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
@@ -279,17 +276,11 @@ def resultant(ends: np.ndarray, intensity: np.ndarray, centroid: np.ndarray) -> 
 def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixed: bool) -> CaseError:
     load = scene.edge_loads[number - 1]
     if movable:
-        why = (
-            "the edges there are covered by other blocks: load a free edge, or a block by its name and "
-            "a point, in a [[load]]"
-        )
+        why = "the edges there are covered by other blocks: load a free edge, or a block in a [[load]]"
     elif fixed:
         why = "only fixed blocks have an edge there, and carry no load: load a movable block"
     else:
-        why = (
-            "no block has an edge there: give two points of an edge, or raise 'tolerance'; a [[load]] acts "
-            "inside of a block"
-        )
+        why = "no block has an edge there: give two points of one, raise 'tolerance', or write a [[load]]"
     return CaseError(
         f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its whole "
         f"length of {length:.6g} meets no free edge of a movable block: {why}"

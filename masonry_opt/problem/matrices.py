@@ -16,17 +16,12 @@ from masonry_opt.scene.geometry import Extents
 #: lower than by cones, loads to expect as much. (With 12 sides 1 %, with 16 .5 %; steps are as many.)
 SIDES = 24
 
-#: Layouts by dimension.
-_LAYOUTS = {2: lambda: PLANE, 3: lambda: space(SIDES)}
+_LAYOUTS = {2: lambda: PLANE, 3: lambda: space(SIDES)}  #: Layouts by dimension.
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
     """Length or area that each of the problem's joints stands for, an equal share of its joint's."""
     return np.asarray((joints.extent / np.bincount(joint, minlength=len(joints.extent)))[joint])
-
-
-#: Tables of faces that matrices remember: of the laws that the programs in use are declared under.
-_REMEMBERED = 4
 
 
 @dataclass(frozen=True)
@@ -104,8 +99,6 @@ class Matrices:
         these are bounded below and these above, shape (t,) each; one for all laws that agree."""
         key = tuple(of.tobytes() for of in (sliding, crushing, *bounded))
         if key not in self._tables:
-            for oldest in list(self._tables)[: 1 - _REMEMBERED]:
-                del self._tables[oldest]
             self._tables[key] = Faces(self.layout, self.joints, sliding, crushing, bounded)
         return self._tables[key]
 

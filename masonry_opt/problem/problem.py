@@ -98,7 +98,6 @@ class Problem:
 
     C = Of[Callable[[np.ndarray], sp.csr_array]]("table")
     N = Of[sp.csr_array]("table")
-    R = Of[sp.csr_array]("table")
     limit_factors = Of[sp.csr_array]("table")
     bent = Of[np.ndarray]("table")
     face_joint = Of[np.ndarray]("table")
@@ -111,8 +110,7 @@ class Problem:
         return self.matrices.faces(self.sliding, self.crushing, bounded)
 
     def same_program(self, other: "Problem") -> bool:
-        """Whether another problem differs in friction, cohesion and dilatancy alone, which compiled programs
-        take as parameters."""
+        """Whether another problem differs in friction, cohesion and dilatancy alone: programs' parameters."""
         same_loads = self.dead is other.dead and self.live is other.live
         limits = ("crushing_force", "lowest", "highest")
         same_strength = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in limits)
@@ -207,8 +205,7 @@ class Problem:
         moved: np.ndarray = self.B.T @ d
         if self.compliance is None or q is None:
             return moved
-        given: np.ndarray = moved + self.compliance * (q if self.settled is None else q - self.settled)
-        return given
+        return np.asarray(moved + self.compliance * (q if self.settled is None else q - self.settled))
 
     def _motion(self, d: np.ndarray, q: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Opening at the points (points, c) and slip (shears, c) of joints."""
@@ -218,8 +215,7 @@ class Problem:
     @property
     def columns_of_sliding(self) -> np.ndarray:
         """Indices in q of n, s and t of the contact points that can slide, shape (3, k)."""
-        columns: np.ndarray = self.by_kind(np.arange(self.B.shape[1]))[:, self.sliding]
-        return columns
+        return np.asarray(self.by_kind(np.arange(self.B.shape[1]))[:, self.sliding])
 
     @cached_property
     def true_yield(self) -> sp.csr_array:
@@ -236,8 +232,7 @@ class Problem:
 
     @cached_property
     def face_constant(self) -> np.ndarray:
-        """Constant part of the chords of crushing and of the limits of forces, zero on all other faces, shape
-        (faces,)."""
+        """Constant part of chords of crushing and limits of forces, zero on other faces, shape (faces,)."""
         constant = np.zeros(self.faces)
         constant[self.table.bent] = np.outer(self.crushing_force, CHORDS.constant)
         limits = np.append(-self.lowest[self.table.below], self.highest[self.table.above])
@@ -257,8 +252,7 @@ class Problem:
 
     def slacks(self, q: np.ndarray) -> np.ndarray:
         """Slack z of each face under forces q, the true friction and strength, eq. (4), shape (faces,):
-        negative is a violation. Under the cone and the parabola, theirs in the place of those of their sides
-        and chords."""
+        negative is a violation. Of cone and parabola theirs, in place of those of sides and chords."""
         z: np.ndarray = self.true_yield @ q + self.face_cohesion
         if isinstance(self.by_friction, Cone):
             self._by_sense(z)[:] = self.by_friction.slacks(*self._of_sliders(q))
@@ -321,8 +315,7 @@ class Problem:
 
     def normal_forces(self, q: np.ndarray) -> np.ndarray:
         """Normal forces of all joints, shape (c,), in forces q, shape (3c,)."""
-        total: np.ndarray = self.at_points(q).sum(axis=0)
-        return total
+        return np.asarray(self.at_points(q).sum(axis=0))
 
     def at_points(self, q: np.ndarray) -> np.ndarray:
         """Normal forces at the points of joints, shape (2, c), in space (1, c), in forces q, shape (3c,)."""

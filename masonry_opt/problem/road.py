@@ -7,8 +7,7 @@ import numpy as np
 
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.fill import profile_of
-from masonry_opt.scene.geometry import Geometry
-from masonry_opt.scene.profile import Profile, profile_below
+from masonry_opt.scene.geometry import Geometry, Profile, profile_below
 from masonry_opt.scene.scene import Scene
 
 
@@ -23,8 +22,7 @@ class Road:
     abscissae of its two ends, and ``breaks`` those at which forces on blocks may jump as a load moves, the
     ends among them, rising.
 
-    Raises CaseError, which calls it as it is ``called``, if the road runs through a block, or no movable
-    block lies under it.
+    Raises CaseError, which calls it as ``called``, if it runs through a block, or no movable one is under it.
     """
 
     def __init__(

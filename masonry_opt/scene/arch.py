@@ -12,8 +12,7 @@ from pydantic import Field, Strict
 from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
 from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
-#: Relative excess of the rise over half the span that is rounding: the arch is a semicircle.
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  #: Relative excess of the rise over half the span that is rounding: a semicircle.
 
 #: What of a voussoir weighs: the sector between two arcs, its centreline, or the polygon drawn.
 Weights = Literal["sector", "centreline", "straight"]
@@ -90,10 +89,8 @@ class ArchRing(AnyGenerator):
         elif not swept < 180 * self.voussoirs:
             yield f"a voussoir of {swept / self.voussoirs:g}° is no wedge: raise 'voussoirs'"
         if self._is_pointed and self.voussoirs % 2:
-            yield (
-                "'rise' is more than half of 'span': a pointed arch has an even number of 'voussoirs' "
-                f"(found {self.voussoirs})"
-            )
+            odd = f"(found {self.voussoirs})"
+            yield f"'rise' is over half of 'span': a pointed arch has an even number of 'voussoirs' {odd}"
         if not self.thickness < 2 * (radius := self._radius):
             yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"
         if self.skewbacks is None:
@@ -154,8 +151,7 @@ class ArchRing(AnyGenerator):
         return self._springings[0] - self._springings[1]
 
     def _stones(self) -> Iterator[Stone]:
-        """The voussoirs ``v1``, ``v2``, ..., then ``skewback 1`` and ``skewback 2``, then ``abutment 1`` and
-        ``abutment 2``."""
+        """The voussoirs ``v1``, ``v2``, ..., ``skewback 1`` and ``2``, then ``abutment 1`` and ``2``."""
         shapes = self._voussoirs()
         for number, shape in enumerate(shapes, start=1):
             yield shape._replace(name=f"v{number}")
@@ -290,8 +286,7 @@ class Arch(ArchRing, Generator):
                 yield f"'point_loads' has two loads on voussoir {number}: add them up"
 
     def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The voussoirs ``v1``, ``v2``, ..., then ``skewback 1`` and ``skewback 2``, then ``abutment 1`` and
-        ``abutment 2``."""
+        """The voussoirs ``v1``, ``v2``, ..., ``skewback 1`` and ``2``, then ``abutment 1`` and ``2``."""
         forces = {f"v{load.voussoir}": load.force for load in self.point_loads}
         built = []
         for name, corners, area, weight_at, back in self._stones():

@@ -20,7 +20,7 @@ from pydantic import (
 )
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.mistakes import called, did_you_mean, wrong_call
+from masonry_opt.scene.mistakes import called, did_you_mean, wrong_values
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as _ModelType
@@ -71,8 +71,7 @@ def _rightward(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 #: A road's line, from left to right.
 RoadLine = Annotated[list[Point], Field(min_length=2), AfterValidator(_rightward)]
-#: Corners of a polygon in order.
-Ring = Annotated[list[Point], Field(min_length=3)]
+Ring = Annotated[list[Point], Field(min_length=3)]  #: Corners of a polygon in order.
 
 
 class _Shown:
@@ -87,11 +86,8 @@ class _Shown:
 
 
 class _RecordType(_ModelType):
-    """Metaclass of records: a call with wrong values in Python raises CaseError.
-
-    Records inside another one, or in a case file, are validated without a call: the error of the whole names
-    their mistakes.
-    """
+    """Metaclass of records: a call with wrong values in Python raises CaseError. Records inside another one,
+    or in a case file, are validated without a call: errors are of the whole."""
 
     # mypy does not know that every class of this type is a Record.
     def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
@@ -100,7 +96,7 @@ class _RecordType(_ModelType):
         try:
             return super().__call__(**values)  # type: ignore[misc]
         except ValidationError as error:
-            raise wrong_call(error, cls, values) from None
+            raise wrong_values(error, cls, values) from None
 
     def __dir__(cls) -> list[str]:
         """What is a record's own: help and completion leave pydantic's names out."""
@@ -110,8 +106,7 @@ class _RecordType(_ModelType):
 class Record(BaseModel, metaclass=_RecordType):
     """A frozen record that refuses unknown keys and finds aliases by either name.
 
-    Raises CaseError if it is called with values that are wrong; the message names the class, the key and the
-    remedy.
+    Raises CaseError if it is called with wrong values; the message names the class, the key and the remedy.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
@@ -119,8 +114,7 @@ class Record(BaseModel, metaclass=_RecordType):
     #: Pydantic would read a record where a list is wanted as a list of its keys.
     __iter__ = None  # type: ignore[assignment]
 
-    #: Mistakes that are told together.
-    most_told: ClassVar[int] = 1
+    most_told: ClassVar[int] = 1  #: Mistakes that are told together.
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
@@ -148,11 +142,7 @@ class Record(BaseModel, metaclass=_RecordType):
 
         Raises CaseError if a call with these values would.
         """
-        values = self._with(changes)
-        try:
-            return self.model_validate(values)
-        except ValidationError as error:
-            raise wrong_call(error, type(self), values) from None
+        return type(self)(**self._with(changes))
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy; with ``update`` that of :meth:`replace`."""
@@ -234,15 +224,12 @@ def _keys(value: Any) -> set[str]:
 
 
 class Body(Record):
-    """What a block in the plane and one in space have in common: weight, loads, support.
-
-    The fields are those of the records below it, each with as many numbers as its points have.
-    """
+    """What a block in the plane and one in space have in common: weight, loads, support. The fields are those
+    of the records below it, each with as many numbers as its points have."""
 
     #: Keys of its loads: what a fixed block has none of, and what does not tilt.
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "dead")
-    #: Numbers of its points.
-    dimension: ClassVar[Literal[2, 3]] = 2
+    dimension: ClassVar[Literal[2, 3]] = 2  #: Numbers of its points.
 
     if TYPE_CHECKING:
         name: str
@@ -279,8 +266,7 @@ class Block(Body):
 
     Lengths and forces are in any consistent units.
 
-    Raises CaseError if a key is unknown, a value is no finite number, or shape or weight are missing or
-    doubled.
+    Raises CaseError if a key is unknown, a value no finite number, or shape or weight missing or doubled.
 
     Parameters
     ----------

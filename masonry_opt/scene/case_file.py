@@ -98,11 +98,9 @@ class CaseFile(SceneKeys):
         return list(dict.fromkeys(_table(one) for one in self._of(Generator) if any(one.live)))
 
     def scene(self) -> Scene:
-        """The scene, its generators and its mesh expanded after the blocks written out.
-
-        Raises pydantic.ValidationError if the blocks do not make a scene, and CaseError if a generator
-        cannot build its own or the mesh cannot be read.
-        """
+        """The scene, its generators and its mesh expanded after the blocks written out. Raises
+        pydantic.ValidationError if the blocks do not make a scene, and CaseError if a generator cannot build
+        its own or the mesh cannot be read."""
         blocks = list(self.blocks)
         for flat in self._of(Generator):
             blocks += flat.blocks(self.thickness)
@@ -125,8 +123,7 @@ def load(path: str | Path) -> Scene:
     """Read a case file, a ``.toml`` file, or a ``.json`` file with the same keys, as a scene with generators
     expanded to blocks; unexpanded they are in its ``case``.
 
-    Raises CaseError if the file cannot be read or does not describe a scene; the message names the file, the
-    key and the block.
+    Raises CaseError if the file cannot be read or describes no scene; the message names file, key and block.
     """
     path = as_path(path, "a case file")
     case = read_tables(path)
@@ -141,7 +138,7 @@ def load(path: str | Path) -> Scene:
         wrong = error if isinstance(error, ValidationError) else error.__context__
         if not isinstance(wrong, ValidationError):
             raise
-        raise wrong_values(wrong, str(path), CaseFile, case, in_file=True) from None
+        raise wrong_values(wrong, CaseFile, case, str(path)) from None
 
 
 def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
@@ -164,16 +161,13 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
     """
     if not isinstance(scene, Scene | CaseFile):
         raise CaseError(f"what is saved is a Scene (found {type(scene).__name__})")
-    path = as_path(path, "a case file")
-    match path.suffix.lower():
-        case ".toml":
-            mark = f"# {MARK}, and replaced by it without asking until this line is deleted\n"
-            text = mark + toml_text(scene)
-        case ".json":
-            keys = {JSON_KEY: WRITER} | _keys(scene, "json")
-            text = json.dumps(keys, indent=2, ensure_ascii=False) + "\n"
-        case _:
-            raise CaseError(f"{path}: a case file's name ends in .toml or .json")
+    path = as_path(path, "a case file", ".toml", ".json")
+    if path.suffix.lower() == ".toml":
+        mark = f"# {MARK}, and replaced by it without asking until this line is deleted\n"
+        text = mark + toml_text(scene)
+    else:
+        keys = {JSON_KEY: WRITER} | _keys(scene, "json")
+        text = json.dumps(keys, indent=2, ensure_ascii=False) + "\n"
     refuse_replacing(path, force)
     write_file(path, text, CaseError)
 
@@ -195,10 +189,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 def case_folder(named: Path | None = None) -> Path:
     """The folder named; else ``cases/`` in the current folder, if it holds the paper's case files; else the
-    package's own, which in a clone lies beside the package.
-
-    Raises CaseError if there is none.
-    """
+    package's own, which in a clone lies beside the package. Raises CaseError if there is none."""
     if named is not None:
         return named
     for folder in (Path("cases"), _PACKAGE / "cases", _PACKAGE.parent / "cases"):

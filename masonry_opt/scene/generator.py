@@ -9,8 +9,7 @@ from pydantic import Field, Strict, Tag
 from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Block, Body, Name, NonNegative, Point, Positive, Record
 from masonry_opt.scene.solids import Solid, Vector
 
-#: Blocks, openings and gaps that a generator builds: more than can be solved, and soon built.
-MOST_BLOCKS = 100_000
+MOST_BLOCKS = 100_000  #: Blocks, openings and gaps of a generator: more than can be solved, and soon built.
 
 #: Courses, rings, drums; and one width, or two that differ.
 Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
@@ -39,8 +38,7 @@ class AnyGenerator(Record):
         at: tuple[float, ...]
 
     most_told: ClassVar[int] = 5
-    #: What its blocks are.
-    kind: ClassVar[type[Body]]
+    kind: ClassVar[type[Body]]  #: What its blocks are.
 
     def _mistakes(self) -> Iterator[str]:
         if self.size > MOST_BLOCKS:
@@ -152,8 +150,7 @@ class SolidGenerator(AnyGenerator):
 
 
 def polar(radius: float, angle: float, *z: float) -> Any:
-    """The point at a distance from the origin, or the z axis, in a direction in radians, counter-clockwise
-    from x."""
+    """The point at a distance from the origin, or the z axis, at an angle from x towards y, in radians."""
     return (radius * math.cos(angle), radius * math.sin(angle), *z)
 
 

@@ -1,4 +1,5 @@
-"""Where the blocks of a scene are: sizes, centroids, corners and boxes; and the polygons of the plane."""
+"""Where the blocks of a scene are: sizes, centroids, corners and boxes; the polygons of the plane, and the
+uppermost edges of these below a line, such as a road's."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
@@ -15,16 +16,14 @@ from masonry_opt.scene.outlines import sides_of
 from masonry_opt.scene.rows import bounds
 from masonry_opt.scene.scene import Scene
 
-#: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps,
-#: joints, corners.
+#: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps, joints.
 RELATIVE_TOLERANCE = 1e-6
 
 #: Neighbours nearer than this, over the width of the smaller block, were surely meant to touch, and overlaps
 #: no deeper come of rounded coordinates.
 NEAR_MISS = 1e-2
 
-#: So are those within so many tolerances: coordinates that need one are now and then off by a little more.
-_NEAR_TOLERANCES = 3
+_NEAR_TOLERANCES = 3  #: So are those within so many tolerances: coordinates are off by a little more.
 
 #: Share of the tolerance within which corners lie on the outline without them: outlines off by so little are
 #: near each other where the blocks are.
@@ -175,9 +174,8 @@ def geometry(scene: Scene) -> Geometry:
     simple = np.flatnonzero(~built_up)
     if len(simple):
         owner = np.repeat(np.arange(len(simple)), np.array(count)[simple])
-        rings = shapely.linearrings(
-            np.concatenate([corners_of[index] for index in simple]) - origin, indices=owner
-        )
+        corners = np.concatenate([corners_of[index] for index in simple]) - origin
+        rings = shapely.linearrings(corners, indices=owner)
         outlines[simple] = shapely.polygons(rings)
         polygons[simple], convex[simple] = _plain(rings, tolerance, scene, simple)
     for index in np.flatnonzero(built_up):
@@ -249,3 +247,71 @@ def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> Non
     names = [repr(scene.blocks[index].name) for index in blocks]
     more = f" (and {len(names) - 1} more like it: {', '.join(names[1:4])})" if len(names) > 1 else ""
     raise CaseError(f"{scene.origin}: block {names[0]} {why}{more}")
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Pieces of the uppermost edges below a line, from left to right; both are straight along a piece.
+    Relative to the geometry's origin, each of shape (pieces, 2), of the pieces' left and right ends."""
+
+    x: np.ndarray  #: of the edges
+    y: np.ndarray  #: of the edges; NaN where there is none
+    line: np.ndarray  #: height of the line
+    edge: np.ndarray  #: index of the edge, shape (pieces,); -1 where there is none
+    block: np.ndarray  #: index of its block in the scene, shape (pieces,); -1 where there is none
+
+    @property
+    def depth(self) -> np.ndarray:
+        """Of the edges below the line, at least 0."""
+        return np.maximum(self.line - self.y, 0.0)
+
+
+def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str) -> Profile:
+    """The uppermost edges of a scene's blocks, fixed ones too, below a line through points from left to
+    right, relative to the geometry's origin, shape (points, 2). Raises CaseError, which calls the line
+    ``where``, if it runs through a block."""
+    _refuse_through(scene, shapes, points, where)
+    tail, tip, owner = shapes.edges
+    upper = np.flatnonzero(tip[:, 0] < tail[:, 0])  # of an edge with the block to its left
+    tail, tip, owner = tail[upper], tip[upper], owner[upper]
+    at = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))
+    at = at[(at >= points[0, 0]) & (at <= points[-1, 0])]
+    # Pieces shorter than what is nothing belong to their neighbours.
+    at = at[np.r_[True, np.diff(at) > shapes.tolerance]]
+    edge = _uppermost(tail, tip, (at[1:] + at[:-1]) / 2, points, 2 * shapes.tolerance)
+    # A piece begins where the edge or the slope of the line changes.
+    slope = np.searchsorted(points[1:-1, 0], (at[1:] + at[:-1]) / 2)
+    begins = np.r_[True, (edge[1:] != edge[:-1]) | (slope[1:] != slope[:-1])]
+    edge, starts = edge[begins], at[:-1][begins]
+    x = np.column_stack([starts, np.r_[starts[1:], at[-1]]])
+    tail, tip = tail[edge], tip[edge]
+    y = tail[:, 1:] + (x - tail[:, :1]) * ((tip - tail)[:, 1:] / (tip - tail)[:, :1])
+    found = edge >= 0
+    line = np.interp(x, points[:, 0], points[:, 1])
+    numbers = (np.where(found, of[edge], -1) for of in (upper, owner))
+    return Profile(x, np.where(found[:, None], y, np.nan), line, *numbers)
+
+
+def _uppermost(
+    tail: np.ndarray, tip: np.ndarray, x: np.ndarray, points: np.ndarray, above: float
+) -> np.ndarray:
+    """The highest edge at each abscissa no more than so much above the line, shape (x,); -1 without one."""
+    high = np.interp(x, points[:, 0], points[:, 1]) + above
+    low = np.full_like(high, min(tail[:, 1].min(), tip[:, 1].min()) - 1.0)
+    plumb = shapely.linestrings(np.stack([np.column_stack([x, x]), np.column_stack([low, high])], axis=2))
+    edges = shapely.linestrings(np.stack([tail, tip], axis=1))
+    number, edge = shapely.STRtree(edges).query(plumb, predicate="intersects")
+    share = (x[number] - tail[edge, 0]) / (tip[edge, 0] - tail[edge, 0])
+    rising = np.argsort(tail[edge, 1] + share * (tip[edge, 1] - tail[edge, 1]), kind="stable")
+    found = np.full(len(x), -1)
+    found[number[rising]] = edge[rising]  # the highest is written last
+    return found
+
+
+def _refuse_through(scene: Scene, shapes: Geometry, points: np.ndarray, where: str) -> None:
+    line = shapely.linestrings(points)
+    met = np.flatnonzero(shapely.intersects(line, shapes.polygons))
+    inner = shapely.buffer(shapes.polygons[met], -2 * shapes.tolerance)
+    for index in met[shapely.intersects(line, inner)]:
+        name = scene.blocks[index].name
+        raise CaseError(f"{scene.origin}: {where} runs through block '{name}': lay it on or above blocks")

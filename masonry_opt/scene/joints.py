@@ -8,8 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, St
 
 from masonry_opt.scene.blocks import Name, NonNegative, Number, Positive, Record
 
-#: Beyond this a friction row is nothing but rounding.
-LARGEST_FRICTION = 1e6
+LARGEST_FRICTION = 1e6  #: Beyond this a friction row is nothing but rounding.
 
 
 def _friction(value: float) -> float:

@@ -19,11 +19,8 @@ Tilt = Annotated[
     Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-#: Sine of the angle to gravity below which the direction of a tilt is gravity's own.
-_ALONG_GRAVITY = 1e-9
-
-#: Keys of a block that are live loads.
-_LIVE = ("live", "live_per_weight", "live_moment")
+_ALONG_GRAVITY = 1e-9  #: Sine of the angle to gravity below which the direction of a tilt is gravity's own.
+_LIVE = ("live", "live_per_weight", "live_moment")  #: Keys of a block that are live loads.
 
 #: What a point is, and the direction of an earthquake, by dimension.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
@@ -199,9 +196,8 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
     if scene.fills and (scene.gravity[0] != 0 or scene.gravity[1] > 0):
         yield "a 'fill' needs gravity straight down, [0, -1]"
-    ends = sorted(
-        (fill.road[0][0], fill.road[-1][0], number) for number, fill in enumerate(scene.fills, start=1)
-    )
+    roads = [fill.road for fill in scene.fills]
+    ends = sorted((road[0][0], road[-1][0], number) for number, road in enumerate(roads, start=1))
     for (_, end, one), (start, _, other) in itertools.pairwise(ends):
         if start < end:
             yield f"fill no. {one} and no. {other} lie above each other: end one where the other begins"

@@ -26,8 +26,7 @@ Push = Annotated[
 #: they are given, and axles.
 GROUPS = ("weight", "fill", "dead", "live", "axles")
 
-#: What ``between`` calls what does not move, unless a block that moves has this name.
-GROUND = "ground"
+GROUND = "ground"  #: What ``between`` calls what does not move, unless a block that moves has this name.
 
 Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<several>")], ONE_OR_SEVERAL]
 
@@ -190,8 +189,7 @@ class Earthquake(Record):
     vertical: The vertical part over the horizontal one: positive with gravity, negative against it.
     coefficient: Horizontal seismic coefficient that λ multiplies: by default 1, and λ is the coefficient of
         collapse; a design value makes λ the factor on it, to set beside those of other load cases.
-    dead_as_mass: False: of dead forces, a block's own ``dead`` among them, nothing pushes but what is given
-        as ``mass``.
+    dead_as_mass: False: of dead forces, a block's own ``dead`` among them, only what is ``mass`` pushes.
     """
 
     direction: Push

@@ -42,11 +42,8 @@ _PYTHON_MESSAGES = _MESSAGES | {
     "missing": "needs two entries",
 }
 
-#: Lines of one message: more mistakes than these usually repeat the same one.
-_MOST_LINES = 20
-
-#: Characters of a message that quotes names.
-_LONGEST = 500
+_MOST_LINES = 20  #: Lines of one message: more mistakes than these usually repeat the same one.
+_LONGEST = 500  #: Characters of a message that quotes names.
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
@@ -58,23 +55,14 @@ _TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
 _LISTED = ("block", "joint", "edge_load", "load", "fill", "tie", "prop", "axles", "load_case")
 
 
-def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[str, Any]) -> CaseError:
-    """The error of a record called with wrong values: its title or class, name, key, what is wrong."""
-    return wrong_values(error, called(record, values), record, values)
-
-
 def wrong_values(
-    error: ValidationError,
-    head: str,
-    record: type[BaseModel],
-    values: Mapping[str, Any],
-    in_file: bool = False,
+    error: ValidationError, record: type[BaseModel], values: Mapping[str, Any], head: str = ""
 ) -> CaseError:
-    """The error of a record filled with wrong values, each line after this head; in a case file, whose tables
-    these are, with table or block, key, what is wrong."""
-    mistakes = error.errors(include_url=False)
+    """The error of a record filled with wrong values, a line a mistake: the head, by default what errors call
+    the record, table or block, key, what is wrong."""
+    head, mistakes = head or called(record, values), error.errors(include_url=False)
     named = _MOST_LINES - 1  # and a last line that counts the others
-    lines = [_line(dict(item), record, values, in_file) for item in mistakes[:named]]
+    lines = [_line(dict(item), record, values) for item in mistakes[:named]]
     if more := len(mistakes) - len(lines):
         lines.append(f"and {more} more mistakes")
     return CaseError("\n".join(f"{head}: {text}" for text in lines))
@@ -96,8 +84,9 @@ def repeated(names: Iterable[str]) -> list[str]:
     return [name for name, count in Counter(names).items() if count > 1]
 
 
-def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any], in_file: bool) -> str:
+def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any]) -> str:
     """A mistake, with the table or the entry of a list that it is in."""
+    in_file = not record.model_config.get("populate_by_name")
     loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
     key, fields, where = str(loc[0]) if loc else "", record.model_fields, []
     name = key if in_file else next((name for name, field in fields.items() if field.alias == key), key)

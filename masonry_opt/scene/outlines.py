@@ -1,5 +1,4 @@
-"""Polygons in a plane: sides, corners that make no difference, slivers, what they have in common, and their
-convex pieces."""
+"""Polygons in a plane: sides, straight corners, slivers, what they have in common, and convex pieces."""
 
 from collections.abc import Callable
 
@@ -8,19 +7,13 @@ import shapely
 
 from masonry_opt.scene.rows import following, steps_round
 
-#: Mitres of offset outlines are cut off beyond so many offsets: sharper corners than 1° are none.
-_MITRE = 100.0
-
-#: Sine of the angle by which a corner of a convex piece may turn inwards: rounding.
-_STRAIGHT = 1e-9
-
-#: Grid on which overlays that fail in floating point are done again, in tolerances.
-GRID = 1e-3
+_MITRE = 100.0  #: Offsets beyond which mitres of offset outlines are cut off: no corner is sharper than 1°.
+_STRAIGHT = 1e-9  #: Sine of the angle by which a corner of a convex piece may turn inwards: rounding.
+GRID = 1e-3  #: Grid on which overlays that fail in floating point are done again, in tolerances.
 
 
 def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Sides of all outlines and holes of polygons: their ends, shape (sides, 2) each, and the polygon of
-    each, rising."""
+    """Sides of all outlines and holes of polygons: ends, shape (sides, 2) each, and polygons, rising."""
     rings, polygon = shapely.get_rings(polygons, return_index=True)
     corners, ring = shapely.get_coordinates(rings, return_index=True)
     inside = ring[:-1] == ring[1:]

@@ -9,11 +9,8 @@ from pydantic import BaseModel, Field, PlainValidator
 
 from masonry_opt.scene.blocks import Name, Number, Positive, Record, RoadLine, YesNo
 
-#: Weight of a tonne, kN.
-_TONNE = 9.81
-
-#: Directions of travel.
-TravelDirection = Literal["right", "left"]
+_TONNE = 9.81  #: Weight of a tonne, kN.
+TravelDirection = Literal["right", "left"]  #: Directions of travel.
 
 
 class AxleSet(NamedTuple):
@@ -70,8 +67,7 @@ class Axles(Record):
         distribution", help.obvis.com, 2024, which names CS 454 and British Railways for them), no more than
         there is, and less where lanes or tracks lie side by side.
     road: Points of the road's line from left to right. Default: that of the scene's fills.
-    travels: "right", "left" or "both" (the default), of which one is enough for a group that is the same from
-        behind.
+    travels: "right", "left" or "both" (the default); of a group that is the same from behind one is enough.
     """
 
     name: Name

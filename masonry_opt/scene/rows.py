@@ -8,8 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-#: Combinations held in memory at a time.
-_MOST_AT_ONCE = 2_000_000
+_MOST_AT_ONCE = 2_000_000  #: Combinations held in memory at a time.
 
 
 @dataclass(frozen=True)

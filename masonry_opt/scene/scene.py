@@ -17,8 +17,7 @@ from masonry_opt.scene.solids import Solid
 
 _B = TypeVar("_B", bound=Body)
 
-#: Blocks above which a notebook, which keeps all that it shows, shows no drawing.
-_DRAWN = 2000
+_DRAWN = 2000  #: Blocks above which a notebook, which keeps all that it shows, shows no drawing.
 
 
 class Scene(SceneKeys):
@@ -127,8 +126,7 @@ class Scene(SceneKeys):
         ``scene.replace(joints={"friction": 0.3}, blocks={"A": {"weight": 3}})``. A key of ``joints`` or of
         ``earthquake`` needs no mapping if nothing else in the scene has it: ``scene.replace(friction=0.3)``.
 
-        Raises CaseError if a key is unknown or may be one of several, or a call with these values would raise
-        it.
+        Raises CaseError if a key is unknown or may be one of several, or a call with these values would.
         """
         return super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
 
@@ -138,11 +136,9 @@ class Scene(SceneKeys):
         if name in by_name:
             return self.with_load_case(by_name[name])
         there = (
-            f"; there are: {', '.join(map(repr, by_name))}"
-            if by_name
-            else ": it has none; leave the name out"
+            f"there are: {', '.join(map(repr, by_name))}" if by_name else "it has none: leave the name out"
         )
-        raise OptionError(f"{self.origin}: no load case {name!r}{there}")
+        raise OptionError(f"{self.origin}: no load case {name!r}; {there}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
         """The scene in a load case, whose groups and directions it knows."""

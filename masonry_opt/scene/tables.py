@@ -19,8 +19,7 @@ from masonry_opt.files import JSON_KEY, write_whole
 #: ``[wall]``). Memory takes some 80 times the file; for a file made to be dear, up to 400 times.
 LARGEST_FILE = 10_000_000
 
-#: Entries of one list of tables: each wrong one is a mistake to be told.
-_MOST_ENTRIES = 200_000
+_MOST_ENTRIES = 200_000  #: Entries of one list of tables: each wrong one is a mistake to be told.
 
 #: Parts of a dotted key. The deepest key of a case file has three; the parser's memory grows with the
 #: square of their number.
@@ -39,11 +38,6 @@ def as_path(path: str | Path, of: str, *ends: str) -> Path:
     if ends and path.suffix.lower() not in ends:
         raise CaseError(f"{path}: the name of {of} ends in {', '.join(ends)}")
     return path
-
-
-def _reason(error: OSError | ValueError) -> str:
-    """Why a file cannot be read or written: a ValueError is that of a path no file can have."""
-    return str(error.strerror if isinstance(error, OSError) else error)
 
 
 def read_tables(path: Path) -> dict[str, Any]:
@@ -93,8 +87,8 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
                 data = stream.read(largest + 1)
     except FileNotFoundError:
         raise CaseError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:
-        raise CaseError(f"{path}: cannot be read: {_reason(error)}") from None
+    except (OSError, ValueError) as error:  # a ValueError is that of a path no file can have
+        raise CaseError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     if stat.S_ISDIR(mode):
         raise CaseError(f"{path}: is a folder, not a case file")
     if not stat.S_ISREG(mode):
@@ -109,7 +103,7 @@ def write_file(path: Path, content: str | bytes, refusal: type[MasonryError]) ->
     try:
         write_whole(path, content)
     except (OSError, ValueError) as error:
-        raise refusal(f"{path}: cannot be written: {_reason(error)}") from None
+        raise refusal(f"{path}: cannot be written: {getattr(error, 'strerror', error)}") from None
 
 
 def library(name: str, hint: str) -> Any:
@@ -122,8 +116,7 @@ def library(name: str, hint: str) -> Any:
 
 @contextmanager
 def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
-    """Makes what a broken file has a library raise, which is any exception at all, a refusal that says it in
-    one line."""
+    """Makes what a broken file has a library raise, any exception at all, a refusal of one line."""
     try:
         yield
     except MemoryError:

@@ -74,9 +74,8 @@ class Wall(WeighedGenerator):
         for entry in self.courses:
             parts = self._lengths(entry)
             at = [*accumulate(map(abs, parts), initial=0.0)]
-            courses.append(
-                [(x, x + part, full * part) for x, part in zip(at, parts, strict=False) if part > 0]
-            )
+            pieces = zip(at, parts, strict=False)
+            courses.append([(x, x + part, full * part) for x, part in pieces if part > 0])
             right = max(right, at[-1])
         return _built(self, courses * self.repeat, right)
 
@@ -131,10 +130,7 @@ class Facade(WeighedGenerator):
         if (self.sill + self.opening[1]) % 2 == 0:
             yield "'sill' and the height of 'opening' must add up to an odd number of courses"
         if self.storey % 2:
-            yield (
-                "'sill', the height of 'opening', one for the lintel and 'spandrel' must add up to an even "
-                "number of courses"
-            )
+            yield "'sill', 'opening', a lintel and 'spandrel' must add up to an even number of courses"
         for door in self.doors:
             if door > self.openings[0]:
                 yield f"'doors' has {door}, of {self.openings[0]} openings across: count from 1"

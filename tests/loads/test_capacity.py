@@ -93,7 +93,7 @@ def by_second_program(curve: mo.Capacity, order: list[str], rows: range) -> np.n
     names, block = assembly.names(assembly.movable), {each.name: each for each in assembly.scene.blocks}
     centre = assembly.geometry.centroid[assembly.movable] + assembly.geometry.origin
     hinged, touch = curve.joints(rows[0]).query("state == 'hinged'"), curve.steps[rows[0]].touch
-    at_rest = np.where(touch[:, :1], joints.start, joints.end) + assembly.geometry.origin
+    at_rest = np.where(touch[joints.first_point, None], joints.start, joints.end) + assembly.geometry.origin
     place = {frozenset((row.first, row.second)): complex(*at_rest[row.Index]) for row in hinged.itertuples()}
     pairs = [frozenset(pair) for pair in itertools.pairwise(order)]
     cuts = [number for number, pair in enumerate(pairs) if pair in place]

@@ -13,11 +13,8 @@ from masonry_opt.scene.contacts.sides import LEAN, Items, Touches, near_items, s
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
-#: Share of the tolerance that is rounding.
-_ROUNDING = 1e-3
-
-#: Most pairs of edges that are compared.
-_MOST_EDGES = 20_000_000
+_ROUNDING = 1e-3  #: Share of the tolerance that is rounding.
+_MOST_EDGES = 20_000_000  #: Most pairs of edges that are compared.
 
 
 @dataclass(frozen=True)
@@ -83,7 +80,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     bends by more than the tolerance. Raises CaseError if there are more edges than can be compared.
     """
     corners = PlaneCorners(shapes)
-    near = [corners.edges.beside(shapes, pairs, side, far)[0] for side in (0, 1)]
+    near = [corners.edges.beside(shapes, both, far)[0] for both in (pairs, pairs[:, ::-1])]
     one, other = (np.bincount(pair, minlength=len(pairs)) for pair in near)
     if (one * other).sum() > _MOST_EDGES:
         of_each = np.bincount(corners.edges.block)

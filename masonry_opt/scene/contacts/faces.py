@@ -14,17 +14,10 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import Frames, unit
 from masonry_opt.scene.space.shapes import Shapes
 
-#: Polygons narrower than so many tolerances are nothing.
-NARROWEST = 10
-
-#: Cosine of the angle beyond which faces share nothing: within a tolerance along ten they lean by a tenth.
-_FACING = 0.99
-
-#: Sine of the angle between faces below which they lie in one plane.
-_FLAT = 1e-3
-
-#: Sine of an angle that is rounding.
-_ROUNDING = 1e-7
+NARROWEST = 10  #: Polygons narrower than so many tolerances are nothing.
+_FACING = 0.99  #: Cosine of the angle beyond which faces share nothing: they lean by a tenth.
+_FLAT = 1e-3  #: Sine of the angle between faces below which they lie in one plane.
+_ROUNDING = 1e-7  #: Sine of an angle that is rounding.
 
 
 @dataclass(frozen=True)
@@ -77,17 +70,15 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
         cosine = -dots(frame.normal[i], frame.normal[j])
         # Where they come near each other is no farther from a point of the other face than that is wide.
         lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _ROUNDING
-        near = (cosine > _FACING) & (
-            np.abs(frame.above(frame.base[j], i)) <= far[pair] / _FACING + lean * size[j]
-        )
+        reach = far[pair] / _FACING + lean * size[j]
+        near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
         found.append((pair[near], i[near], j[near]))
     pair, i, j = stacked(found)
     return _shared(shapes, pair, i, j, far[pair])
 
 
 def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray) -> FacingFaces:
-    """What face i of the first and j of the second block of each pair share, nowhere farther apart than
-    ``far``."""
+    """What face i of the first and j of the second block of pairs share, no farther apart than ``far``."""
     faces, narrowest = shapes.faces, NARROWEST * shapes.tolerance
     one, other = faces.frame.where(i), faces.frame.where(j)
     frame = Frames.of(one.base, one.normal - other.normal, one.u)
@@ -179,18 +170,17 @@ class SolidCorners(sides.BlockCorners):
 def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
     """Where edges lie in faces of the other block and not along their outline."""
     tolerance, faces = corners.shapes.tolerance, corners.outer
-    narrowest = NARROWEST * tolerance
-    for side in (0, 1):
-        for pair, i, j in near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.faces), side):
+    narrowest, kinds = NARROWEST * tolerance, (corners.edges, corners.faces)
+    for sign in (1, -1):
+        for pair, i, j in near_items(corners.shapes, pairs[:, ::sign], tolerance, kinds):
             height = [faces.frame.above(ends[i], j) for ends in (corners.start, corners.end)]
             flat = [faces.frame.down(ends[i], j) for ends in (corners.start, corners.end)]
             kept = (np.minimum(*height) <= tolerance) & (np.maximum(*height) >= -tolerance)
             kept &= np.hypot(*(flat[1] - flat[0]).T) > narrowest
             pair, j, start, end, low, high = (column[kept] for column in (pair, j, *flat, *height))
             lines = shapely.linestrings(np.stack([start, end], axis=1))
-            pieces, number = shapely.get_parts(
-                shapely.intersection(lines, faces.polygon[j]), return_index=True
-            )
+            inside = shapely.intersection(lines, faces.polygon[j])
+            pieces, number = shapely.get_parts(inside, return_index=True)
             kept = shapely.length(pieces) > narrowest
             pieces, number = pieces[kept], number[kept]
             border = shapely.boundary(faces.polygon[j[number]])
@@ -210,27 +200,26 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touche
             one, other = points[0][deep], points[1][deep]
             number = number[deep]
             # Normals of faces point out of their block.
-            normal = (1 if side == 0 else -1) * faces.frame.normal[j[number]]
+            normal = sign * faces.frame.normal[j[number]]
             # Square to the normal, also where the edge leans within the tolerance.
             along = other - one
-            yield Touches(
-                pair[number], one, other, normal, unit(along - dots(along, normal)[:, None] * normal)
-            )
+            along -= dots(along, normal)[:, None] * normal
+            yield Touches(pair[number], one, other, normal, unit(along))
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
     """Where corners stand on faces of the other block and not on their outline."""
     tolerance, faces = corners.shapes.tolerance, corners.outer
     kinds = corners.corners, corners.faces
-    for side in (0, 1):
-        for pair, i, j in near_items(corners.shapes, pairs, tolerance, kinds, side):
+    for sign in (1, -1):
+        for pair, i, j in near_items(corners.shapes, pairs[:, ::sign], tolerance, kinds):
             flat, height = faces.frame.down(corners.point[i], j), faces.frame.above(corners.point[i], j)
             at = shapely.points(flat)
             kept = (np.abs(height) <= tolerance) & shapely.contains(faces.polygon[j], at)
             kept &= shapely.distance(shapely.boundary(faces.polygon[j]), at) > tolerance
             pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
             point = faces.frame.up(flat, j) + height[:, None] / 2 * faces.frame.normal[j]
-            normal = (1 if side == 0 else -1) * faces.frame.normal[j]
+            normal = sign * faces.frame.normal[j]
             yield Touches(pair, point, point, normal, faces.frame.u[j])
 
 
@@ -244,9 +233,8 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
         sine = lengths(across)
         # Else they run along each other: moved by the tolerance, they would turn their normal.
         kept = sine * np.minimum(*long) > NARROWEST * tolerance
-        pair, i, j, one, other, across, sine = (
-            column[kept] for column in (pair, i, j, one, other, across, sine)
-        )
+        every = pair, i, j, one, other, across, sine
+        pair, i, j, one, other, across, sine = (column[kept] for column in every)
         normal = across / sine[:, None]
         between = corners.start[j] - corners.start[i]
         at = [dots(np.cross(between, edge), normal) / sine for edge in (other, one)]

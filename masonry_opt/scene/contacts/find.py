@@ -111,10 +111,8 @@ _MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
 
 
 def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
-    """Index pairs (i < j) of blocks whose boxes touch or nearly do, sorted, shape (pairs, 2).
-
-    Raises CaseError if there are more than memory holds.
-    """
+    """Index pairs (i < j) of blocks whose boxes touch or nearly do, sorted, shape (pairs, 2). Raises
+    CaseError if there are more than memory holds."""
     (low, high), far = shapes.boxes, shapes.reach
     # Seen along the axis, if there are three, where blocks hide one another least.
     share = (high - low) / (high.max(axis=0) - low.min(axis=0))
@@ -184,8 +182,7 @@ def refuse_floating(
     gaps: Mapping[tuple[int, int], float],
 ) -> None:
     """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
-    each joint, and the largest width of each small gap by the two blocks beside it. Ties and props hold
-    blocks as joints do."""
+    each joint, and the largest width of each small gap by the blocks beside it. Ties and props hold too."""
     fixed, count = scene.fixed, len(scene.blocks)
     joints, ground = len(first), int(fixed.argmax())  # which does not move, as a fixed block
     index = {block.name: number for number, block in enumerate(scene.blocks)}
@@ -205,8 +202,7 @@ def refuse_floating(
 
 
 def _nearest(scene: Scene, shapes: Extents, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
-    """How far from a block that touches nothing the one is that it faces, else the nearest, and what to do
-    about that."""
+    """How far from a block that touches nothing the one that it faces is, else the nearest; and a remedy."""
     remedy = ""
     if faced := [(gap, sum(pair) - block) for pair, gap in gaps.items() if block in pair]:
         (gap, other), which = min(faced), "which it faces, is up to"

@@ -1,8 +1,8 @@
 """The joints of a scene in one table, and the properties that it gives them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -27,8 +27,7 @@ class Joints:
     #: Length of each joint, in space its area; 0 where a corner stands on an edge, in space along an edge or
     #: at a point; shape (joints,).
     extent: np.ndarray
-    #: Of each joint, of a polygon the centroid of its area, relative to the shapes' origin, shape (joints, 2)
-    #: or (joints, 3).
+    #: Of each joint, of a polygon its centroid, relative to the shapes' origin, shape as of the normals.
     middle: np.ndarray
     #: Contact points, relative to the shapes' origin: the two ends of an edge, the corners of a polygon and
     #: its holes, or one point, shape (points, 2) or (points, 3).
@@ -96,17 +95,9 @@ class Joints:
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
         """Sides of the outlines of all joints, in the plane the joints themselves: both ends of each, shape
-        (lines, 2, 2) or (lines, 2, 3), and the joint of each, rising. Ends of what has no length are the
-        same."""
+        (lines, 2, 2) or (lines, 2, 3), and the joint of each, rising. What has no length has equal ends."""
         lines, corner = outline_sides(np.bincount(self.ring), self.point)
         return lines, self.joint[corner]
-
-    def with_properties(self, scene: Scene) -> Self:
-        """The joints of a scene that differs from theirs in joint properties alone.
-
-        Raises CaseError if an exception names two blocks that do not touch.
-        """
-        return replace(self, **joint_properties(scene, self.first, self.second))
 
 
 def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -118,7 +109,8 @@ def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np
 
 
 def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
-    """Properties of joints by name, as :class:`Joints` has them."""
+    """Properties of joints by name, as :class:`Joints` has them. Raises CaseError if an exception names two
+    blocks that do not touch."""
     found = {name: np.tile(value, (len(first), 1)) for name, value in _values(scene.joints).items()}
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for exception in scene.exceptions:
@@ -127,10 +119,8 @@ def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dic
         if not of_both.any():
             both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
             why = "are both fixed" if both_fixed else "do not touch"
-            raise CaseError(
-                f"{scene.origin}: joint between {list(exception.between)}: these blocks {why}, "
-                "so there is no joint to describe"
-            )
+            where = f"joint between {list(exception.between)}"
+            raise CaseError(f"{scene.origin}: {where}: these blocks {why}, so there is no joint to describe")
         for name, value in _values(exception.over(scene.joints)).items():
             found[name][of_both] = value
     return {name: values if name == "dilatancy_stress" else values[:, 0] for name, values in found.items()}

@@ -24,14 +24,11 @@ class Items:
     low: np.ndarray
     high: np.ndarray
 
-    def beside(
-        self, shapes: Extents, pairs: np.ndarray, side: int, far: np.ndarray
-    ) -> tuple[np.ndarray, ...]:
-        """Pair, rising, and item, of the items of each pair's block on a side that come as near as ``far``,
-        shape (pairs,), to the box round the other block."""
-        low, high = shapes.boxes
+    def beside(self, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Pair, rising, and item, of the items of each pair's first block that come as near as ``far``, shape
+        (pairs,), to the box round the second block."""
+        (low, high), (block, other) = shapes.boxes, pairs.T
         count = np.bincount(self.block, minlength=len(low))
-        block, other = pairs[:, side], pairs[:, 1 - side]
         pair = np.repeat(np.arange(len(pairs)), count[block])
         item = ranges((np.cumsum(count) - count)[block], count[block])
         off = np.maximum(self.low[item] - high[other[pair]], low[other[pair]] - self.high[item]).max(axis=1)
@@ -40,14 +37,13 @@ class Items:
 
 
 def near_items(
-    shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items], side: int = 0
+    shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items]
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Pair, item of the first kind of its block on a side, and item of the second kind of the other block, of
+    """Pair, item of the first kind of its first block, and item of the second kind of its second block, of
     all whose boxes are as near as ``far``; so many at a time as memory holds."""
     (one, other), far = kinds, np.broadcast_to(far, len(pairs))
-    (pair1, item1), (pair2, item2) = (
-        kind.beside(shapes, pairs, at, far) for kind, at in ((one, side), (other, 1 - side))
-    )
+    pair1, item1 = one.beside(shapes, pairs, far)
+    pair2, item2 = other.beside(shapes, pairs[:, ::-1], far)
     count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
     first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
     for some in chunks(count1 * count2):
@@ -161,9 +157,8 @@ class BlockCorners(ABC):
         """Numbers, rising, of the pairs asked for that meet without a normal, away from what they share,
         where not both blocks have a joint; and the points where they do."""
         tolerance, meet = self.shapes.tolerance, []
-        for side in (0, 1):
-            kinds = self.corners, self.met
-            for pair, i, j in near_items(self.shapes, pairs[asked], tolerance, kinds, side):
+        for both in (pairs[asked], pairs[asked, ::-1]):
+            for pair, i, j in near_items(self.shapes, both, tolerance, (self.corners, self.met)):
                 kept = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
                 meet.append((asked[pair[kept]], i[kept], j[kept]))
         pair, i, _ = stacked(meet)
@@ -197,8 +192,7 @@ def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarra
 
 
 def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_found: np.ndarray) -> np.ndarray:
-    """Distances of points from those of the lengths, polygons or touches that have their key, ``inf`` without
-    one."""
+    """Distances of points from the lengths, polygons or touches of their key, ``inf`` without one."""
     order = np.argsort(of_found, kind="stable")
     first = np.searchsorted(of_found[order], key)
     count = np.searchsorted(of_found[order], key, side="right") - first

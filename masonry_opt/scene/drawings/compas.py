@@ -16,14 +16,10 @@ from masonry_opt.scene.drawings.meshes import Mesh, Side, area_vector, polyhedro
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, parse_file
 
-#: Solids lie in one plane if their middles differ by no more than this, over the thickest of them.
-_ONE_PLANE = 1e-4
+_ONE_PLANE = 1e-4  #: Solids lie in one plane if their middles differ by no more, over the thickest of them.
+_RELATIVE_TOLERANCE = 1e-5  #: Lengths that are nothing over a solid's size: corners in single precision.
 
-#: Lengths below this fraction of a solid's size are nothing: its corners may be in single precision.
-_RELATIVE_TOLERANCE = 1e-5
-
-#: Outlines of solids in the plane across a direction, and where each begins and ends along it, shape (solids,
-#: 2).
+#: Outlines of solids in the plane across a direction, and where they begin and end along it, (solids, 2).
 _SideView = tuple[list[shapely.Polygon], np.ndarray]
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -96,9 +92,7 @@ def read_compas(
                 seen = _seen(meshes, flat)
             except ValueError as error:
                 if space is False or along is not None:
-                    raise ValueError(
-                        f"{error}. Or read the blocks whole: a 'live' of three numbers"
-                    ) from None
+                    raise ValueError(f"{error}. Or read blocks whole: a 'live' of three numbers") from None
             else:
                 return stones.scene_of(_blocks(meshes, seen, flat), flat, path)
         return stones.scene_in_space(meshes, stones.SolidDrawing.of(given), path)
@@ -167,9 +161,7 @@ def _blocks(meshes: Sequence[Mesh], view: _SideView, drawing: CompasDrawing) -> 
 
 def _axes(direction: np.ndarray) -> np.ndarray:
     """Axes of the plane across a direction, shape (2, 3): z upwards is its second, or along z itself y.
-
-    Raises ValueError if the direction is neither level nor z, so that weights do not act in the plane.
-    """
+    Raises ValueError if the direction is neither level nor z, so that weights do not act in the plane."""
     unit = direction / np.linalg.norm(direction)
     if abs(abs(unit[2]) - 1) < 1e-9:
         return np.eye(3)[:2]
@@ -184,8 +176,7 @@ def _axes(direction: np.ndarray) -> np.ndarray:
 
 
 def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
-    """Directions along which the solids may be prisms: y, x, and level normals of the first one's faces; of
-    polygons also z."""
+    """Directions along which solids may be prisms: y, x, level normals of one's faces; of polygons also z."""
     x, y, z = np.eye(3)
     found = [z, y, x] if all(solid.flat for solid in solids) else [y, x]
     for face in solids[0].faces[:100]:
@@ -211,10 +202,8 @@ class _Prism:
 
 
 def _seen_along(solids: Sequence[_Prism], direction: np.ndarray) -> _SideView:
-    """The solids as prisms along a direction.
-
-    Raises ValueError, naming the block, if one is no prism along it.
-    """
+    """The solids as prisms along a direction. Raises ValueError, naming the block, if one is no prism along
+    it."""
     plane = _axes(direction)
     unit = direction / np.linalg.norm(direction)
     outlines, reach = [], []

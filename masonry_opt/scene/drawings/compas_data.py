@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.meshes import Mesh
 from masonry_opt.scene.drawings.stones import block_name
 from masonry_opt.scene.solids import box
@@ -20,9 +21,7 @@ _NO_DATA = "is no COMPAS data: it must hold an assembly, a model, or a list of m
 def meshes(data: Any) -> list[Mesh]:
     """Blocks that the content of a file holds: an assembly (of compas_assembly or compas_cra, new or old), a
     block model of compas_dem or a problem that holds one, or a list of meshes, polyhedra, boxes or polygons.
-
-    Raises ValueError if it is none of these, or a block cannot be read; the message names the block.
-    """
+    Raises ValueError if it is none of these, or a block cannot be read; the message names the block."""
     found, seen = [], set()
     for key, shape, fixed, matrix in _blocks(data):
         name = block_name(_text(key)) or "block"
@@ -33,7 +32,7 @@ def meshes(data: Any) -> list[Mesh]:
             points, faces = _faces(shape)
             found.append(Mesh(name, _moved(points, matrix), faces, fixed))
         except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
-            why = str(error) if isinstance(error, _UnreadableError) else "has no mesh, polyhedron or polygon"
+            why = str(error) if isinstance(error, CaseError) else "has no mesh, polyhedron or polygon"
             raise ValueError(f"block '{name}' {why}: take it away, or give it as a mesh") from None
     if not found:
         raise ValueError("holds no blocks")
@@ -47,10 +46,6 @@ def _text(key: object) -> str:
         return str(ast.literal_eval(text)) if text[:1] in ("'", '"') else text
     except (ValueError, SyntaxError, MemoryError, RecursionError):
         return text.strip("'\"")
-
-
-class _UnreadableError(ValueError):
-    """Why a shape cannot be read."""
 
 
 def _content(value: Any) -> Any:
@@ -146,7 +141,7 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
         return _polygon(shape["points"])
     corners = _numbers(points)
     if not faces or any(len(face) < 3 or not 0 <= min(face) <= max(face) < len(corners) for face in faces):
-        raise _UnreadableError("has no faces, or faces without corners")
+        raise CaseError("has no faces, or faces without corners")
     if len(faces) == 1:
         used = faces[0]
         return corners[used], [list(range(len(used)))]
@@ -159,7 +154,7 @@ def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
     point, x, y = _numbers([_content(frame[key]) for key in ("point", "xaxis", "yaxis")])
     z, half = np.cross(x, y), [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
     if not (z.any() and min(half) > 0):
-        raise _UnreadableError("is a box without extent, or whose frame has no two axes")
+        raise CaseError("is a box without extent, or whose frame has no two axes")
     x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
     unit = box("box", *((-size, size) for size in half), fixed=True).polyhedra[0]
     return point + unit.vertices @ np.array([x, np.cross(z, x), z]), unit.faces
@@ -170,7 +165,7 @@ def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
     if len(corners) > 1 and (corners[0] == corners[-1]).all():
         corners = corners[:-1]
     if len(corners) < 3:
-        raise _UnreadableError("is a polygon of less than three corners")
+        raise CaseError("is a polygon of less than three corners")
     return corners, [list(range(len(corners)))]
 
 
@@ -178,13 +173,13 @@ def _numbers(points: list[Any]) -> np.ndarray:
     """Points in space, shape (points, 3); those of a plane get z = 0."""
     rows = [tuple(map(_number, point)) for point in points]
     if any(len(row) not in (2, 3) for row in rows):
-        raise _UnreadableError("has a corner of neither two nor three coordinates")
+        raise CaseError("has a corner of neither two nor three coordinates")
     return np.array([(*row, 0.0)[:3] for row in rows])
 
 
 def _number(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e30:
-        raise _UnreadableError("has a coordinate that is no number")
+        raise CaseError("has a coordinate that is no number")
     return float(value)
 
 
@@ -194,5 +189,5 @@ def _moved(points: np.ndarray, transformation: Any) -> np.ndarray:
         return points
     matrix = np.array([[_number(value) for value in row] for row in transformation["data"]["matrix"]])
     if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0.0, 0.0, 0.0, 1.0)):
-        raise _UnreadableError("has a transformation that is no 4 × 4 matrix")
+        raise CaseError("has a transformation that is no 4 × 4 matrix")
     return points @ matrix[:3, :3].T + matrix[:3, 3]

@@ -11,14 +11,9 @@ from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.rows import bounds, dots
 from masonry_opt.scene.space.surfaces import place
 
-#: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
-_MOST_PARTS = 1000
-
-#: Share of the tolerance within which triangles of a hull are of one plane for certain.
-_EXACT = 1e-3
-
-#: Share of a block's volume that thin parts, which are left out, may have: 0.03 % of a curved one in facets.
-_THIN_PARTS = 1e-3
+_MOST_PARTS = 1000  #: Of one block: more are of a curved surface, whose contacts nobody could solve for.
+_EXACT = 1e-3  #: Share of the tolerance within which triangles of a hull are of one plane for certain.
+_THIN_PARTS = 1e-3  #: Share of a block's volume that thin parts may leave out: 0.03 % of a curved one.
 
 _SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 _UNIT_BOX = [np.insert(_SQUARE, axis, at, axis=1) for axis in range(3) for at in (0, 1)]
@@ -88,9 +83,7 @@ def _refuse_unlike(block: MeshSolid, parts: list[MeshSolid], tolerance: float) -
     edge = block.unclosed()
     if edge is not None and off > tolerance * block.area:
         one, other = map(place, edge)
-        raise ValueError(
-            f"is not closed at its edge from {one} to {other}: close the surface, each edge in two faces"
-        )
+        raise ValueError(f"is not closed at its edge from {one} to {other}: give each edge in two faces")
     if off > _THIN_PARTS * abs(block.volume) + tolerance * block.area:
         raise ValueError("has faces that cross or lie in one another: make one closed surface of them")
 
@@ -124,16 +117,14 @@ def _divided(
 ) -> tuple[_Pieces, _Pieces]:
     """The pieces in front of a plane and behind it, without those in it."""
     low, high = (bound[:, 0] for bound in pieces.heights(base[None], normal[None]))
-    halves = []
-    for reach, sign in ((high > tolerance, -1.0), (low < -tolerance, 1.0)):
-        across = (high > tolerance) & (low < -tolerance)
-        numbers = np.flatnonzero(reach)
-        rings = [
-            _cut(pieces.rings[number], base, sign * normal)[0] if across[number] else pieces.rings[number]
-            for number in numbers
-        ]
-        halves.append(_Pieces(rings, pieces.side[numbers]))
-    return halves[0], halves[1]
+    ahead, behind = high > tolerance, low < -tolerance
+
+    def half(within: np.ndarray, beyond: np.ndarray, normal: np.ndarray) -> _Pieces:
+        own = ((pieces.rings[number], beyond[number]) for number in np.flatnonzero(within))
+        rings = [_cut(ring, base, normal)[0] if crosses else ring for ring, crosses in own]
+        return _Pieces(rings, pieces.side[within])
+
+    return half(ahead, behind, -normal), half(behind, ahead, normal)
 
 
 def _cut(ring: np.ndarray, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -20,8 +20,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector
 from masonry_opt.scene.tables import as_path, write_file
 
-#: Openings have one of these words in the names of their layers.
-WINDOWS = ("window", "door", "opening")
+WINDOWS = ("window", "door", "opening")  #: Openings have one of these words in the names of their layers.
 
 
 class DxfDrawing(stones.FlatDrawing):
@@ -249,7 +248,5 @@ def _drawn(block: Block, scene: Scene) -> shapely.Polygon:
         return rings[0]
     whole = shapely.union_all(rings).difference(shapely.union_all(holes))
     if not isinstance(whole, shapely.Polygon):
-        raise CaseError(
-            f"{scene.origin}: block '{block.name}' has parts apart from each other: draw it by hand"
-        )
+        raise CaseError(f"{scene.origin}: block '{block.name}' has parts that lie apart: draw it by hand")
     return whole

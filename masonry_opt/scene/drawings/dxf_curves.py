@@ -13,14 +13,9 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.outlines import Curve
 from masonry_opt.scene.tables import broken, library, read_bytes
 
-#: Bytes; a DXF file has some 500 for each block.
-_LARGEST_DXF = 50_000_000
-
-#: Points of one curve: no drawing of masonry needs more.
-_TOO_MANY = 4000
-
-#: Largest distance between a curve and its chords, over the drawing's diagonal, where none is given.
-SAGITTA = 1e-4
+_LARGEST_DXF = 50_000_000  #: Bytes; a DXF file has some 500 for each block.
+_TOO_MANY = 4000  #: Points of one curve: no drawing of masonry needs more.
+SAGITTA = 1e-4  #: Largest distance of a curve from its chords, over the drawing's diagonal, by default.
 
 #: Entities that are outlines, or parts of one.
 _READ = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
@@ -43,10 +38,8 @@ _METRES = {
 
 
 def ezdxf() -> Any:
-    """The library that reads and writes DXF.
-
-    Raises OptionError if ezdxf, of the extra "drawings", is not installed.
-    """
+    """The library that reads and writes DXF. Raises OptionError if ezdxf, of the extra "drawings", is not
+    installed."""
     found = library("ezdxf", "DXF needs ezdxf; install it with: pip install '.[drawings]'")
     # What it logs goes where the user's handlers take it, not to standard error.
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())
@@ -93,10 +86,7 @@ def _attribute(entity: Any, name: str, default: object) -> Any:
 def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[list[Curve], float]:
     """Outlines among entities of a drawing, as chains of straight lines; and the diagonal round them. All
     lengths are multiplied by a scale, and chords are no farther from a curve than the sagitta (None: 10⁻⁴ of
-    the diagonal).
-
-    Raises ValueError if an entity cannot be read as an outline; the message names it.
-    """
+    the diagonal). Raises ValueError if an entity cannot be read as an outline; the message names it."""
     from ezdxf.edgesmith import is_closed_entity
 
     drawn = [entity for entity in entities if entity.dxftype() not in _IGNORED]
@@ -115,17 +105,12 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
 
 
 def _chain(entity: Any, sagitta: float) -> np.ndarray:
-    """Points along an entity, shape (points, 2), whose chords are no farther from it than the sagitta.
-
-    Raises ValueError, naming the entity, if there are none or too many, or it does not lie in the plane.
-    """
+    """Points along an entity, shape (points, 2), whose chords are no farther from it than the sagitta. Raises
+    ValueError, naming the entity, if there are none or too many, or it does not lie in the plane."""
     kind = entity.dxftype()
     if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
         what = _HIDING.get(kind, "of a kind that is not read")
-        raise ValueError(
-            f"{_named(entity)} is {what}: explode it, draw its outline, or name the layers of the blocks by "
-            "'layers'"
-        )
+        raise ValueError(f"{_named(entity)} is {what}: explode it, outline it, or leave it out by 'layers'")
     with broken(lambda said: ValueError(f"{_named(entity)} cannot be read: {said}; draw it anew")):
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
     if len(points) == 0 or not np.isfinite(points).all():

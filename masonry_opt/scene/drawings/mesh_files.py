@@ -16,11 +16,8 @@ from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 
-#: Files that are read, by the end of their names.
-MESHES = (".obj", ".ply", ".stl")
-
-#: Bytes; some 100 a triangle.
-_LARGEST_MESH = 200_000_000
+MESHES = (".obj", ".ply", ".stl")  #: Files that are read, by the end of their names.
+_LARGEST_MESH = 200_000_000  #: Bytes; some 100 a triangle.
 
 #: Axes x, y, z of a scene, by the axis of the file that points upwards.
 _AXES = {
@@ -92,9 +89,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     kind = path.suffix.lower()[1:]
     found = _objects(data, path.stem) if kind == "obj" else _triangles(data, kind, path.stem)
     if not found:
-        raise ValueError(
-            "holds no faces, or is cut short: export closed surfaces to it, in the format that its name says"
-        )
+        raise ValueError("holds no faces, or is cut short: export closed surfaces, in the format of its name")
     for mesh in found:
         if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():
             raise ValueError(f"block '{mesh.name}' has a coordinate that is no number")
@@ -142,10 +137,8 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
 
 
 def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
-    """Meshes of a PLY or STL file; one, by the name given, if the file names none.
-
-    Raises OptionError if trimesh, of the extra "meshes", is not installed.
-    """
+    """Meshes of a PLY or STL file; one, by the name given, if the file names none. Raises OptionError if
+    trimesh, of the extra "meshes", is not installed."""
     trimesh = library("trimesh", "PLY and STL need trimesh; install it with: pip install '.[meshes]'")
     with broken(lambda said: ValueError(f"not valid {kind.upper()}: {said}; save the mesh again")):
         # Nothing joined or dropped: blocks that touch keep corners of their own.

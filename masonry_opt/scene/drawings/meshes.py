@@ -10,15 +10,9 @@ from scipy.spatial import cKDTree
 
 from masonry_opt.scene.rows import linked, steps_round, turned
 
-#: Triangles of a polygon that is flat within a tolerance lie off the plane of one of them by no more than so
-#: many tolerances.
-_OFF_TRIANGLE = 4.0
-
-#: Cosine of the angle up to which faces may be of one plane.
-_ALIKE = 0.9
-
-#: Angle between faces round an edge that is rounding, in radians.
-_SAME_ANGLE = 1e-4
+_OFF_TRIANGLE = 4.0  #: Tolerances that triangles of a polygon that is flat lie off the plane of one of them.
+_ALIKE = 0.9  #: Cosine of the angle up to which faces may be of one plane.
+_SAME_ANGLE = 1e-4  #: Angle between faces round an edge that is rounding, in radians.
 
 Edge = tuple[int, int]
 
@@ -89,8 +83,7 @@ class MeshSolid:
         return float(np.linalg.norm(self._areas, axis=1).sum())
 
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """The ends of an edge that sides have more often in one direction than in the other, if there is
-        any."""
+        """The ends of an edge that sides have more often in one direction than in the other, if any."""
         ways = Counter(edge for side in self.sides for ring in side.rings for edge in steps_round(ring))
         for (tail, tip), count in ways.items():
             if count != ways[tip, tail]:
@@ -127,10 +120,8 @@ def area_vector(corners: np.ndarray) -> np.ndarray:
 
 def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     """The block with corners nearer than the tolerance joined, faces turned one way, outwards, those that are
-    not flat cut into triangles, and those of one plane merged, within the tolerance.
-
-    Raises ValueError if no face is left.
-    """
+    not flat cut into triangles, and those of one plane merged, within the tolerance. Raises ValueError if no
+    face is left."""
     points, faces = mesh.points, outwards(mesh.points, _joined(mesh.points, mesh.faces, tolerance))
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
     if not faces:
@@ -146,14 +137,9 @@ def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
 
 def shells(mesh: Mesh) -> list[Mesh]:
     """The closed surfaces of a mesh, also of those that touch, each a block, named by its number from 0.
-
-    Where more than two faces have an edge, each goes with the one that it meets through the inside.
-    """
-    points = mesh.points
-    _, corner = np.unique(points, axis=0, return_inverse=True)
+    Where more than two faces have an edge, each goes with the one that it meets through the inside."""
+    at, corner = np.unique(mesh.points, axis=0, return_inverse=True)
     faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
-    at = np.zeros((int(corner.max()) + 1, 3))
-    at[corner.reshape(-1)] = points
     if _volume(at, faces) < 0:
         faces = [face[::-1] for face in faces]
     links: list[list[int]] = []
@@ -165,7 +151,7 @@ def shells(mesh: Mesh) -> list[Mesh]:
     apart: list[list[list[int]]] = [[] for _ in range(group.max() + 1)]
     for number, face in zip(group.tolist(), mesh.faces, strict=True):
         apart[number].append(face)
-    return [used(f"{mesh.name}-{number}", points, own) for number, own in enumerate(apart)]
+    return [used(f"{mesh.name}-{number}", mesh.points, own) for number, own in enumerate(apart)]
 
 
 def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = "") -> Mesh:
@@ -330,9 +316,8 @@ def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
     sizes = np.linalg.norm(vectors, axis=1)
     outer = int(sizes.argmax())
     rings = [rings[outer], *rings[:outer], *rings[outer + 1 :]]
-    around = sum(
-        float(np.linalg.norm(points[ring[1:] + ring[:1]] - points[ring], axis=1).sum()) for ring in rings
-    )
+    steps = [points[ring[1:] + ring[:1]] - points[ring] for ring in rings]
+    around = sum(float(np.linalg.norm(own, axis=1).sum()) for own in steps)
     area = float(np.linalg.norm(vectors.sum(axis=0)))
     normal = vectors[outer] / sizes[outer] if sizes[outer] > 0 else np.array([0.0, 0.0, 1.0])
     return Side(rings, points[rings[0]].mean(axis=0), normal, 2 * area / around)

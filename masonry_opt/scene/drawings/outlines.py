@@ -13,18 +13,14 @@ from scipy.spatial import cKDTree
 from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 
-#: Of two outlines, one inside the other, these are the same if their areas differ by no more than this part.
-_SAME = 1e-9
-
-#: Share of what is rounding: the grid on which lines of a net cross. So many steps of that off the line
-#: without them corners are none.
-_GRID, _STRAIGHT = 0.01, 10.0
+_SAME = 1e-9  #: Part of the area by which outlines within each other differ if they are the same.
+_GRID = 0.01  #: Share of what is rounding: the grid on which lines of a net cross.
+_STRAIGHT = 10.0  #: Corners so many steps of that off the line without them are none.
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A chain of straight lines through points, shape (points, 2), with the layer and handle of its entity;
-    arcs are flattened."""
+    """A chain of straight lines through points, shape (points, 2), with layer and handle of its entity."""
 
     points: np.ndarray
     closed: bool
@@ -47,11 +43,9 @@ class Outline:
 
 
 def closed_outlines(curves: Sequence[Curve], tolerance: float, rounding: float) -> list[Curve]:
-    """The closed curves, and the loops that the open ones of a layer make, in the order of the drawing.
-
-    Two ends meet within rounding, or else within the tolerance where no third end without one is as near.
-    Raises ValueError, naming the curve, if one is open and does not belong to a simple loop.
-    """
+    """The closed curves, and the loops that the open ones of a layer make, in the order of the drawing. Two
+    ends meet within rounding, or else within the tolerance where no third end without one is as near. Raises
+    ValueError, naming the curve, if one is open and does not belong to a simple loop."""
     outlines, open_ones = [], defaultdict(list)
     for number, curve in enumerate(curves):
         extent = np.ptp(curve.points, axis=0).max()
@@ -81,17 +75,12 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
             break
     else:  # ends are left
         curve, (x, y) = curves[free[0] // 2][1], ends[free[0]] + 0.0
-        if meeting[0] == 1:
-            gap = np.sort(np.hypot(*(ends[free] - ends[free[0]]).T))[1]
-            raise ValueError(
-                f"{curve.where} is open: no other end of this layer meets its end at ({x:g}, {y:g})"
-                f" (the nearest is {gap:.3g} away): close it, raise 'outline_tolerance', name the layers of"
-                " the blocks by 'layers', or say 'net' (--net) if all lines are joints"
-            )
+        gap, others = np.sort(np.hypot(*(ends[free] - ends[free[0]]).T))[1], meeting[0] - 1
+        alone = f"is open: no other end of its layer is nearer than {gap:.3g} to its end"
+        told = f"meets {others} other ends" if others else alone
         raise ValueError(
-            f"{curve.where} meets {meeting[0] - 1} other ends at ({x:g}, {y:g}), which does not say what is a"
-            " block: draw each block as a closed polyline, lower 'outline_tolerance' to part them, or say "
-            "'net' (--net) if all lines are joints"
+            f"{curve.where} {told} at ({x:g}, {y:g}): draw blocks as closed polylines, change "
+            "'outline_tolerance', name the blocks' 'layers', or say 'net' (--net) if all lines are joints"
         )
     # From each end at which a curve is entered to that of the next; loops begin with their first curve.
     loops = []
@@ -105,11 +94,8 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
 
 def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Outline]:
     """Blocks with their holes: an outline inside one other, but for an overlap, is a hole of it, one inside a
-    hole a block, and so on in turns. Of two outlines that are the same the first is the outer one.
-
-    Raises ValueError, naming the outlines, if one has no area or crosses itself, or two are the same and lie
-    in no other one.
-    """
+    hole a block, and so on in turns. Of two outlines that are the same the first is the outer one. Raises
+    ValueError, naming the outlines, if one has no area or crosses itself, or is drawn twice."""
     polygons = np.array([_polygon(curve, tolerance) for curve in outlines], dtype=object)
     area = shapely.area(polygons)
     inner, outer = shapely.STRtree(polygons).query(shapely.point_on_surface(polygons), predicate="within")
@@ -125,7 +111,7 @@ def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: fl
         parent = min(outer[inner == index].tolist(), key=lambda other: (-depth[other], area[other]))
         if area[index] >= (1 - _SAME) * area[parent]:
             raise ValueError(
-                f"{outlines[index].where} is drawn twice, here and as {outlines[parent].where}: delete one"
+                f"{outlines[index].where} is drawn twice, as {outlines[parent].where}: delete one"
             )
         holes[parent].append(polygons[index].exterior)
     return [

@@ -19,11 +19,8 @@ from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid, Vector, prism
 
-#: Characters of a block's name; a record takes no more.
-_LONGEST_NAME = 200
-
-#: Supports have one of these words in the name of their layer or object.
-FIXED = ("fixed", "support")
+_LONGEST_NAME = 200  #: Characters of a block's name; a record takes no more.
+FIXED = ("fixed", "support")  #: Supports have one of these words in the name of their layer or object.
 
 
 class Drawing(Record):
@@ -46,8 +43,7 @@ class FlatDrawing(Drawing):
     live: PlaneOrSpaceVector = (0.0, 0.0)
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
-        """The block of an outline with holes: a support, or one with this unit weight, which ``keys``
-        override."""
+        """The block of an outline with holes: a support, or of this unit weight, which ``keys`` override."""
         outer, *holes = [
             [(float(x), float(y)) for x, y in ring.coords[:-1]]
             for ring in (outline.exterior, *outline.interiors)
@@ -104,10 +100,8 @@ def listed(names: Sequence[str]) -> str:
 
 def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] = ()) -> list[Mesh]:
     """The blocks, those a support that are one already, are named, reach down to a height, or have one of the
-    words in their name or that of their layers.
-
-    Raises ValueError if a name is none of theirs, or nothing is a support.
-    """
+    words in their name or that of their layers. Raises ValueError if a name is none of theirs, or nothing is
+    a support."""
     names = [mesh.name for mesh in meshes]
     if unknown := [name for name in which.fixed if name not in names]:
         raise ValueError(f"'fixed': no block '{unknown[0]}' (blocks: {listed(names)})")
@@ -131,11 +125,8 @@ def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] 
     return found
 
 
-#: Most decimals of coordinates that were rounded; more are those of numbers as they are.
-_MOST_DECIMALS = 7
-
-#: Thickness of the slab that a flat support becomes, over the root of its area.
-_SLAB = 0.1
+_MOST_DECIMALS = 7  #: Most decimals of coordinates that were rounded; more are those of numbers as they are.
+_SLAB = 0.1  #: Thickness of the slab that a flat support becomes, over the root of its area.
 
 
 class SolidDrawing(Drawing):
@@ -146,10 +137,8 @@ class SolidDrawing(Drawing):
     live: Vector = (0.0, 0.0, 0.0)
 
     def solid(self, mesh: Mesh, tolerance: float) -> Solid:
-        """The solid of a closed mesh: a support, or one with this unit weight and live load.
-
-        Raises ValueError if it cannot be cut into convex parts.
-        """
+        """The solid of a closed mesh: a support, or one with this unit weight and live load. Raises
+        ValueError if it cannot be cut into convex parts."""
         whole = polyhedron(mesh, tolerance)
         parts = [whole] if whole.convex(tolerance) else convex_parts(whole, tolerance)
         shape = _keys(parts[0]) if len(parts) == 1 else {"parts": [_keys(part) for part in parts]}
@@ -163,10 +152,8 @@ def _keys(shape: MeshSolid) -> dict[str, Any]:
 
 
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
-    """The scene that closed meshes make; a support of one face is taken for the top of a slab.
-
-    Raises ValueError if there is no support, a block is no solid, or they make no scene.
-    """
+    """The scene that closed meshes make; a support of one face is taken for the top of a slab. Raises
+    ValueError if there is no support, a block is no solid, or they make no scene."""
     standing = [mesh.points for mesh in meshes if not mesh.fixed]
     if not standing:
         names = listed([mesh.name for mesh in meshes])
@@ -191,9 +178,8 @@ def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
         raise ValueError("is a face without area: take it away")
     towards = np.sign((standing - top.mean(axis=0)) @ area) or 1.0
     bottom = top - towards * _SLAB * area / np.sqrt(size)
-    return replace(
-        mesh, points=np.concatenate([top, bottom]), faces=prism(top.tolist(), bottom.tolist())["faces"]
-    )
+    faces = prism(top.tolist(), bottom.tolist())["faces"]
+    return replace(mesh, points=np.concatenate([top, bottom]), faces=faces)
 
 
 def _tolerance(standing: Sequence[np.ndarray]) -> float:

@@ -4,10 +4,8 @@ import math
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-#: Of a stone: pieces may be as short, and stones as much longer where a shorter piece would be left.
-CLOSER = 0.25
-#: Of a stone, what is rounding.
-_ROUNDING = 1e-9
+CLOSER = 0.25  #: Of a stone: pieces may be as short, and stones as much longer instead of a shorter piece.
+_ROUNDING = 1e-9  #: Of a stone, what is rounding.
 
 
 def cut(

@@ -15,11 +15,8 @@ from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
 from masonry_opt.scene.solid_generators.stretches import PlanWall, WallStretch, conflicts, crossed
 from masonry_opt.scene.solids import Solid
 
-#: Of a block, what is rounding.
-_ROUNDING = 1e-6
-
-#: From and to.
-_Run = tuple[float, float]
+_ROUNDING = 1e-6  #: Of a block, what is rounding.
+_Run = tuple[float, float]  #: From and to.
 
 
 class _Hole(NamedTuple):
@@ -109,10 +106,7 @@ class Plan(SolidGenerator):
             for number, opening in enumerate(wall.openings, start=1):
                 where = f"wall '{wall.name}': opening no. {number}"
                 if (rows := opening.sill + opening.height + 1) > top:
-                    yield (
-                        f"{where}: with its lintel it ends at course {rows}, of {top}: lower its 'sill' or "
-                        "'height'"
-                    )
+                    yield f"{where}: its lintel ends at course {rows}, of {top}: lower 'sill' or 'height'"
                 elif (wall.name, number) not in held:
                     yield (
                         f"{where}: with its lintel it reaches beyond the wall, or into one that crosses: "
@@ -217,9 +211,8 @@ class Plan(SolidGenerator):
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]
         runs = _runs(stretch, holes, course)
-        pieces = [
-            (piece, leaf) for leaf in leaves for run in runs for piece in cut(*run, joints, length, middles)
-        ]
+        stones = [stone for run in runs for stone in cut(*run, joints, length, middles)]
+        pieces = [(stone, leaf) for leaf in leaves for stone in stones]
         lintels = [(hole.lintel, whole) for hole in holes if course == hole.top]
         # Leaf by leaf; lintels among the first leaf's.
         return sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
@@ -227,7 +220,6 @@ class Plan(SolidGenerator):
 
 def _runs(stretch: WallStretch, holes: list[_Hole], course: int) -> list[_Run]:
     """Lengths of a stretch that a course fills with blocks, beside openings and lintels."""
-    taken = [
-        hole.lintel if course == hole.top else hole.jambs for hole in holes if hole.sill <= course <= hole.top
-    ]
+    here = [hole for hole in holes if hole.sill <= course <= hole.top]
+    taken = [hole.lintel if course == hole.top else hole.jambs for hole in here]
     return spaces(stretch.start, stretch.end, [*stretch.gaps(course), *taken])

@@ -11,8 +11,7 @@ from masonry_opt.scene.blocks import Number, Positive, YesNo
 from masonry_opt.scene.generator import Count, PartKeys, SolidGenerator, Widths, both, polar
 from masonry_opt.scene.solids import Solid, prism
 
-#: Distance from the axis and height.
-_Place = tuple[float, float]
+_Place = tuple[float, float]  #: Distance from the axis and height.
 
 
 class Dome(SolidGenerator):
@@ -68,8 +67,7 @@ class Dome(SolidGenerator):
         return self.voussoirs * (2 if self.bond == "running" else 1)
 
     def blocks(self) -> list[Solid]:
-        """The voussoirs, ring by ring from the foot, named ``ring-voussoir``; then the ``key`` and the
-        ``base``."""
+        """The voussoirs, ring by ring from the foot, named ``ring-voussoir``; then ``key`` and ``base``."""
         first = math.radians(self.springing)
         if self.oculus is None:
             # Half of the key lies on this side of the axis.
@@ -141,10 +139,8 @@ class Shaft(SolidGenerator):
             self._polygon(bottom + (top - bottom) * number / self.drums, self.height * number / self.drums)
             for number in range(self.drums + 1)
         ]
-        built = [
-            self._stone(f"d{number}", prism(low, high))
-            for number, (low, high) in enumerate(pairwise(levels), start=1)
-        ]
+        drums = enumerate(pairwise(levels), start=1)
+        built = [self._stone(f"d{number}", prism(low, high)) for number, (low, high) in drums]
         if self.base:
             built.append(self._support("base", prism(self._polygon(bottom, -drum), levels[0])))
         return built

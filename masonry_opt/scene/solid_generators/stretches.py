@@ -10,8 +10,7 @@ from pydantic import Field, Strict
 from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record
 from masonry_opt.scene.generator import Count
 
-#: Of the plan's size, a distance that is nothing.
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  #: Of the plan's size, a distance that is nothing.
 
 
 class Opening(Record):

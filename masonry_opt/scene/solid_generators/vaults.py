@@ -116,10 +116,7 @@ class Groin(SolidGenerator):
             yield str(error).removeprefix("ArchRing: ")
             return
         if self.bay < least:
-            yield (
-                f"'bay' must be {least:g} or more, the arch's width and a quarter of a stone at either end "
-                f"(found {self.bay:g})"
-            )
+            yield f"'bay' must be {least:g} or more, the arch and half a stone (found {self.bay:g})"
 
     @property
     def size(self) -> int:

@@ -12,8 +12,7 @@ from masonry_opt.scene.geometry import STRAIGHT
 from masonry_opt.scene.rows import Rows, bounds, dots, lengths, ranges
 from masonry_opt.scene.space.surfaces import Surfaces
 
-#: Share of an area that is rounding.
-_ROUNDING = 1e-12
+_ROUNDING = 1e-12  #: Share of an area that is rounding.
 
 
 @dataclass(frozen=True)
@@ -89,10 +88,8 @@ class Planes:
 
 
 def planes(surfaces: Surfaces, tolerance: float) -> Planes:
-    """The planes of all faces, those of the largest faces first.
-
-    Raises CaseError if a face is not flat within the tolerance.
-    """
+    """The planes of all faces, those of the largest faces first. Raises CaseError if a face is not flat
+    within the tolerance."""
     corners, count, face = surfaces.corners, surfaces.count, surfaces.face
     middle = surfaces.sum_by_face(corners) / np.maximum(count, 1)[:, None]
     after = corners[surfaces.following()]
@@ -149,10 +146,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
 
 
 def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFaces:
-    """The outer faces of the blocks.
-
-    Raises CaseError if a face crosses itself.
-    """
+    """The outer faces of the blocks. Raises CaseError if a face crosses itself."""
     corner = planes.of_face[surfaces.face] >= 0
     face = surfaces.face[corner]
     number, of_ring = np.unique(face, return_inverse=True)

@@ -106,8 +106,7 @@ def _common(parts: ConvexParts, one: int, other: int) -> Common:
     return Common(2 * float(ball.x[3]) * scale, middle + scale * centroid, float(pieces.sum()) * scale**3)
 
 
-#: Weight of the condition that the corners' shares in the nearest point of their hull sum to one.
-_WHOLE = 1e6
+_WHOLE = 1e6  #: Weight of the condition that corners' shares in the nearest point of their hull sum to one.
 
 
 @dataclass(frozen=True)
@@ -130,10 +129,8 @@ class Shapes(Extents):
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
         every, block = self.corners
-        return np.array(
-            [_from_hull(every[block == one] - at) for one, at in zip(blocks, points, strict=True)],
-            dtype=float,
-        )
+        off = [_from_hull(every[block == one] - at) for one, at in zip(blocks, points, strict=True)]
+        return np.array(off, dtype=float)
 
     def away(self, block: int, point: np.ndarray) -> float:
         parts, nearest = self.parts, np.inf

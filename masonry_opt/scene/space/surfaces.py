@@ -46,20 +46,16 @@ class Surfaces:
         """Raise CaseError that names the block, part and face."""
         part = self.part[face]
         block = self.block[part]
-        first_face = np.searchsorted(self.part, part)
+        number = face - np.searchsorted(self.part, part) + 1
         several = np.count_nonzero(self.block == block) > 1
         of_part = f" of part no. {part - np.searchsorted(self.block, block) + 1}" if several else ""
         name = self.scene.blocks[block].name
-        raise CaseError(
-            f"{self.scene.origin}: block {name!r}: face no. {face - first_face + 1}{of_part} {why}"
-        )
+        raise CaseError(f"{self.scene.origin}: block {name!r}: face no. {number}{of_part} {why}")
 
 
 def surfaces(scene: Scene) -> Surfaces:
-    """The blocks' surfaces as given, turned consistently within each part.
-
-    Raises CaseError if an edge is not in exactly two faces, or faces cannot be turned consistently.
-    """
+    """The blocks' surfaces as given, turned consistently within each part. Raises CaseError if an edge is not
+    in exactly two faces, or faces cannot be turned consistently."""
     bodies = [block.polyhedra for block in scene.in_space()]
     parts = list(chain.from_iterable(bodies))
     points = np.concatenate([np.asarray(vertices, dtype=float) for vertices, _ in parts])
