@@ -82,7 +82,7 @@ _REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.alternation:forces_f
 
 
 def _solved_alone(has_optimum: Callable[..., bool]) -> Callable[..., bool]:
-    return lambda *arguments, nearly: has_optimum(*arguments)
+    return lambda *arguments, nearly, **given: has_optimum(*arguments, **given)
 
 
 _WEIGHTS = "exact.alternation:_WEIGHTS_IN_SPACE"
