@@ -5,6 +5,7 @@ from scipy.spatial import ConvexHull
 
 import masonry_opt as mo
 from masonry_opt.scene.contacts.find import find_joints
+from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.space.shapes import shapes
 
 
@@ -36,7 +37,9 @@ def scene(*blocks, **keys):
 
 
 def contacts_of(scene, floating=False):
-    return find_joints(scene, shapes(scene), floating=floating)
+    """Of a scene in space, or of one in the plane."""
+    at = geometry(scene) if scene.dimension == 2 else shapes(scene)
+    return find_joints(scene, at, floating=floating)
 
 
 def joints(scene, floating=False):

@@ -3,6 +3,9 @@
 import shutil
 
 import pytest
+from pages import WIDTHS, show
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
 
 #: No window, no sandbox (which needs rights that containers lack), nothing that calls home.
 _SWITCHES = [
@@ -15,17 +18,15 @@ _SWITCHES = [
 @pytest.fixture(scope="module")
 def chromium(tmp_path_factory):
     """Chromium, with a new and empty profile, that logs what a page says and asks for."""
-    driven = pytest.importorskip("selenium.webdriver", reason="needs selenium")
-    service = pytest.importorskip("selenium.webdriver.chrome.service", reason="needs selenium")
     program, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if program is None or driver is None:
         pytest.skip("needs the programs chromium and chromedriver")
-    options = driven.ChromeOptions()
+    options = webdriver.ChromeOptions()
     options.binary_location = program
     for switch in (*_SWITCHES, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
         options.add_argument(switch)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    running = driven.Chrome(options=options, service=service.Service(executable_path=driver))
+    running = webdriver.Chrome(options=options, service=Service(executable_path=driver))
     yield running
     running.quit()
 
@@ -40,3 +41,21 @@ def browser(chromium):
         return chromium
 
     return of_width
+
+
+@pytest.fixture(params=WIDTHS)
+def width(request):
+    """Of a desk, and of a telephone."""
+    return request.param
+
+
+@pytest.fixture
+def result(wall):
+    """That of the module's wall."""
+    return wall[0]
+
+
+@pytest.fixture
+def page(browser, wall, width):
+    """The page of the module's wall, opened."""
+    return show(browser, wall[1], width)

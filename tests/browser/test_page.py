@@ -4,8 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from pages import WIDTHS, cell, found, move_to, quiet, show, sticking_out, written
+from pages import cell, found, move_to, quiet, show, sticking_out, written
 from scenes import WALLS, block_on_floor, overhanging
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.actions.pointer_input import PointerInput
+from selenium.webdriver.common.keys import Keys
 
 import masonry_opt as mo
 from masonry_opt.answer.motion import fastest, yielded_on
@@ -35,10 +38,7 @@ def transform(page, block):
     return np.array([[a, c, e], [b, d, f]])
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_everything_fits_and_the_answer_comes_first(browser, wall, width):
-    result, path = wall
-    page = show(browser, path, width)
+def test_everything_fits_and_the_answer_comes_first(page, result):
     assert sticking_out(page) == []
     factor = found(page, ".load-factor")
     assert f"{result.load_factor:.5g}" in factor.text
@@ -53,10 +53,7 @@ def fastest_block(result):
     return result.assembly.movable[speed.idxmax()]
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_the_slider_moves_blocks_as_the_mechanism_does(browser, wall, width):
-    result, path = wall
-    page = show(browser, path, width)
+def test_the_slider_moves_blocks_as_the_mechanism_does(page, result):
     elements, frame = result_elements(result), result.blocks
     canvas = Canvas(elements, elements.all_marks)
     speed = np.hypot(frame["vx"], frame["vy"])
@@ -72,13 +69,8 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(browser, wall, width):
             assert moved == pytest.approx(expected * [1, -1], abs=2.0)
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_keys_move_along_the_push_and_the_mechanism_comes_back(browser, wall, width):
+def test_keys_move_along_the_push_and_the_mechanism_comes_back(page, result):
     """Blocks are where keyframes have them, joints that have yielded are marked, so is the curve."""
-    from selenium.webdriver.common.keys import Keys
-
-    result, path = wall
-    page = show(browser, path, width)
     tall = page.execute_script("return document.documentElement.scrollHeight")
     elements, way = result_elements(result), way_of(result)
     canvas = Canvas(elements, elements.all_marks)
@@ -115,12 +107,7 @@ def test_keys_move_along_the_push_and_the_mechanism_comes_back(browser, wall, wi
     assert quiet(page)
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_focus_on_a_joint_tells_its_forces_and_moves_nothing_else(browser, wall, width):
-    from selenium.webdriver.common.keys import Keys
-
-    result, path = wall
-    page = show(browser, path, width)
+def test_focus_on_a_joint_tells_its_forces_and_moves_nothing_else(page, result):
     height = "return document.documentElement.scrollHeight"
     tall = page.execute_script(height)
     number = found(page, "#joint")
@@ -139,13 +126,7 @@ def test_focus_on_a_joint_tells_its_forces_and_moves_nothing_else(browser, wall,
 
 
 @pytest.mark.parametrize("kind", ["mouse", "touch"])
-@pytest.mark.parametrize("width", WIDTHS)
-def test_pointing_at_a_joint_picks_it(browser, wall, width, kind):
-    from selenium.webdriver.common.action_chains import ActionChains
-    from selenium.webdriver.common.actions.pointer_input import PointerInput
-
-    result, path = wall
-    page = show(browser, path, width)
+def test_pointing_at_a_joint_picks_it(page, result, kind):
     move_to(page, 1.0)
     elements, joints = result_elements(result), result.assembly.joints
     canvas = Canvas(elements, elements.all_marks)
@@ -170,13 +151,10 @@ def test_pointing_at_a_joint_picks_it(browser, wall, width, kind):
     assert cell(page, "n") == pytest.approx(result.joints["n"][joint], rel=1e-4, abs=1e-5)
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_forces_are_shown_at_rest_and_the_mechanism_comes_back(browser, wall, width):
-    _, path = wall
-    page = show(browser, path, width)
+def test_forces_are_shown_at_rest_and_the_mechanism_comes_back(page, result):
     shown = "return getComputedStyle(document.querySelector(arguments[0])).display !== 'none'"
     tall = page.execute_script("return document.documentElement.scrollHeight")
-    moving = fastest_block(wall[0])
+    moving = fastest_block(result)
     before = transform(page, moving)
     for kind in ("thrust", "utilisation", "mechanism"):
         found(page, f'input[value="{kind}"]').click()
@@ -193,7 +171,6 @@ def test_forces_are_shown_at_rest_and_the_mechanism_comes_back(browser, wall, wi
 NASTY = '"><script>document.title = "harmed"</script><img src="http://localhost/x">$title'
 
 
-@pytest.mark.parametrize("width", WIDTHS)
 def test_pages_without_a_load_factor_and_with_odd_names_work(browser, tmp_path_factory, width):
     scene = overhanging()
     blocks = [scene.blocks[0].model_copy(update={"name": NASTY}), scene.blocks[1]]

@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 from pages import WIDTHS, cell, found, move_to, quiet, show, sticking_out, written
 from scenes_in_space import corner_wall
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.wait import WebDriverWait
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import fastest, yielded_on
-from masonry_opt.drawing.elements import FULL
+from masonry_opt.answer.motion import yielded_on
+from masonry_opt.drawing.elements import result_elements
 from masonry_opt.drawing.marks import moved
 from masonry_opt.drawing.page import way_motions, way_of
 from masonry_opt.drawing.view import axes_of
@@ -26,10 +29,7 @@ def wall(tmp_path_factory):
     return written(mo.solve(corner_wall(3, 2, 4), "static"), tmp_path_factory, view=VIEW)
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_everything_fits_and_the_figure_is_seen(browser, wall, width):
-    result, path = wall
-    page = show(browser, path, width)
+def test_everything_fits_and_the_figure_is_seen(page, result):
     assert sticking_out(page) == []
     assert f"{result.load_factor:.5g}" in found(page, ".load-factor").text
     figure = found(page, ".solids").rect
@@ -52,8 +52,6 @@ def colours(page):
 
 def image(page):
     """The figure at rest, once it is drawn finely: with two pixels a pixel of the window."""
-    from selenium.webdriver.support.wait import WebDriverWait
-
     canvas = "const drawn = document.querySelector('.solids canvas'); return "
     fine = f"{canvas} drawn.width === 2 * drawn.clientWidth"
     WebDriverWait(page, 10).until(lambda page: page.execute_script(fine))
@@ -84,28 +82,23 @@ def pointed_at(page, at):
     return found(page, "#block").text
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_the_slider_moves_blocks_as_the_mechanism_does(browser, wall, width):
-    """Near the corners of its front, that is where each block is pointed at."""
-    result, path = wall
-    page = show(browser, path, width)
-    full = FULL * 6.0 / fastest(result.assembly, result.solution.d)
-    frame = result.blocks.set_index("block")
+def assert_pointed_at_after(page, result, motions, shares):
+    """Each block of the wall in front, at shares of its length and its height, after motions of all."""
+    origin = result.assembly.geometry.origin
+    for index, motion in zip(result.assembly.movable, motions, strict=True):
+        block = result.assembly.scene.blocks[index]
+        if block.name.startswith("x"):
+            (left, right), _, (low, high) = block.box
+            front = [(left + a * (right - left), 0.0, low + b * (high - low)) for a in shares for b in shares]
+            for at in point_at(page, result, moved(np.array(front) - origin, motion) + origin, VIEW):
+                assert pointed_at(page, at) == block.name
+
+
+def test_the_slider_moves_blocks_as_the_mechanism_does(page, result):
+    motions = result_elements(result).motion[result.assembly.movable]
     for share in (0.0, 1.0):
         move_to(page, share)
-        for block in result.assembly.scene.blocks:
-            if not block.name.startswith("x"):
-                continue
-            (left, right), _, (low, high) = block.box
-            front = np.array(
-                [(x, 0.0, z) for x in (left + 0.15, right - 0.15) for z in (low + 0.15, high - 0.15)]
-            )
-            row = frame.loc[block.name]
-            velocity, rotation = (row[[f"{kind}{axis}" for axis in "xyz"]].to_numpy(float) for kind in "vw")
-            arm = front - row[["x", "y", "z"]].to_numpy(float)
-            moved = front + share * full * (velocity + np.cross(rotation, arm))
-            for at in point_at(page, result, moved, VIEW):
-                assert pointed_at(page, at) == block.name
+        assert_pointed_at_after(page, result, share * motions, (0.15, 0.85))
 
 
 @pytest.fixture(scope="module")
@@ -116,13 +109,11 @@ def pushed(tmp_path_factory):
 
 @pytest.mark.parametrize("width", WIDTHS[:1])
 def test_keys_move_along_the_push(browser, pushed, width):
-    """In the middle of its front each block is pointed at where keyframes have it."""
-    from selenium.webdriver.common.keys import Keys
-
+    """Blocks are where keyframes have them."""
     result, path = pushed
     page = show(browser, path, width)
     height = "return document.documentElement.scrollHeight"
-    way, names = way_of(result), result.assembly.names(result.assembly.movable)
+    way = way_of(result)
     motions, moves = way_motions(result, way), yielded_on(result.assembly, way)
     slider, told = found(page, "#pushed"), set()
     for key, at in ((Keys.ARROW_RIGHT, 1), (Keys.END, len(motions) - 1)):
@@ -134,14 +125,7 @@ def test_keys_move_along_the_push(browser, pushed, width):
         assert float(numbers[0]) == pytest.approx(way.load_factor[at], rel=1e-3)
         assert [int(number) for number in numbers[2:]] == moves[at].sum(axis=1).tolist()
         told.add(found(page, "#event").text)
-        for block in result.assembly.scene.blocks:
-            if not block.name.startswith("x"):
-                continue
-            (left, right), _, (low, high) = block.box
-            origin, motion = result.assembly.geometry.origin, motions[at, names.index(block.name)]
-            there = moved(np.array([[(left + right) / 2, 0.0, (low + high) / 2]]) - origin, motion) + origin
-            (place,) = point_at(page, result, there, VIEW)
-            assert pointed_at(page, place) == block.name
+        assert_pointed_at_after(page, result, motions[at], (0.5,))
         assert sticking_out(page) == []
     assert len(told) == 2
     assert "0,114,178" in colours(page)  # what slides
@@ -156,9 +140,7 @@ def test_keys_move_along_the_push(browser, pushed, width):
 
 
 @pytest.mark.parametrize("width", WIDTHS[1:])
-def test_a_joint_tells_its_forces_and_moves_nothing_else(browser, wall, width):
-    result, path = wall
-    page = show(browser, path, width)
+def test_a_joint_tells_its_forces_and_moves_nothing_else(page, result):
     height = "return document.documentElement.scrollHeight"
     tall = page.execute_script(height)
     before = image(page)
@@ -178,9 +160,6 @@ def test_a_joint_tells_its_forces_and_moves_nothing_else(browser, wall, width):
 
 
 def test_it_turns_by_keys_buttons_and_pointer_and_comes_back(browser, wall):
-    from selenium.webdriver.common.action_chains import ActionChains
-    from selenium.webdriver.common.keys import Keys
-
     result, path = wall
     page = show(browser, path, 1280)
     figure, buttons = found(page, ".solids"), page.find_elements("css selector", "[data-view]")

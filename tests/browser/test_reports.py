@@ -5,7 +5,7 @@ import itertools
 import pytest
 from comparisons import made_up
 from loads.overhang import OVERHANG, axles
-from pages import WIDTHS, sticking_out
+from pages import sticking_out
 from scenes import block_on_floor
 from selenium.webdriver.support.wait import WebDriverWait
 
@@ -44,7 +44,6 @@ def overflow(browser):
     )
 
 
-@pytest.mark.parametrize("width", WIDTHS)
 def test_the_comparison(browser, comparison_page, width):
     """No sideways scrolling, not even of the first table; λ on the first screen."""
     chromium = browser(width)
@@ -91,7 +90,6 @@ def test_no_table_moves_sideways_on_a_telephone(browser, comparison_page):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("width", WIDTHS)
 def test_charts_are_drawn_whole(browser, charts_page, width):
     """Each as wide as the page, its legend inside it, the labels of its ticks apart."""
     chromium = browser(width)
@@ -114,7 +112,6 @@ def test_charts_are_drawn_whole(browser, charts_page, width):
     assert [line for line in chromium.get_log("browser") if line["level"] == "SEVERE"] == []
 
 
-@pytest.mark.parametrize("width", WIDTHS)
 def test_nothing_of_a_report_moves_sideways(browser, tmp_path, width):
     mo.report(mo.solve(block_on_floor(), "static"), tmp_path / "report.html")
     chromium = browser(width)

@@ -166,12 +166,7 @@ def test_outputs_of_the_notebook_are_not_stored():
     assert all(not cell.outputs and cell.execution_count is None for cell in cells)
 
 
-RECORDS = [
-    mo.Scene, mo.Block, mo.Joint, mo.JointDefaults, mo.EdgeLoad, mo.Load, mo.PointLoad, mo.Reference,
-    mo.LoadCase, mo.Earthquake,
-    mo.Arch, mo.Wall, mo.Facade, mo.Column, mo.Solid, mo.Part,
-    mo.Plan, mo.PlanWall, mo.Opening, mo.Barrel, mo.Dome, mo.Groin, mo.Shaft, ArchRing,
-]  # fmt: skip
+RECORDS = [ArchRing, *(of for name in mo.__all__ if hasattr(of := getattr(mo, name), "model_fields"))]
 
 
 @pytest.fixture

@@ -11,7 +11,6 @@ import pytest
 from atlas.random_scenes import random_scene
 from atlas.small_scenes import rectangle
 from scenes import (
-    CASES,
     KINDS_OF_JOINTS,
     WALLS,
     block_on_floor,
@@ -30,7 +29,7 @@ from masonry_opt.answer.answer import Found, certify
 from masonry_opt.answer.frames import joint_frame
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.thresholds import MOVES, SAME, SLIDES, is_lower, same
+from masonry_opt.answer.thresholds import LOWER, MOVES, SAME, SLIDES, is_lower, same
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.studies.many.runs import mechanism
 
@@ -63,21 +62,16 @@ def test_a_block_slides_or_turns_as_it_should():
     assert block[["vx", "vy", "omega"]].to_numpy(float) == pytest.approx([1, 0.5, -1], abs=1e-6)
 
 
-@pytest.mark.parametrize(("method", "kind"), [("nonassociative", "loop"), ("mcp", "exact")])
-def test_json_is_everything_a_result_says(method, kind):
-    result = mo.solve(two_blocks(), method)
+def test_json_is_everything_a_result_says():
+    """Of a loop, some of whose joints carry nothing. (Counts, kinds, times: tests of the command line.)"""
+    result = mo.solve(two_blocks(), "nonassociative")
     text = result.to_json()
     assert "NaN" not in text
     assert "Infinity" not in text
     answer = json.loads(text)
     assert answer["reasons"] == [reason.as_dict() for reason in result.reasons]
-    assert len(answer["history"]) == len(result.history)
-    assert answer["kind"] == kind
-    assert answer["solvers"] == result.solvers
+    assert (answer["kind"], answer["solvers"]) == ("loop", result.solvers)
     assert answer["certificate"] == result.certificate.as_dict()
-    assert (answer["blocks"], answer["joints"]) == (2, 3)
-    assert len(answer["joint_results"]) == 3
-    assert len(answer["block_results"]) == 2
     assert len(repr(result)) < 2000
 
 
@@ -151,23 +145,16 @@ def test_a_joint_slides_and_its_block_moves_from_the_same_share_on(share, moves)
     assert mechanism(result.assembly, solution)["slides"] == 1 + moves
 
 
-def test_load_factors_of_one_state_are_the_same_and_of_two_are_not():
-    """Wall 1: the linear program by two solvers; the loop's state and the default's, 1e-3 apart."""
-    wall = CASES / "ferris_tinloi" / "wall_1.toml"
-    one, other = (mo.solve(wall, "static", solver=solver).required() for solver in ("clarabel", "highs"))
-    low, high = (mo.solve(wall, method).required() for method in ("mcp", "nonassociative"))
-    assert same(one, other)
-    assert not same(low, high)
-    assert is_lower(low, high)
-    assert not is_lower(high, low)
-
-
 @pytest.mark.parametrize("size", [0.0, 1e-3, 1.0, 1e3])
 def test_same_is_symmetric_and_relative_from_a_hundredth_on(size):
-    far = SAME * max(size, 0.01)
-    assert same(size, size + 0.9 * far)
-    assert same(size + 0.9 * far, size)
-    assert not same(size, size + 1.1 * far)
+    """As is what is lower, by less. (The loop's state of wall 1 is 1e-3 above the default's.)"""
+    unit = max(size, 0.01)
+    near, far = (size + share * SAME * unit for share in (0.9, 1.1))
+    assert SAME < 1e-3
+    assert same(size, near)
+    assert same(near, size)
+    assert not same(size, far)
+    assert [is_lower(size, size + share * LOWER * unit) for share in (-1.1, 0.9, 1.1)] == [False, False, True]
 
 
 @pytest.fixture
@@ -266,10 +253,3 @@ def test_forces_beyond_yield_and_motions_that_do_not_go_with_them_are_left(solve
     d = state.d.copy()
     d[1] -= np.abs(d).max()  # the first block of the bottom course sinks into the base
     assert certificate(problem, state, d=d).flow > 0.4
-
-
-def test_an_associative_mechanism_breaks_the_coulomb_flow_rule_where_it_slides(solved):
-    problem, state = solved
-    assert (problem.slip(state.p) > 1e-6).any()
-    assert certificate(problem, state, slope=problem.dilatancy).flow < 1e-10  # it opens more: rocking
-    assert certificate(problem, state, slope=problem.dilatancy).complementarity > 1e-3

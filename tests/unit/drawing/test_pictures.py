@@ -48,6 +48,9 @@ def points_of(artist):
 def test_a_picture_has_the_elements_and_their_legend(case, kind):
     result = solved(case)
     elements, figure = result_elements(result), result.plot(kind)
+    title = figure.axes[0].get_title()
+    assert result.assembly.scene.title in title.replace("\n", " ")
+    assert float(re.search(r"λ = (\S+)", title)[1]) == pytest.approx(result.load_factor, rel=1e-5)
     marks = [each for each in elements.shown(kind) if each.shape != "bar"]
     # Before them come supports, blocks, and outlines at rest.
     artists = figure.axes[0].collections[3 if kind == "mechanism" else 2 :]
@@ -87,14 +90,6 @@ def test_what_cannot_be_written_is_refused_and_leaves_nothing(result, tmp_path, 
     assert not list(tmp_path.iterdir())
 
 
-def test_a_picture_shows_title_and_load_factor(tmp_path):
-    with mpl.rc_context({"svg.fonttype": "none"}):
-        mo.solve(WALLS[0], "nonassociative").save(tmp_path / "wall.svg")
-    text = (tmp_path / "wall.svg").read_text()
-    for words in ("Ferris &amp; Tin-Loi wall 1", "0.63982"):
-        assert words in text
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_names_are_written_where_asked_for(result, kind):
     for names in (False, True):
@@ -109,7 +104,7 @@ def test_without_forces_the_picture_says_so(kind):
     assert [text.get_text() for text in axes.texts] == ["no forces were found to draw"]
 
 
-@pytest.mark.parametrize("height", [1, 20, 200])
+@pytest.mark.parametrize("height", [1, 20, 100])
 def test_the_scale_keeps_its_label_beside_slender_scenes(height):
     """The bar is up to 12 % of the height long: more than a slender column leaves free beside it."""
     blocks = [rectangle(str(y), 0, y, 0.5, y + 1, weight=1, live=(1, 0)) for y in range(height)]
@@ -243,21 +238,12 @@ def test_forces_of_every_joint_are_those_of_the_result(scene):
         assert got == pytest.approx(expected, rel=6e-5, abs=nothing, nan_ok=True)
 
 
-def blocks_of(text):
-    """First corner and attribute of motion of every block drawn."""
-    drawn = text[text.index('<g class="blocks"') : text.index('<g class="supports"')]
-    groups = re.findall(r"<g([^>]*)>(<path.*?)</g>", drawn)
-    found = [
-        (np.array(corner, dtype=float), "data-motion" in attributes)
-        for attributes, inside in groups
-        for corner in re.findall(r'd="M(-?\d+) ?(-?\d+)', inside)
-    ]
-    return [corner for corner, _ in found], [moves for _, moves in found]
-
-
 def test_blocks_that_move_are_those_of_the_mechanism():
     result = solved(WALLS[0])
-    _, moves = blocks_of(page(result))
+    text = page(result)
+    drawn = text[text.index('<g class="blocks"') : text.index('<g class="supports"')]
+    groups = re.findall(r"<g([^>]*)>(<path.*?)</g>", drawn)
+    moves = ["data-motion" in attributes for attributes, inside in groups for _ in re.findall('d="M', inside)]
     speed = np.zeros(len(result.assembly.scene.blocks))
     speed[result.assembly.movable] = np.hypot(result.blocks["vx"], result.blocks["vy"])
     assert moves == (speed > 1e-6 * speed.max()).tolist()

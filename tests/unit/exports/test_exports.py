@@ -180,18 +180,11 @@ def test_mcp_s_equations_and_pairs_hold_at_our_answer(tmp_path, name):
     assert np.abs(left).max() > 1e-2
     assert np.abs(file.matrix).sum(axis=0).min() > 0
 
-
-@pytest.mark.parametrize("name", ["one joint cannot slide", "dilatancy"])
-def test_mcp_pairs_each_slack_with_its_own_rate(tmp_path, name):
-    scene = KINDS_OF_JOINTS[name]
-    path, *_ = mo.export(scene, tmp_path / "program.nl", "mcp")
-    file, problem = read_nl(path), mo.solve(scene, "static").assembly.problem
-    faces, forces, motion = problem.faces, 3 * problem.joints, 3 * problem.blocks
-    # Square, as solvers of complementarity problems want it: z and p of each face, q, d and λ.
-    assert file.matrix.shape == (2 * faces + forces + motion + 1,) * 2
-    # In the header: no objective, and as many linear pairs as faces.
-    assert (file.counts[0][2], file.counts[1][2]) == (0, faces)
-    assert len(file.pairs) == faces
+    # Square, as solvers of complementarity problems want it: z and p of each face, q, d and λ. In the header
+    # no objective, and as many linear pairs as faces: of each slack with its own rate.
+    problem = result.assembly.problem
+    assert file.matrix.shape == (2 * problem.faces + 3 * problem.joints + 3 * problem.blocks + 1,) * 2
+    assert (file.counts[0][2], file.counts[1][2], len(file.pairs)) == (0, problem.faces, problem.faces)
     for row, (column, bounded) in file.pairs.items():
         ((slack,),) = np.nonzero(file.matrix[row])
         face = file.rows[row].removeprefix("pair_")

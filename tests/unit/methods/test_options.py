@@ -48,6 +48,7 @@ NOT_TAKEN = [
     ({"method": "refined", "tolerance": 1e-6}, ["'tolerance'"]),
     ({"method": "refined", "until": 0.21}, ["'search'"]),
     ({"method": "compliant", "curve": True, "give": 0.1}, ["'curve'", "'give'"]),
+    ({"method": "compliant", "spread": 2, "give": 1e-3}, ["'give'"]),
     ({"curve": True}, ["mcp", "'curve'", "compliant"]),
     (STATIC | NEWTON, ["mcp"]),
     *(({"method": name} | NEWTON, []) for name in ("kinematic", "mpec", "refined", "global")),

@@ -1,7 +1,6 @@
 """Loads on blocks by name and on edges, in the plane and in space: what they do by hand, what is refused."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble, on_matrices_of
 from masonry_opt.problem.loads import loads, weights
 from masonry_opt.scene.geometry import geometry
+from masonry_opt.scene.space.shapes import shapes
 from masonry_opt.words.summary import facts
 
 #: Three courses, two of whose blocks lie between others; "2-2" spans 2 to 6 and 1 to 2.
@@ -89,18 +89,15 @@ def test_what_the_load_factor_multiplies_is_told():
     assert "live load" not in facts(mo.solve(tilted, "static"))
 
 
+TWICE = 'weight = 1\n[[load]]\nblock = "2-2"\nweight = 2'
 WRONG = {
     "no force": ("live = [1, 0]", "", ["load no. 1 ('2-2')", "'live', 'dead' or 'weight'"]),
     "a point alone": ("live = [1, 0]", "at = [1, 0]", ["load no. 1 ('2-2')", "'at'"]),
     "unknown key": ("live =", "liv =", ["load no. 1 ('2-2')", "did you mean 'live'"]),
-    "no block": ("live = [1, 0]\n", "", ["load no. 1", "'live'"]),
+    "no block": ('block = "2-2"\n', "", ["load no. 1", "'block'"]),
     "no such block": ('"2-2"', '"2-4"', ["load no. 1", "'2-4'", "did you mean '2-"]),
     "fixed": ('"2-2"', '"base"', ["load no. 1", "'base'", "fixed"]),
-    "a weight twice": (
-        "live = [1, 0]",
-        'weight = 1\n[[load]]\nblock = "2-2"\nweight = 2',
-        ["load no. 2", "'2-2'", "'weight'"],
-    ),
+    "a weight twice": ("live = [1, 0]", TWICE, ["load no. 2", "'2-2'", "'weight'"]),
     "one table": ("[[load]]", "[load]", ["[[load]]"]),
 }
 
@@ -151,19 +148,6 @@ def scene(blocks, loads, friction=5.0, **keys):
     return mo.Scene(joints={"friction": friction}, blocks=[*blocks, BASE], edge_loads=made, **keys)
 
 
-WIDTH, HEIGHT, DENSITY, WATER = 1.0, 3.0, 2.4, 1.0
-DAM = block("wall", [(0, 0), (WIDTH, 0), (WIDTH, HEIGHT), (0, HEIGHT)], DENSITY * WIDTH * HEIGHT)
-
-
-@pytest.mark.parametrize("depth", [0.5, 2.0, 3.0])
-def test_water_overturns_a_wall_by_the_moment_of_its_triangle(depth):
-    """γ h³ / 6 about the toe against W b / 2."""
-    water = {"start": (0, 0), "end": (0, depth), "pressure": (WATER * depth, 0), "kind": "live"}
-    result = mo.solve(scene([DAM], [water]), "static")
-    expected = (DENSITY * WIDTH * HEIGHT * WIDTH / 2) / (WATER * depth**3 / 6)
-    assert result.load_factor == pytest.approx(expected, rel=1e-7)
-
-
 def test_each_block_below_a_line_gets_its_part_of_a_linear_pressure():
     """Three blocks side by side, one of them lower: p = 1 + x between 0 and 4, nothing on the lower one."""
     blocks = [
@@ -194,10 +178,10 @@ def test_what_another_block_covers_bears_no_load():
 
 
 def test_pressure_acts_into_the_block_whichever_way_the_line_runs():
-    ends = [(0, 0), (0, HEIGHT)]
+    ends, wall = [(0, 0), (0, 3)], block("wall", [(0, 0), (1, 0), (1, 3), (0, 3)])
     for start, end, pressure in ((*ends, (6.0, 2.0)), (*reversed(ends), (2.0, 6.0))):
-        assembly = assemble(scene([DAM], [{"start": start, "end": end, "pressure": pressure}]))
-        acting = forces_of(assembly)[0] + np.array([0, DAM.weight, 0])
+        assembly = assemble(scene([wall], [{"start": start, "end": end, "pressure": pressure}]))
+        acting = forces_of(assembly)[0] + np.array([0, wall.weight, 0])
         # 4 · 3 to the right; ∫ p (y - 1.5) dy = -(4 / 3) 1.5³ · 2 / 3, turning clockwise where it is high.
         np.testing.assert_allclose(acting, [12.0, 0.0, 3.0], atol=1e-12)
 
@@ -259,25 +243,11 @@ def test_what_a_line_reaches_beyond_its_edges_is_warned_of():
     assert warning.values == {"number": 1, "length": pytest.approx(1.0)}
 
 
-class Shapes(NamedTuple):
-    """Of boxes, or of what is extruded."""
-
-    origin: np.ndarray
-    centroid: np.ndarray
-    size: np.ndarray
-
-
-def of_boxes(scene):
-    """Seen from an origin of no meaning."""
-    corners = np.array([block.box for block in scene.in_space()])
-    origin = np.array([0.3, -0.2, 0.7])
-    return Shapes(origin, corners.mean(axis=2) - origin, np.prod(corners[..., 1] - corners[..., 0], axis=1))
-
-
-def acting_in_space(scene, kind, shapes=None):
-    """Rows fx, fy, fz, mx, my, mz of one kind on the first block, the only one that moves."""
-    shapes, movable = shapes or of_boxes(scene), np.array([0])
-    return getattr(loads(scene, shapes, movable), kind).about(shapes.centroid[movable])
+def about_centroids(scene, kind):
+    """Force and moment of one kind of load about the centroid of each block that moves."""
+    at = geometry(scene) if scene.dimension == 2 else shapes(scene)
+    movable = np.flatnonzero([not block.fixed for block in scene.blocks])
+    return getattr(loads(scene, at, movable), kind).about(at.centroid[movable])
 
 
 # A box 1 × 2 × 3 has its centroid in (0.5, 1, 1.5).
@@ -309,7 +279,7 @@ BY_HAND = {
 @pytest.mark.parametrize("name", BY_HAND)
 def test_forces_and_moments_on_a_box(name):
     keys, kind, expected = BY_HAND[name]
-    assert acting_in_space(box_on_floor((1, 2, 3), **keys), kind) == pytest.approx(expected, abs=1e-14)
+    assert about_centroids(box_on_floor((1, 2, 3), **keys), kind) == pytest.approx(expected, abs=1e-14)
 
 
 def test_loads_by_name_add_up_and_take_moments():
@@ -321,18 +291,18 @@ def test_loads_by_name_add_up_and_take_moments():
         mo.Load(block="A", weight=7),
     ]
     scene = scene.model_copy(update={"loads": more})
-    assert acting_in_space(scene, "live") == pytest.approx([3, 1, 0, 0, 3, 5])
-    assert acting_in_space(scene, "dead") == pytest.approx([0, 0, 0, 0, 2, 1])
-    assert acting_in_space(scene, "weight") == pytest.approx([0, 0, -7, 0, 0, 0])
-    assert weights(scene, of_boxes(scene), np.array([0])).tolist() == [7]
+    assert about_centroids(scene, "live") == pytest.approx([3, 1, 0, 0, 3, 5])
+    assert about_centroids(scene, "dead") == pytest.approx([0, 0, 0, 0, 2, 1])
+    assert about_centroids(scene, "weight") == pytest.approx([0, 0, -7, 0, 0, 0])
+    assert weights(scene, shapes(scene), np.array([0])).tolist() == [7]
 
 
 def test_weights_act_along_gravity_and_tilt_square_to_it():
     """Of 10 along (0, -0.6, -0.8); towards -y up the slope: (0, -0.8, 0.6)."""
     scene = box_on_floor(weight=10, live=(0, 0, 0))
     scene = scene.model_copy(update={"gravity": (0.0, -3.0, -4.0), "tilt": (0.0, -5.0, 0.0)})
-    assert acting_in_space(scene, "weight") == pytest.approx([0, -6, -8, 0, 0, 0])
-    assert acting_in_space(scene, "live") == pytest.approx([0, -8, 6, 0, 0, 0])
+    assert about_centroids(scene, "weight") == pytest.approx([0, -6, -8, 0, 0, 0])
+    assert about_centroids(scene, "live") == pytest.approx([0, -8, 6, 0, 0, 0])
 
 
 LOADED = {"live": (1, 1), "live_at": (0, 3), "dead": (-1, 0), "dead_at": (2, 0), "live_per_weight": (0.5, 0)}
@@ -355,18 +325,9 @@ PLANE["notched"] = mo.Scene(
 @pytest.mark.parametrize("thickness", [None, 0.5])
 def test_loads_of_an_extruded_scene_are_those_in_the_plane(plane, thickness):
     """The moment m of the plane, from x to y, is -m about the y of space."""
-    space, flat = mo.extrude(plane, thickness), geometry(plane)
-    depth = thickness or plane.thickness
-    middle = np.full(len(flat.centroid), depth / 2)
-    shapes = Shapes(
-        np.array([flat.origin[0], 0, flat.origin[1]]),
-        np.column_stack([flat.centroid[:, 0], middle, flat.centroid[:, 1]]),
-        flat.size * depth,
-    )
-    movable = np.flatnonzero([not block.fixed for block in plane.blocks])
     for kind in ("weight", "dead", "live"):
-        given = getattr(loads(plane, flat, movable), kind).about(flat.centroid[movable]).reshape(-1, 3)
-        lifted = getattr(loads(space, shapes, movable), kind).about(shapes.centroid[movable]).reshape(-1, 6)
+        given = about_centroids(plane, kind).reshape(-1, 3)
+        lifted = about_centroids(mo.extrude(plane, thickness), kind).reshape(-1, 6)
         expected = np.zeros_like(lifted)
         expected[:, [0, 2]], expected[:, 4] = given[:, :2], -given[:, 2]
         assert np.abs(lifted - expected).max() <= 1e-13 * max(np.abs(expected).max(), 1)

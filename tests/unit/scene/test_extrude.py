@@ -18,30 +18,23 @@ def on_floor(*blocks, joints=None, **keys):
     return mo.Scene(joints=joints or {"friction": 0.5}, blocks=[*blocks, FLOOR], **keys)
 
 
+def stone(**keys):
+    return on_floor(mo.Block(**{"name": "A", "weight": 1} | keys))
+
+
 SCENES = {
     "wall": small_wall(3, 2),
     "no two edges alike": irregular(),
-    "clockwise": on_floor(mo.Block(name="A", vertices=SQUARE[::-1], weight=1, live=(1, 0))),
-    "notched": on_floor(mo.Block(name="A", vertices=L_SHAPE, unit_weight=2, live=(1, 0))),
-    "notched and clockwise": on_floor(mo.Block(name="A", vertices=L_SHAPE[::-1], unit_weight=2)),
-    "parts that overlap": on_floor(
-        mo.Block(name="A", parts=[SQUARE, [(0.5, 0.5), (3, 0.5), (3, 2), (0.5, 2)]], unit_weight=2)
-    ),
-    "parts apart": on_floor(mo.Block(name="A", parts=[SQUARE, [(3, 0), (4, 0), (3, 2)]], weight=2)),
-    "hole": on_floor(
-        mo.Block(
-            name="A",
-            vertices=[(0, 0), (3, 0), (3, 3), (0, 3)],
-            holes=[[(1, 1), (2, 1), (1.5, 2)]],
-            unit_weight=2,
-        )
-    ),
-    "straight corners": on_floor(mo.Block(name="A", vertices=[(0, 0), (0.5, 0), *SQUARE[1:]], weight=1)),
+    "clockwise": stone(vertices=SQUARE[::-1]),
+    "notched": stone(vertices=L_SHAPE),
+    "notched and clockwise": stone(vertices=L_SHAPE[::-1]),
+    "parts that overlap": stone(parts=[SQUARE, [(0.5, 0.5), (3, 0.5), (3, 2), (0.5, 2)]]),
+    "parts apart": stone(parts=[SQUARE, [(3, 0), (4, 0), (3, 2)]]),
+    "hole": stone(vertices=[(0, 0), (3, 0), (3, 3), (0, 3)], holes=[[(1, 1), (2, 1), (1.5, 2)]]),
+    "straight corners": stone(vertices=[(0, 0), (0.5, 0), *SQUARE[1:]]),
     "arch": mo.load(CASES / "oppenheim" / "seven_voussoirs.toml"),
-    "far away": mapped(
-        on_floor(mo.Block(name="A", vertices=L_SHAPE, weight=1)), lambda v: (1e4 + v[0], v[1] - 1e4)
-    ),
-}  # fmt: skip
+    "far away": mapped(stone(vertices=L_SHAPE), lambda v: (1e4 + v[0], v[1] - 1e4)),
+}
 
 
 @pytest.mark.parametrize("thickness", [None, 0.7])
@@ -85,12 +78,9 @@ def test_properties_of_joints_are_kept_and_cohesion_in_total():
     space = mo.extrude(plane, 0.2)
     assert space.in_space()[0].weight == 6 * 4 * 0.5
     assert space.gravity == (1, 0, -2)
-    assert (space.joints.friction, space.joints.dilatancy) == (0.6, 0.1)
-    assert space.joints.cohesion == pytest.approx(2.0, rel=1e-15)
-    rough, weak = space.exceptions
-    assert (rough.between, rough.friction, rough.cohesion) == (("A", "floor"), float("inf"), None)
-    assert (weak.between, weak.friction, weak.dilatancy) == (("B", "A"), None, 0.2)
-    assert weak.cohesion == pytest.approx(0.25, rel=1e-15)
+    assert space.joints == mo.JointDefaults(friction=0.6, cohesion=2.0, dilatancy=0.1)
+    weak = mo.Joint(between=("B", "A"), cohesion=0.25, dilatancy=0.2)
+    assert space.exceptions == [plane.exceptions[0], weak]
     assert (space.title, space.source, space.tolerance) == ("a stone", "by hand", 1e-5)
     assert (space.thickness, space.reference) == (1, {})
     # By default as thick as the scene: the properties are those given.
@@ -123,21 +113,11 @@ def test_a_thickness_is_a_positive_number(thickness):
         mo.extrude(two_blocks(), thickness)
 
 
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ({"joints": mo.JointDefaults(friction=1, strength=3)}, "'strength'"),
-        ({"joints": mo.JointDefaults(friction=1, dilatancy_stress=(1, 2))}, "'dilatancy_stress'"),
-        ({"exceptions": [mo.Joint(between=("A", "floor"), strength=3)]}, "'strength'"),
-        ({"edge_loads": [mo.EdgeLoad(start=(0, 2), end=(1, 2), pressure=1)]}, "'edge_load'"),
-    ],
-)
-def test_what_belongs_in_the_plane_is_refused(change, key):
-    with pytest.raises(mo.OptionError, match=key):
-        mo.extrude(block_on_floor().model_copy(update=change))
-
-
-def test_what_is_in_space_or_no_shape_is_refused():
+def test_what_belongs_in_the_plane_is_in_space_or_no_shape_is_refused():
+    """Of the plane are all keys that scenes of solids refuse: see the tests of solids."""
+    load = mo.EdgeLoad(start=(0, 2), end=(1, 2), pressure=1)
+    with pytest.raises(mo.OptionError, match="'edge_load'"):
+        mo.extrude(block_on_floor().replace(edge_loads=[load]))
     with pytest.raises(mo.OptionError):
         mo.extrude(mo.extrude(two_blocks()))
     crossed = mo.Block(name="crossed", vertices=[(0, 0), (1, 1), (1, 0), (0, 1.5)], weight=1)

@@ -11,7 +11,7 @@ from masonry_opt.problem.assembly import assemble
 
 WALL = {"block": (2.0, 1.0), "courses": [[1, 1], [0.5, 1, 0.5]], "live": (1.0, 0.0)}
 FACADE = {
-    "openings": (1, 1), "block": (2.0, 1.0), "jamb": 1, "opening": (1, 1), "sill": 2, "spandrel": 2,
+    "openings": (1, 1), "block": (2.0, 1.0), "jamb": 2, "opening": (1, 2), "sill": 1, "spandrel": 2,
     "live": (1.0, 0.0),
 }  # fmt: skip
 COLUMN = {"width": (2.0, 1.0), "height": 3.0, "drums": 3, "live": (1.0, 0.0)}
@@ -53,7 +53,7 @@ def test_a_name_and_a_place_change_nothing_else(kind):
 #: least y.
 PLACED = {
     "wall": ((10, 14), (5, 7), (8, 16), 4),
-    "facade": ((10, 16), (5, 11), (8, 18), 4),
+    "facade": ((10, 20), (5, 11), (8, 22), 4),
     "column": ((10, 12), (5, 8), (10, 12), 4),
 }
 
@@ -68,9 +68,9 @@ def test_a_place_is_that_of_the_left_end_of_the_foot(kind):
     assert np.column_stack([fixed.min(axis=0), fixed.max(axis=0)]).tolist() == [list(base), [below, 5]]
 
 
-@pytest.mark.parametrize("kind", ["wall", "facade", "column", "ring"])
+@pytest.mark.parametrize("kind", ["wall", "facade", "column", "ring", "pointed"])
 def test_unit_weight_weighs_the_blocks_drawn(kind):
-    drawn = {"weights": "straight"} if kind == "ring" else {}
+    drawn = {"weights": "straight"} if kind in ("ring", "pointed") else {}
     scene = mo.Scene(joints={"friction": 0.5}, blocks=made(kind, **drawn, live=(0.5, 0)).blocks())
     shapes, unit_weight = assemble(scene).geometry, BUILT[kind][1]["unit_weight"]
     for block, size, centroid in zip(scene.blocks, shapes.size, shapes.centroid, strict=True):
@@ -214,14 +214,8 @@ def test_the_base_is_as_wide_as_the_foot_and_may_be_left_out():
     assert not any(block.fixed for block in mo.Column(**SLENDER, base=False).blocks())
 
 
-TINY = {
-    "openings": (1, 1), "block": (2.0, 1.0), "jamb": 2, "opening": (1, 2), "sill": 1, "spandrel": 2,
-    "weight": 3.0, "lintel_weight": 5.0, "live": (1.0, 0.0),
-}  # fmt: skip
-
-
 def facade(**changed):
-    return mo.Facade(**TINY | {"omit_top_left": True} | changed)
+    return mo.Facade(**FACADE | {"weight": 3.0, "lintel_weight": 5.0, "omit_top_left": True} | changed)
 
 
 def courses(built):
@@ -230,14 +224,6 @@ def courses(built):
     for block in built.blocks()[:-1]:
         rows.setdefault(int(block.name.split("-")[0]), []).append(block)
     return [rows[number] for number in sorted(rows)]
-
-
-def test_blocks_are_those_counted_by_hand():
-    """Five blocks wide, six courses. Sill: 5 whole. Opening: half, 1, half on either side; then 2 on
-    either side. Lintel: half, 1, lintel (which bears half a block left and right), 1, half. Spandrel: 5
-    whole; half, 4, half, of which the leftmost is left away."""
-    assert [len(course) for course in courses(facade())] == [5, 6, 4, 5, 5, 5]
-    assert len(courses(mo.Facade(**TINY))[-1]) == 6  # nothing is left away unless asked
 
 
 def test_jambs_are_straight_and_the_lintel_spans_the_opening():
@@ -252,9 +238,13 @@ def test_jambs_are_straight_and_the_lintel_spans_the_opening():
     assert lintel.live_per_weight == (1.0, 0.0)
 
 
-def test_joints_are_those_counted_by_hand():
-    """Joints within courses, and between each course and what it lies on."""
+def test_blocks_and_joints_are_those_counted_by_hand():
+    """Five blocks wide, six courses. Sill: 5 whole. Opening: half, 1, half on either side; then 2 on
+    either side. Lintel: half, 1, lintel (which bears half a block left and right), 1, half. Spandrel: 5
+    whole; half, 4, half, of which the leftmost is left away. Joints within courses, and below each."""
     rows = courses(facade())
+    assert [len(course) for course in rows] == [5, 6, 4, 5, 5, 5]
+    assert len(courses(made("facade"))[-1]) == 6  # nothing is left away unless asked
     within = sum(
         left.vertices[1][0] == right.vertices[0][0]
         for course in rows

@@ -1,13 +1,17 @@
-"""Joints found from the geometry, and what is refused or repaired on the way."""
+"""Joints found from the geometry of blocks of any shape, what is refused or repaired, and convex pieces."""
 
 import re
 
 import numpy as np
 import pytest
+import shapely
+from touching_solids import contacts_of
 
 import masonry_opt as mo
-from masonry_opt.scene.contacts.find import find_joints
+from masonry_opt.answer.reasons import Code
 from masonry_opt.scene.geometry import geometry
+from masonry_opt.scene.outlines import convex_pieces
+from masonry_opt.words.sentences import sentences
 
 
 def square(name, x, y, size=1.0, **more):
@@ -22,19 +26,24 @@ def parted(name, part):
     return mo.Block(name=name, parts=[[(8, 8), (9, 8), (9, 9)], part], weight=1)
 
 
+def stone(outline, name="A", **more):
+    return mo.Block(**({"name": name, "vertices": outline, "weight": 1.0} | more))
+
+
+L_SHAPE = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]
 FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
 
 
 def scene(*blocks, **more):
-    return mo.Scene(joints={"friction": 0.5}, blocks=[*blocks, FLOOR], **more)
+    return mo.Scene(**{"joints": {"friction": 0.5}, "blocks": [*blocks, FLOOR]} | more)
 
 
-def joints_of(scene):
-    return find_joints(scene, geometry(scene))
+#: Of a scene in the plane itself, and its like in space.
+IN_BOTH = [lambda scene: scene, mo.extrude]
 
 
 def pairs(scene):
-    joints = joints_of(scene)
+    joints = contacts_of(scene)
     names = [block.name for block in scene.blocks]
     return {(names[i], names[j]) for i, j in zip(joints.first, joints.second, strict=True)}
 
@@ -46,38 +55,34 @@ def test_each_pair_that_shares_an_edge_has_one_joint_and_a_corner_makes_none():
 
 
 def test_joint_spans_the_shared_length_and_its_normal_points_into_the_first_block():
-    shapes = geometry(scene(square("A", 0, 0), square("B", 0.25, 1)))
-    joints = find_joints(scene(square("A", 0, 0), square("B", 0.25, 1)), shapes)
+    both = scene(square("A", 0, 0), square("B", 0.25, 1))
+    joints = contacts_of(both)
     joint = list(zip(joints.first, joints.second, strict=True)).index((0, 1))
     assert joints.extent[joint] == pytest.approx(0.75)
-    assert joints.middle[joint] + shapes.origin == pytest.approx([0.625, 1.0])
+    assert joints.middle[joint] + geometry(both).origin == pytest.approx([0.625, 1.0])
     assert joints.normal[joint] == pytest.approx([0, -1])
 
 
 def test_orientation_and_straight_or_repeated_corners_do_not_matter():
     plain = scene(square("A", 0, 0))
-    clockwise = mo.Block(name="A", vertices=[(0, 1), (1, 1), (1, 0), (0.5, 0), (0, 0), (0, 0)], weight=1)
-    one, other = joints_of(plain), joints_of(scene(clockwise))
+    clockwise = stone([(0, 1), (1, 1), (1, 0), (0.5, 0), (0, 0), (0, 0)])
+    one, other = contacts_of(plain), contacts_of(scene(clockwise))
     assert len(other.first) == 1
     np.testing.assert_allclose(one.extent, other.extent)
     np.testing.assert_allclose(one.normal, other.normal, atol=1e-15)
 
 
-@pytest.mark.parametrize("gap", [-3e-7, 3e-7])
-def test_hairline_gaps_and_overlaps_within_the_tolerance_are_joints(gap):
-    assert pairs(scene(square("A", 0, gap))) == {("A", "floor")}
-
-
-def test_joint_properties_come_from_defaults_and_exceptions():
-    special = scene(
-        square("A", 0, 0),
-        square("B", 1, 0),
-        exceptions=[mo.Joint(between=("floor", "A"), friction=0.9, cohesion=2)],
+def test_joint_properties_come_from_defaults_and_from_exceptions_for_every_joint_of_a_pair():
+    """A portal, which has two joints with the floor, and a square beside it."""
+    portal = stone([(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)])
+    special = mo.Joint(between=("floor", "A"), friction=0.9, cohesion=2, strength=9)
+    usual = {"friction": 0.5, "strength": 7}
+    joints = contacts_of(scene(portal, square("B", 4, 0), exceptions=[special], joints=usual))
+    properties = np.column_stack(
+        [joints.first, joints.second, joints.friction, joints.cohesion, joints.strength]
     )
-    joints = joints_of(special)
-    friction = dict(zip(zip(joints.first, joints.second, strict=True), joints.friction, strict=True))
-    assert friction == {(0, 1): 0.5, (0, 2): 0.9, (1, 2): 0.5}
-    assert sorted(joints.cohesion) == [0, 0, 2]
+    assert sorted(properties.tolist()) == [[0, 1, 0.5, 0, 7], *[[0, 2, 0.9, 2, 9]] * 2, [1, 2, 0.5, 0, 7]]
+    assert joints.extent[joints.second == 2] == pytest.approx([1, 1, 1])
 
 
 def test_fixed_blocks_may_touch_and_overlap_and_get_no_joint():
@@ -85,28 +90,39 @@ def test_fixed_blocks_may_touch_and_overlap_and_get_no_joint():
     beside = mo.Block(name="floor2", vertices=[(9, -1), (12, -1), (12, 0), (9, 0)], fixed=True)
     mixed = scene(square("A", 0, 0), wedge, beside)
     assert pairs(mixed) == {("A", "floor")}
-    assert joints_of(mixed).fixed_pairs == 1
+    assert contacts_of(mixed).fixed_pairs == 1
 
 
 @pytest.mark.parametrize(
     ("blocks", "message"),
     [
-        ([square("A", 0, 0), square("B", 0.9, 0)], "blocks 'A' and 'B' overlap"),
-        ([square("A", 0, 0), square("B", 2.5, 3)], "'B' touches no other block: 'A'.* 2\\.5 away"),
-        ([square("A", 0, 0), square("B", 1, 1)], "'B' touches no other block: it meets 'A'"),
-        ([square("A", 0, 0), square("B", 4, 3), square("C", 5, 3)], "'B' reaches no fixed block.*'C'"),
-        ([mo.Block(name="A", vertices=[(0, 0), (1, 0), (2, 0)], weight=1)], "'A' has no area"),
-        ([mo.Block(name="A", vertices=[(0, 0), (2, 0), (2, 2), (0, 1), (1, 2)], weight=1)], "crosses itself"),
+        ([stone([(0, 0), (1, 0), (2, 0)])], "'A' has no area"),
+        ([stone([(0, 0), (2, 0), (2, 2), (0, 1), (1, 2)])], "crosses itself"),
         ([parted("A", [(0, 0), (1, 0), (2, 0)])], "'A' has a part without area"),
         ([parted("A", [(0, 0), (3, 2), (3, 0), (0, 1)])], "'A' has a part that crosses itself"),
         ([square("A", 0, 0, holes=[[(3, 3), (4, 3), (4, 4)]])], "'A' has a hole that is not inside"),
-        ([mo.Block(name="A", vertices=[(0, 0), (2, 1), (2, 0), (0, 1)], weight=1)], "'A' crosses itself"),
-        ([mo.Block(name="A", vertices=[(0, 0), (0, 0), (1, 0)], weight=1)], "'A' has no area"),
+        ([stone([(0, 0), (2, 1), (2, 0), (0, 1)])], "'A' crosses itself"),
+        ([stone([(0, 0), (0, 0), (1, 0)])], "'A' has no area"),
     ],
 )
 def test_impossible_geometry_is_refused_by_name(blocks, message):
     with pytest.raises(mo.CaseError, match=message):
-        joints_of(scene(*blocks))
+        contacts_of(scene(*blocks))
+
+
+@pytest.mark.parametrize("shaped", IN_BOTH, ids=["plane", "space"])
+@pytest.mark.parametrize(
+    ("blocks", "message"),
+    [
+        ([square("B", 0.9, 0)], "blocks 'A' and 'B' overlap"),
+        ([square("B", 2.5, 3)], "'B' touches no other block: 'A'.* 2\\.5 away"),
+        ([square("B", 1, 1)], "'B' touches no other block: it meets 'A'"),
+        ([square("B", 4, 3), square("C", 5, 3)], "'B' reaches no fixed block.*'C'"),
+    ],
+)
+def test_blocks_in_impossible_places_are_refused_by_name(blocks, message, shaped):
+    with pytest.raises(mo.CaseError, match=message):
+        contacts_of(shaped(scene(square("A", 0, 0), *blocks)))
 
 
 @pytest.mark.parametrize(
@@ -121,7 +137,7 @@ def test_an_overlap_is_told_by_place_and_area_and_blamed_on_rounding_only_if_sha
     floor = mo.Block(name="floor", vertices=ground, fixed=True)
     both = mo.Scene(joints={"friction": 0.5}, blocks=[*blocks, floor])
     with pytest.raises(mo.CaseError, match="blocks 'A' and 'B' overlap") as error:
-        joints_of(both)
+        contacts_of(both)
     area, x, y = map(float, re.search(r"area of (\S+) round \((\S+), (\S+)\)", str(error.value)).groups())
     assert area == pytest.approx(1 - left, rel=1e-4)
     assert (x, y) == pytest.approx((shift + (1 + left) / 2, 0.5), rel=1e-5)
@@ -131,33 +147,140 @@ def test_an_overlap_is_told_by_place_and_area_and_blamed_on_rounding_only_if_sha
 def test_an_exception_between_blocks_that_do_not_touch_is_refused():
     apart = scene(square("A", 0, 0), square("B", 4, 0), exceptions=[mo.Joint(between=("A", "B"), friction=1)])
     with pytest.raises(mo.CaseError, match="do not touch"):
-        joints_of(apart)
+        contacts_of(apart)
 
 
-@pytest.mark.parametrize("gap", [1e-4, 5e-4])
-def test_faces_that_nearly_touch_are_reported_and_joined_by_a_larger_tolerance(gap):
-    apart = [square("A", 0, 0), square("B", 1 + gap, 0)]
-    found = joints_of(scene(*apart))
+@pytest.mark.parametrize("shaped", IN_BOTH, ids=["plane", "space"])
+@pytest.mark.parametrize("gap", [1e-4, 5e-4, 4e-3])
+def test_faces_that_nearly_touch_are_reported_and_joined_by_a_larger_tolerance(gap, shaped):
+    apart, far = [square("A", 0, 0), square("B", 1 + gap, 0)], [square("A", 0, 0), square("B", 1.02, 0)]
+    found = contacts_of(shaped(scene(*apart)))
     assert found.gaps == {(0, 1): pytest.approx(gap)}
-    assert pairs(scene(*apart)) == {("A", "floor"), ("B", "floor")}
-    joined = scene(*apart, tolerance=1e-3)
+    assert pairs(shaped(scene(*apart))) == {("A", "floor"), ("B", "floor")}
+    joined = shaped(scene(*apart, tolerance=2 * gap))
     assert pairs(joined) == {("A", "floor"), ("B", "floor"), ("A", "B")}
-    assert joints_of(joined).gaps == {}
+    assert contacts_of(joined).gaps == contacts_of(shaped(scene(*far))).gaps == {}
 
 
+@pytest.mark.parametrize("shaped", IN_BOTH, ids=["plane", "space"])
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-3, 2e-2])
 @pytest.mark.parametrize("share", [1.1, 2.5])
-def test_a_bed_that_gapes_at_one_end_is_a_small_gap_and_no_meeting_of_corners(tolerance, share):
+def test_a_bed_that_gapes_at_one_end_is_a_small_gap_and_no_meeting_of_corners(tolerance, share, shaped):
     """B touches A at its left corner, and stands up by share · tolerance at its right one, a length of 1."""
     gap = share * tolerance
-    stones = [
-        square("A", 0, 0),
-        mo.Block(name="B", vertices=[(0, 1), (1, 1 + gap), (1, 2), (0, 2)], weight=1),
-    ]
-    wall = mo.Block(name="wall", vertices=[(1, 0), (2, 0), (2, 2), (1, 2)], fixed=True)
-    found = joints_of(scene(*stones, wall, tolerance=tolerance))
+    stones = [square("A", 0, 0), stone([(0, 1), (1, 1 + gap), (1, 2), (0, 2)], "B")]
+    wall = square("wall", 1, 0, 2, fixed=True)
+    found = contacts_of(shaped(scene(*stones, wall, tolerance=tolerance)))
     assert (found.gaps, found.without_normal) == ({(0, 1): pytest.approx(gap, rel=1e-3)}, [])
     assert ("A", "B") in pairs(scene(*stones, wall, tolerance=gap))
     # Alone, B is refused for the gap that it stands above.
     with pytest.raises(mo.CaseError, match=rf"'B' touches no other block: 'A', which it faces, .*{gap:.2g}"):
-        joints_of(scene(*stones, tolerance=tolerance))
+        contacts_of(shaped(scene(*stones, tolerance=tolerance)))
+
+
+def test_area_and_centroid_of_notches_parts_and_holes():
+    as_parts = mo.Block(
+        name="A", parts=[[(0, 0), (2, 0), (2, 1), (0, 1)], [(0, 1), (1, 1), (1, 3), (0, 3)]], unit_weight=1
+    )
+    shapes = [geometry(scene(block)) for block in (stone(L_SHAPE), as_parts)]
+    for shape in shapes:
+        # Two squares beside two squares: (2·1 + 2·0.5)/4 and (2·0.5 + 2·2)/4.
+        assert shape.size[0] == pytest.approx(4.0)
+        assert shape.centroid[0] + shape.origin == pytest.approx([0.75, 1.25])
+        assert not shape.convex[0]
+        assert shape.convex[1]
+    holed = stone([(0, 0), (2, 0), (2, 2), (0, 2)], holes=[[(0.5, 1), (1, 1), (1, 1.5), (0.5, 1.5)]])
+    shape = geometry(scene(holed))
+    assert shape.size[0] == pytest.approx(3.75)
+    middle = [(4 - 0.25 * 0.75) / 3.75, (4 - 0.25 * 1.25) / 3.75]
+    assert shape.centroid[0] + shape.origin == pytest.approx(middle)
+
+
+def test_a_stone_in_a_notch_touches_its_three_sides():
+    notch = stone([(0, 0), (6, 0), (6, 2), (4, 2), (4, 1), (2, 1), (2, 2), (0, 2)])
+    joints = contacts_of(scene(notch, stone([(2, 1), (4, 1), (4, 3), (2, 3)], "B")))
+    of_stone = joints.first + joints.second == 1
+    assert sorted(joints.extent[of_stone]) == pytest.approx([1.0, 1.0, 2.0])
+    # Into the notched block, A: down from below the stone, and outwards from its sides.
+    assert joints.normal[of_stone].sum(axis=0) == pytest.approx([0, -1])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_corner_on_an_edge_is_a_joint_without_length(turned):
+    prop = stone([(1, 0), (0.5, -1), (1.5, -1)], "prop", weight=None, fixed=True)
+    beam = stone([(0, 0), (4, 0), (4, 1), (0, 1)])
+    wall = square("wall", 3, -1, fixed=True)
+    on_prop = scene(blocks=[prop, beam, wall] if turned else [beam, prop, wall])
+    joints = contacts_of(on_prop)
+    at = int(np.flatnonzero(joints.extent == 0)[0])
+    assert len(joints.extent) == 2
+    into_first = -1 if turned else 1
+    assert joints.normal[at] == pytest.approx([0, into_first])
+    assert joints.start[at] + geometry(on_prop).origin == pytest.approx([1, 0])
+
+
+@pytest.mark.parametrize("shaped", IN_BOTH, ids=["plane", "space"])
+def test_corner_on_corner_is_reported_unless_both_blocks_are_held_there(shaped):
+    """In space edge along edge."""
+    # Four corners of a stack bond: each of the two diagonal pairs is held by the others, or by one of them.
+    stack = [square("A", 0, 0), square("D", 1, 1), square("B", 1, 0), square("C", 0, 1)]
+    for held in (stack, stack[:3]):
+        assert contacts_of(shaped(scene(*held))).without_normal == []
+    steps = shaped(scene(square("A", 0, 0, live=(1, 0)), stack[1], square("post", 2, 1, fixed=True)))
+    assert contacts_of(steps).without_normal == [(0, 1)]
+    (warning,) = mo.solve(steps, "static").warnings
+    assert warning.code is (Code.CORNERS_MEET if steps.dimension == 2 else Code.WITHOUT_NORMAL)
+    assert warning.values["pairs"] == [["A", "D"]]
+    assert "'A'–'D'" in sentences([warning])[0]
+
+
+PLUS = shapely.union_all([shapely.box(1, 0, 2, 3), shapely.box(0, 1, 3, 2)])
+FRAME = shapely.box(0, 0, 3, 3).difference(shapely.box(1, 1, 2, 2))
+
+
+def star(points, seed):
+    """A polygon with random notches, convex nowhere near."""
+    rng = np.random.default_rng(seed)
+    angle = np.sort(rng.uniform(0, 2 * np.pi, points))
+    radius = rng.uniform(0.2, 1, points)
+    return shapely.Polygon(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]))
+
+
+#: A polygon and the most pieces: the fewest there are, or what Hertel and Mehlhorn's bound gives, one more
+#: than twice the corners that turn inwards; those of a hole with one more cut.
+POLYGONS = {
+    "triangle": (shapely.Polygon([(0, 0), (1, 0), (0, 1)]), 1),
+    "a convex one": (shapely.Point(0, 0).buffer(1), 1),
+    "L": (shapely.Polygon(L_SHAPE), 2),
+    "plus": (PLUS, 5),
+    "frame": (FRAME, 8),
+    "turned L": (shapely.affinity.rotate(shapely.Polygon(L_SHAPE), 33.3), 2),
+    "apart": (shapely.union_all([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)]), 2),
+    **{f"star {seed}": (star(25, seed), 2 * 25) for seed in range(4)},
+}
+
+
+@pytest.mark.parametrize("name", POLYGONS)
+def test_pieces_are_convex_and_make_up_the_whole(name):
+    polygon, most = POLYGONS[name]
+    pieces = convex_pieces(polygon, 1e-9)
+    assert len(pieces) <= most
+    drawn = shapely.polygons([shapely.linearrings(piece) for piece in pieces])
+    assert shapely.is_ccw(shapely.get_exterior_ring(drawn)).all()
+    assert shapely.area(drawn).sum() == pytest.approx(polygon.area, rel=1e-12)
+    assert shapely.union_all(drawn).symmetric_difference(polygon).area < 1e-12
+    for piece in pieces:
+        side = np.roll(piece, -1, axis=0) - piece
+        following = np.roll(side, -1, axis=0)
+        turn = side[:, 0] * following[:, 1] - side[:, 1] * following[:, 0]
+        assert (turn > -1e-9).all()
+    own = {tuple(corner) for corner in shapely.get_coordinates(polygon)}
+    assert {tuple(corner) for piece in pieces for corner in piece} <= own
+
+
+def test_what_is_thinner_than_the_tolerance_is_no_piece():
+    """A flag on a pole of width 1e-4."""
+    flag = shapely.union_all([shapely.box(0, 0, 1e-4, 2), shapely.box(1e-4, 1, 1, 2)])
+    assert len(convex_pieces(flag, 1e-6)) == 2
+    (piece,) = convex_pieces(flag, 1e-3)
+    assert shapely.Polygon(piece).area == pytest.approx(1, rel=1e-3)

@@ -13,7 +13,6 @@ from scenes_in_space import box_on_floor
 import masonry_opt as mo
 
 TRIANGLE = [(0, 0), (1, 0), (0, 1)]
-JOINTS = {"friction": 0.5}
 ARCH = {"radius": 10, "angles": (180, 0), "thickness": 1, "voussoirs": 7, "unit_weight": 1}
 
 
@@ -21,45 +20,35 @@ def block(**values):
     return mo.Block(**({"name": "A", "vertices": TRIANGLE, "weight": 1} | values))
 
 
-#: What is called, and by line of the message what must be in it.
+#: What is called, and of each line of the message what must be in it.
 WRONG_CALLS = {
-    "missing keys": (lambda: mo.Block(weight=1), [["Block: ", "'name'"]]),
-    "no names": (lambda: mo.Block("A", TRIANGLE), [["Block: ", "name, vertices, parts"]]),
-    "no shape": (lambda: mo.Block(name="A", weight=1), [["Block 'A': ", "'vertices'", "'parts'"]]),
+    "missing keys": (lambda: mo.Block(weight=1), "Block: … 'name'"),
+    "no names": (lambda: mo.Block("A", TRIANGLE), "Block: … name, vertices, parts"),
+    "no shape": (lambda: mo.Block(name="A", weight=1), "Block 'A': … 'vertices' … 'parts'"),
     "wrong values": (
         lambda: block(weight=-1, vertices=[(0, "0"), *TRIANGLE], live=(1,), fixed=1),
-        [
-            ["Block 'A': ", "'vertices[0][1]'", "number", "found '0'"],
-            ["Block 'A': ", "'weight'", "0 or more", "found -1"],
-            ["Block 'A': ", "'live'", "two"],
-            ["Block 'A': ", "'fixed'", "True or False", "found 1"],
-        ],
+        "Block 'A': … 'vertices[0][1]' … number … found '0'",
+        "Block 'A': … 'weight' … 0 or more … found -1",
+        "Block 'A': … 'live' … two",
+        "Block 'A': … 'fixed' … True or False … found 1",
     ),
-    "name of another type": (lambda: block(name=5), [["Block 5: ", "'name'", "text"]]),
-    "name that is an array": (lambda: block(name=np.zeros(2)), [["Block: ", "'name'", "text"]]),
-    "name with an escape": (
-        lambda: block(name="\x1b[31m\n"),
-        [["Block '\\x1b[31m\\n'", "'name'", "control"]],
-    ),
-    "value of several lines": (lambda: block(live=np.eye(3)), [["Block 'A'", "'live'", "found array("]]),
+    "name of another type": (lambda: block(name=5), "Block 5: … 'name' … text"),
+    "name that is an array": (lambda: block(name=np.zeros(2)), "Block: … 'name' … text"),
+    "name with an escape": (lambda: block(name="\x1b[31m\n"), "Block '\\x1b[31m\\n' … 'name' … control"),
+    "value of several lines": (lambda: block(live=np.eye(3)), "Block 'A' … 'live' … found array("),
     "a place without a weight": (
         lambda: mo.Block(name="A", vertices=TRIANGLE, weight_at=(0, 0), fixed=True),
-        [["Block 'A': ", "'weight_at'"]],
+        "Block 'A': … 'weight_at'",
     ),
-    "joint": (
-        lambda: mo.Joint(between=("A", "B"), fricton=1),
-        [["Joint ('A', 'B')", "'fricton'", "'friction'"]],
-    ),
+    "joint": (lambda: mo.Joint(between=("A", "B"), fricton=1), "Joint ('A', 'B') … 'fricton' … 'friction'"),
     "joint over defaults": (
         lambda: mo.Joint(between=("A", "B"), dilatancy=0.6).over(mo.JointDefaults(friction=0.5)),
-        [["JointDefaults: ", "'dilatancy'", "'friction'"]],
+        "JointDefaults: … 'dilatancy' … 'friction'",
     ),
     "scene": (
         lambda: mo.Scene(joints=0.5, blcks=[]),
-        [
-            ["Scene: ", "'joints'", "JointDefaults", "found 0.5"],
-            ["Scene: ", "'blcks'", "did you mean 'blocks'"],
-        ],
+        "Scene: … 'joints' … JointDefaults … found 0.5",
+        "Scene: … 'blcks' … did you mean 'blocks'",
     ),
     "scene of tables": (
         lambda: mo.Scene(
@@ -67,43 +56,39 @@ WRONG_CALLS = {
             blocks=({"name": "A", "vertices": TRIANGLE, "wieght": 1}, 5, {"vertices": TRIANGLE}),
             exceptions=[{"between": ["A", "B"], "cohesion": -1}],
         ),
-        [
-            ["Scene: ", "missing", "'joints.friction'"],
-            ["Scene: ", "'joints.fricton'", "did you mean 'friction'"],
-            ["Scene: block no. 1 ('A')", "'wieght'", "did you mean 'weight'"],
-            ["Scene: block no. 2", "Block", "found 5"],
-            ["Scene: block no. 3", "missing", "'name'"],
-            ["Scene: joint no. 1 (['A', 'B'])", "'cohesion'", "found -1"],
-        ],
+        "Scene: … missing … 'joints.friction'",
+        "Scene: … 'joints.fricton' … did you mean 'friction'",
+        "Scene: block no. 1 ('A') … 'wieght' … did you mean 'weight'",
+        "Scene: block no. 2 … Block … found 5",
+        "Scene: block no. 3 … missing … 'name'",
+        "Scene: joint no. 1 (['A', 'B']) … 'cohesion' … found -1",
     ),
     "wall": (
         lambda: mo.Wall(block=(4, 1), weight=1, courses=["name", [1, "1"]], course={"name": [1, None]}),
-        [["Wall: ", "'courses[1][1]'", "found '1'"], ["Wall: ", "'course.name[1]'", "found None"]],
+        "Wall: … 'courses[1][1]' … found '1'",
+        "Wall: … 'course.name[1]' … found None",
     ),
     "block of a wall": (
         lambda: mo.Wall(block=(4, 1), weight=9e29, courses=[[4]]).blocks(),
-        [["Block '1-1': ", "'weight'", "found 3.6e+30"]],
+        "Block '1-1': … 'weight' … found 3.6e+30",
     ),
     "load of an arch": (
         lambda: mo.Arch(**ARCH, point_loads=[{"voussoir": 1, "force": (0, 1), "forc": 1}]),
-        [["Arch: ", "'point_loads[0].forc'", "did you mean 'force'"]],
+        "Arch: … 'point_loads[0].forc' … did you mean 'force'",
     ),
-    "reference": (
-        lambda: mo.Reference(value=1, sorce=""),
-        [["Reference: ", "'source'"], ["'sorce'", "'source'"]],
-    ),
+    "reference": (lambda: mo.Reference(value=1, sorce=""), "Reference: … 'source'", "'sorce' … 'source'"),
 }
 
 
 @pytest.mark.parametrize("name", WRONG_CALLS)
 def test_wrong_call(name):
-    call, expected = WRONG_CALLS[name]
+    call, *expected = WRONG_CALLS[name]
     with pytest.raises(mo.CaseError) as error:
         call()
     message = str(error.value)
     lines = message.split("\n")
     for line, words in zip(lines, expected, strict=True):
-        for word in words:
+        for word in words.split(" … "):
             assert word in line
     assert all(line.isprintable() for line in lines)
     assert "http" not in message
@@ -169,7 +154,6 @@ def changes(**others: object) -> dict[str, object]:
     return {"blocks": {"A": {"weight": 2.0}}} | others
 
 
-@pytest.mark.parametrize("changed", [mo.Scene.replace, lambda scene, **keys: scene.model_copy(update=keys)])
 @pytest.mark.parametrize(
     ("keys", "load_factor"),
     [
@@ -186,15 +170,15 @@ def changes(**others: object) -> dict[str, object]:
         ({"exceptions": [mo.Joint(between=("A", "floor"), friction=0.1)]}, 0.1),
     ],
 )
-def test_a_scene_with_other_values_is_solved_with_these(changed, keys, load_factor):
+def test_a_scene_with_other_values_is_solved_with_these(keys, load_factor):
     """A block of weight W that slides, λ H = μ W + c L (L = 1), after the same scene has been solved."""
     assert mo.solve(BLOCK, "static").load_factor == pytest.approx(0.4, rel=1e-6)
-    other = changed(BLOCK, **keys)
+    other = BLOCK.replace(**keys)
+    assert BLOCK.model_copy(update=keys) == other
     assert mo.solve(other, "static").load_factor == pytest.approx(load_factor, rel=1e-6)
     assert block_on_floor(friction=0.4) == BLOCK
 
 
-@pytest.mark.parametrize("changed", [mo.Scene.replace, lambda scene, **keys: scene.model_copy(update=keys)])
 @pytest.mark.parametrize(
     ("scene", "keys", "named"),
     [
@@ -216,9 +200,10 @@ def test_a_scene_with_other_values_is_solved_with_these(changed, keys, load_fact
         (CASED, {"load_cases": []}, "no load case 'push'"),
     ],
 )
-def test_what_a_call_refuses_is_refused(changed, scene, keys, named):
-    with pytest.raises(mo.MasonryError, match=named):
-        changed(scene, **keys)
+def test_what_a_call_refuses_is_refused(scene, keys, named):
+    for changed in (scene.replace, lambda **keys: scene.model_copy(update=keys)):
+        with pytest.raises(mo.MasonryError, match=named):
+            changed(**keys)
 
 
 def test_every_record_is_checked():

@@ -6,6 +6,7 @@ from math import cos, hypot, pi, radians, sin
 import numpy as np
 import pytest
 import shapely
+import tomli_w
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -160,54 +161,43 @@ def test_what_cannot_be_built_is_refused(record, keys, words):
         record(**keys)
 
 
-CASE = """
-[joints]
-friction = 0.6
-[dome]
-radius = 2
-thickness = 0.3
-rings = 2
-voussoirs = 6
-unit_weight = 1
-{}
-"""
-SHAFT_OF_TWO = """[[shaft]]
-name = "s"
-at = [0, 0, 9]
-diameter = 1
-sides = 8
-height = 2
-drums = 2
-unit_weight = 1
-"""
+SMALL = {"radius": 2, "thickness": 0.3, "rings": 2, "voussoirs": 6, "unit_weight": 1}
+ON_TOP = {"name": "s", "at": [0, 0, 9], "diameter": 1, "sides": 8, "height": 2, "drums": 2, "unit_weight": 1}
+
+
+def loaded(folder, **tables):
+    """A case file of a small dome, and other tables."""
+    path = folder / "dome.toml"
+    path.write_text(tomli_w.dumps({"joints": {"friction": 0.6}, "dome": SMALL} | tables))
+    return mo.load(path)
 
 
 def test_case_files_have_them(tmp_path):
-    path = tmp_path / "dome.toml"
-    path.write_text(CASE.format(SHAFT_OF_TWO))
-    scene = mo.load(path)
+    scene = loaded(tmp_path, shaft=[ON_TOP])
     assert scene.gravity == (0, 0, -1)
     assert [block.name for block in scene.blocks[-3:]] == ["s d1", "s d2", "s base"]
-    assert scene.blocks[:14] == mo.Dome(radius=2, thickness=0.3, rings=2, voussoirs=6, unit_weight=1).blocks()
+    assert scene.blocks[:14] == mo.Dome(**SMALL).blocks()
     copied = tmp_path / "copied.toml"
     mo.save(scene, copied)
     assert mo.load(copied) == scene
 
 
+COLUMN = {"width": 1, "height": 2, "drums": 2, "unit_weight": 1}
+FLAT = {"name": "A", "vertices": [[0, 0], [1, 0], [1, 1]], "weight": 1}
+
+
 @pytest.mark.parametrize(
     ("other", "words"),
     [
-        ("[column]\nwidth = 1\nheight = 2\ndrums = 2\nunit_weight = 1", r"\[column\] builds blocks in the"),
-        ("[[block]]\nname = 'A'\nvertices = [[0, 0], [1, 0], [1, 1]]\nweight = 1", "'A' lies in the plane"),
-        ("thicknes = 1", "did you mean 'thickness'"),
-        ("oculus = 5", r"\[dome\]: 'oculus' must be less"),
+        ({"column": COLUMN}, r"\[column\] builds blocks in the"),
+        ({"block": [FLAT]}, "'A' lies in the plane"),
+        ({"dome": SMALL | {"thicknes": 1}}, "did you mean 'thickness'"),
+        ({"dome": SMALL | {"oculus": 5}}, r"\[dome\]: 'oculus' must be less"),
     ],
 )
 def test_what_does_not_go_with_them_is_refused(tmp_path, other, words):
-    path = tmp_path / "dome.toml"
-    path.write_text(CASE.format(other))
     with pytest.raises(mo.CaseError, match=words):
-        mo.load(path)
+        loaded(tmp_path, **other)
 
 
 KEYS = {"block": (2.0, 1.0), "thickness": 1.0, "courses": 4, "unit_weight": 1.0}
@@ -290,9 +280,8 @@ def test_no_upright_joint_goes_on_in_the_next_course(length, thickness, walls):
         if abs(normal[2]) < 0.5:
             low, high = outline.min(axis=0), outline.max(axis=0)
             axis = int(np.abs(normal).argmax())
-            heads[round(low[2] - joints.point[:, 2].min())].add(
-                (axis, low[axis], low[1 - axis], high[1 - axis])
-            )
+            course = heads[round(low[2] - joints.point[:, 2].min())]
+            course.add((axis, low[axis], low[1 - axis], high[1 - axis]))
     assert all(heads)
     for below, above in pairwise(heads):
         for axis, at, low, high in below:

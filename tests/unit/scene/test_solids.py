@@ -118,6 +118,14 @@ WRONG_SCENES = {
         {"blocks": [{"name": "B", "weight": 1, "live": (1, 0, 0)}, FLOOR]},
         ["no. 1 ('B')", "'box'", "'faces'"],
     ),
+    "first corner of two numbers": (
+        {"blocks": [WEDGE | {"name": "A", "vertices": [(0, 0), *CORNERS[1:]], "weight": 1}, FLOOR]},
+        ["no. 1 ('A')", "'vertices[0]'"],
+    ),
+    "key of a part": (
+        {"blocks": [{"name": "F", "parts": [{"box": UNIT}, {"bx": UNIT}], "weight": 1}, FLOOR]},
+        ["no. 1 ('F')", "'parts[1].bx'", "'box'"],
+    ),
     "parts by corners": (
         {"blocks": [{"name": "B", "weight": 1, "parts": [CORNERS]}, FLOOR]},
         ["no. 1 ('B')", "'parts[0]'", "Part"],
@@ -228,25 +236,3 @@ def test_a_scene_of_solids_survives_being_written(name, ending, tmp_path):
     assert again == original
     assert again.dimension == 3
     assert again.gravity == original.gravity
-
-
-#: A change of a good case file, and words of the message.
-WRONG_CASES = {
-    "key of a part": (("{ box = [[1", "{ bx = [[1"), ["block no. 3 ('F')", "'parts[1].bx'", "'box'"]),
-    "first corner of two numbers": (("[[0, 0, 0]", "[[0, 0]"), ["block no. 1 ('A')", "'vertices[0]'"]),
-    "wall": (
-        ("[[load]]", "[wall]\nblock = [4, 1]\nweight = 1\ncourses = [[2]]\n[[load]]"),
-        ["[wall]", "'A'"],
-    ),
-    "single brackets": (("[[load]]", "[load]"), ["[load]", "[[load]]"]),
-}
-
-
-@pytest.mark.parametrize("name", WRONG_CASES)
-def test_a_wrong_case_file_of_solids_names_file_block_and_key(name, tmp_path):
-    (old, new), words = WRONG_CASES[name]
-    assert old in CASE
-    with pytest.raises(mo.CaseError) as error:
-        loaded(CASE.replace(old, new), tmp_path)
-    for word in [f"{tmp_path / 'case.toml'}: ", *words]:
-        assert word in str(error.value)

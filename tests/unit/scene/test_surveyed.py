@@ -7,10 +7,10 @@ from collections import Counter
 import numpy as np
 import pytest
 import shapely
+from touching_solids import contacts_of
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 Corners = list[tuple[float, float]]
@@ -23,10 +23,6 @@ def scene_of(blocks: dict[str, Corners], tolerance: float) -> mo.Scene:
         for name, corners in blocks.items()
     ]
     return mo.Scene(joints={"friction": 0.6}, blocks=made, tolerance=tolerance)
-
-
-def joints_of(scene: mo.Scene, floating: bool = False):
-    return find_joints(scene, geometry(scene), floating=floating)
 
 
 def leaning(degrees: float, below: float = 0.0) -> dict[str, Corners]:
@@ -43,34 +39,27 @@ def test_edges_within_the_tolerance_are_one_joint_on_their_bisector(degrees: flo
     rise = math.tan(math.radians(degrees))
     blocks = leaning(degrees, below * rise)
     scene = scene_of(blocks, 1.001 * rise)
-    joints = joints_of(scene)
+    joints = contacts_of(scene)
     assert joints.extent == pytest.approx([1.0], rel=2e-2)
     half = math.radians(degrees) / 2
     assert joints.normal == pytest.approx(np.array([[-math.sin(half), math.cos(half)]]), abs=1e-9)
     middle = [0.5, rise / 4 - below * rise / 2]
     assert joints.middle[0] + geometry(scene).origin == pytest.approx(np.array(middle), abs=0.02 * rise)
-    turned = joints_of(scene_of(dict(reversed(blocks.items())), 1.001 * rise))
+    turned = contacts_of(scene_of(dict(reversed(blocks.items())), 1.001 * rise))
     assert turned.normal == pytest.approx(-joints.normal, abs=1e-12)
     assert turned.middle == pytest.approx(joints.middle, abs=1e-12)
 
 
 @pytest.mark.parametrize("degrees", [1.0, 5.0])
-def test_beyond_the_tolerance_a_leaning_block_stands_on_its_corner(degrees: float) -> None:
-    """The largest distance decides: 1 % less tolerance than that is no joint along the edge."""
-    joints = joints_of(scene_of(leaning(degrees), 0.99 * math.tan(math.radians(degrees))), floating=True)
-    assert not joints.extent.any()
-
-
-@pytest.mark.parametrize("tolerance", [0.9, 1.1])
-def test_the_largest_depth_of_an_overlap_decides(tolerance: float) -> None:
-    """A foot that reaches .01 deep into the base at one end, on average half of that."""
-    rise = 0.01
-    blocks = leaning(math.degrees(math.atan(rise)), rise)
-    if tolerance < 1:
-        with pytest.raises(mo.CaseError, match="overlap"):
-            joints_of(scene_of(blocks, tolerance * rise))
-    else:
-        assert len(joints_of(scene_of(blocks, tolerance * rise)).extent) == 1
+def test_the_largest_distance_and_the_largest_depth_decide(degrees: float) -> None:
+    """1 % less tolerance than the one is no joint along the edge; than the other, at one end of a foot that
+    reaches half as deep into the base on average, an overlap."""
+    rise = math.tan(math.radians(degrees))
+    assert not contacts_of(scene_of(leaning(degrees), 0.99 * rise), floating=True).extent.any()
+    overlapping = leaning(degrees, rise)
+    with pytest.raises(mo.CaseError, match="overlap"):
+        contacts_of(scene_of(overlapping, 0.99 * rise))
+    assert len(contacts_of(scene_of(overlapping, 1.01 * rise)).extent) == 1
 
 
 def arc(radius: float, half: float, chords: int) -> Corners:
@@ -83,7 +72,7 @@ def test_an_arc_in_chords_on_an_edge_is_one_joint(chords: float) -> None:
     """Radius 100, 2 long: .005 high at its ends."""
     foot = arc(100.0, 0.01, chords)
     blocks = {"A": [*foot, (1, 1), (-1, 1)], "base": [(-3, -1), (3, -1), (3, 0), (-3, 0)]}
-    joints = joints_of(scene_of(blocks, 0.0051))
+    joints = contacts_of(scene_of(blocks, 0.0051))
     assert joints.extent == pytest.approx([2.0], rel=1e-3)
     assert joints.normal == pytest.approx(np.array([[0.0, 1.0]]), abs=1e-9)
 
@@ -92,7 +81,7 @@ def test_a_bent_bed_is_covered_by_neighbouring_joints() -> None:
     """Two blocks share an arc .125 high, drawn in 5 chords of one and 7 of the other: joints without gaps."""
     down, up = arc(4.0, 0.25, 5), arc(4.0, 0.25, 7)
     blocks = {"A": [*down, (1, 2), (-1, 2)], "base": [*reversed(up), (-1, -1), (1, -1)]}
-    joints = joints_of(scene_of(blocks, 0.012))
+    joints = contacts_of(scene_of(blocks, 0.012))
     assert len(joints.extent) >= 3
     assert joints.extent.sum() == pytest.approx(2 * 4.0 * 0.25, rel=1e-2)
     order = np.argsort(joints.start[:, 0])
@@ -104,39 +93,21 @@ def test_what_touches_nothing_is_told_the_tolerance_that_joins_it() -> None:
     blocks = leaning(0.0)
     blocks["A"] = [(0, 0.00017), (1, 0.0005), (1, 1), (0, 1)]
     with pytest.raises(mo.CaseError, match="'A' touches no other block") as error:
-        joints_of(scene_of(blocks, 1e-6))
+        contacts_of(scene_of(blocks, 1e-6))
     (told,) = re.findall(r"'tolerance' to (\S+)", str(error.value))
-    assert len(joints_of(scene_of(blocks, float(told))).extent) == 1
+    assert len(contacts_of(scene_of(blocks, float(told))).extent) == 1
 
 
 def test_the_open_part_of_a_broken_edge_is_a_small_gap() -> None:
     """Half of the bed falls away by 2 mm: it is told beside the half that touches."""
     falling = [(-0.5, 0), (-0.5, -1), (1.5, -1), (1.5, -0.004), (0.5, 0)]
     blocks = {"A": [(0, 0), (1, 0), (1, 1), (0, 1)], "base": falling}
-    open_half = joints_of(scene_of(blocks, 1e-4))
+    open_half = contacts_of(scene_of(blocks, 1e-4))
     assert open_half.extent == pytest.approx([0.5], rel=1e-2)
     assert open_half.gaps == {(0, 1): pytest.approx(0.002, rel=1e-2)}
-    whole = joints_of(scene_of(blocks, 1.01 * open_half.gaps[0, 1]))
+    whole = contacts_of(scene_of(blocks, 1.01 * open_half.gaps[0, 1]))
     assert whole.extent.sum() == pytest.approx(1.0, rel=1e-2)
     assert not whole.gaps
-
-
-def test_a_foot_out_of_level_is_crushed_like_a_level_one() -> None:
-    """A pier .5 × 3 of 20 kN/m³ and 5 MPa, pushed at its top; .6 mm out of level. Weight W acts at b/2, and
-    the thrust at W/(2 f_c) from the edge: λ h = W (b − W/f_c)/2."""
-    weight, strength = 0.5 * 3 * 20.0, 5000.0
-    floor = mo.Block(name="floor", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
-
-    def factor(rise: float) -> float:
-        corners = [(0, 0), (0.5, rise), (0.5, 3), (0, 3)]
-        pier = mo.Block(name="pier", vertices=corners, unit_weight=20.0, live=(1, 0), live_at=(0.25, 3))
-        joints = mo.JointDefaults(friction=0.7, strength=strength)
-        return mo.solve(mo.Scene(joints=joints, blocks=[pier, floor], tolerance=0.001), "static").required()
-
-    level = weight * (0.5 - weight / strength) / 2 / 3
-    assert factor(0.0) == pytest.approx(level, rel=1e-6)
-    # Out of level by 1.2e-3, half of which the joint leans: by its middle and the weight's arm.
-    assert factor(6e-4) == pytest.approx(level, rel=5e-3)
 
 
 def brick_wall() -> mo.Scene:

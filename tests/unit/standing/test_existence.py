@@ -106,10 +106,13 @@ def test_a_wedge_that_locks_itself_is_clamped():
     assert mo.solve(scene).load_factor == pytest.approx(1.0, rel=1e-7)
 
 
-def test_friction_between_fixed_faces_is_named():
+@pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
+def test_friction_between_fixed_faces_is_named(shaped):
     """A block that only friction between parallel fixed faces holds: no compression justifies it."""
-    result = mo.solve(plug(0.0, (0, -1)))
+    result = mo.solve(shaped(plug(0.0, (0, -1))))
     assert result.load_factor is None
+    # Numbers of joints, not of contact points.
+    assert set(result.infeasibility.clamped) == {0, 1}
     assert result.infeasibility.existence is Existence.UNBOUNDED
     named = values_of(result, Code.CLAMPED)["pairs"]
     pairs = {frozenset(("left", "plug")), frozenset(("right", "plug"))}
@@ -200,20 +203,15 @@ def slot(blocks: int) -> mo.Scene:
     return mo.Scene(joints={"friction": 0.5}, blocks=[*row, rectangle("roof", -2, 1, 20, 2)])
 
 
-def joints_named(result):
-    """The joints named, by the names of their blocks."""
-    named = values_of(result, Code.JOINTS)
-    assert named["status"] == str(result.status)
-    return [tuple(pair) for pair in named["pairs"]]
-
-
 @pytest.mark.parametrize("blocks", [1, 4])
 def test_dilatancy_names_the_joints_that_lock_and_no_others(blocks):
     """Each of the row between floor and roof; the block outside has no part in it."""
     result = mo.solve(slot(blocks), "static")
     assert result.status is Status.LOCKED
+    named = values_of(result, Code.JOINTS)
+    assert named["status"] == str(result.status)
     expected = {(f"b{number}", other) for number in range(blocks) for other in ("floor", "roof")}
-    assert set(joints_named(result)) == expected
+    assert {tuple(pair) for pair in named["pairs"]} == expected
     assert values_of(result, Code.DILATANCY_LOCKS) == {}
 
 

@@ -28,10 +28,8 @@ def with_blocks(scene, *blocks):
 def row(*weights, **of_first):
     """Unit cubes of those weights in a row on a floor, with a gap between them, the first pushed along."""
     cubes = [
-        rectangle(
-            f"{number}", 2 * number, 0, 2 * number + 1, 1, weight=weight, **({} if number else of_first)
-        )
-        for number, weight in enumerate(weights)
+        rectangle(f"{n}", 2 * n, 0, 2 * n + 1, 1, weight=weight, **({} if n else of_first))
+        for n, weight in enumerate(weights)
     ]
     floor = rectangle("floor", -1, -1, 2 * len(weights), 0)
     return mo.Scene(joints={"friction": 0.5}, blocks=[*cubes, floor])
@@ -98,6 +96,9 @@ def test_blocks_far_from_all_others(times, told):
 
 
 @pytest.mark.parametrize(
+    ("shaped", "per"), [(lambda scene: scene, None), (mo.extrude, "volume")], ids=["plane", "space"]
+)
+@pytest.mark.parametrize(
     ("weights", "names", "ratio"),
     [
         ((1, 1, 1, 299), [], None),
@@ -109,11 +110,11 @@ def test_blocks_far_from_all_others(times, told):
         ((1, 1000), ["1"], 1000),
     ],
 )
-def test_weights_of_other_units(weights, names, ratio):
-    found = warned(row(*weights, live=(1, 0)), Code.WEIGHTS_DIFFER)
+def test_weights_of_other_units(weights, names, ratio, shaped, per):
+    found = warned(shaped(row(*weights, live=(1, 0))), Code.WEIGHTS_DIFFER)
     assert [values["blocks"] for values in found] == ([names] if names else [])
     if names:
-        assert found[0]["ratio"] == pytest.approx(ratio)
+        assert (found[0]["ratio"], found[0].get("per")) == (pytest.approx(ratio), per)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """Every reason has its sentence, a few word for word; facts of a result by their labels; both in space."""
 
-import dataclasses
 import json
 import math
 import re
@@ -122,16 +121,6 @@ def with_blocks(*blocks):
     return mo.Scene(joints={"friction": 0.6}, blocks=[*box_on_floor((1, 1, 1)).blocks, *blocks])
 
 
-def beside(name, x, weight=1.0):
-    return mo.box(name, (x, x + 1), (0, 1), (0, 1), weight=weight)
-
-
-def test_weights_of_another_unit_are_told_per_volume():
-    assert warnings_of(assemble(box_on_floor()), None) == ()
-    scene = with_blocks(beside("B", 2), beside("C", 4, weight=1000.0))
-    assert warned(scene, Code.WEIGHTS_DIFFER) == {"blocks": ["C"], "ratio": 1000.0, "per": "volume"}
-
-
 def test_faces_that_are_not_turned_one_way_are_told():
     """A tetrahedron one face of which is clockwise seen from outside, the others not; all turned is none."""
     faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 2, 3]]
@@ -141,6 +130,7 @@ def test_faces_that_are_not_turned_one_way_are_told():
     inwards = [face[::-1] for face in [*faces[:3], [0, 3, 2]]]
     all_inwards = mo.Solid(name="B", vertices=corners, faces=inwards, weight=1)
     assert warned(with_blocks(all_inwards), Code.FACES_TURNED) is None
+    assert warnings_of(assemble(box_on_floor()), None) == ()
 
 
 def test_contact_points_are_no_joints():
@@ -168,19 +158,10 @@ def test_the_load_to_expect_tells_its_own_law():
     result = mo.solve(box_on_floor((2, 2, 1), 0.5), "mcp")
     assert (result.friction_law, result.at_expected.friction_law) == ("cone", "cone")
     assert "to expect" not in facts(result)["friction"]
-    found = dataclasses.replace(result.solution.answer, forms=BY_FACES)
-    by_sides = dataclasses.replace(result, solution=dataclasses.replace(result.solution, found=found))
+    found = replace(result.solution.answer, forms=BY_FACES)
+    by_sides = replace(result, solution=replace(result.solution, found=found))
     assert by_sides.friction_law == "polygon of 24 sides"
     assert "to expect" in facts(by_sides)["friction"]
-
-
-def test_what_meets_without_a_normal_is_told():
-    assembly = assemble(with_blocks(beside("B", 1)))
-    joints = dataclasses.replace(assembly.joints, without_normal=[(0, 2)])
-    (warning,) = warnings_of(dataclasses.replace(assembly, joints=joints), None)
-    assert warning.code is Code.WITHOUT_NORMAL
-    assert warning.values == {"pairs": [["A", "B"]]}
-    assert "'A'–'B'" in sentences([warning])[0]
 
 
 @pytest.mark.parametrize(
@@ -249,26 +230,18 @@ def test_which_law_crushes_joints_is_said_with_every_load_factor():
     assert "crushing" not in facts(mo.solve(block_on_floor(), "mcp"))
 
 
-@pytest.fixture(scope="module")
-def failed():
-    """A state that its certificate does not bear out: a pebble on a boulder of 10⁸ times its weight."""
+def test_nothing_moves_in_a_state_that_its_certificate_does_not_bear_out():
+    """Of a pebble on a boulder of 10⁸ times its weight: in words, numbers, pictures and pages."""
     scene = pebble(1e4, push_both=False)(CASES)
-    result = mo.solve(scene, "nonassociative", start="cohesive", remedies="slope")
-    assert result.status is mo.Status.SOLVER_FAILED
-    assert result.history["load_factor"].notna().any()
-    return result
-
-
-def test_nothing_moves_in_words_and_numbers(failed):
+    failed = mo.solve(scene, "nonassociative", start="cohesive", remedies="slope")
+    assert failed.status is mo.Status.SOLVER_FAILED
+    assert failed.history["load_factor"].notna().any()
     assert "moves" not in facts(failed)
     assert "moves" not in failed.details
     assert failed.blocks[["vx", "vy", "omega"]].isna().all(axis=None)
     assert failed.joints[["n", "s", "m", "slip", "opening", "utilisation"]].isna().all(axis=None)
     told = json.loads(failed.to_json())
     assert {row["vx"] for row in told["block_results"]} == {None}
-
-
-def test_nothing_moves_in_pictures_and_pages(failed):
     assert not result_elements(failed).movement
     assert not any("joint" in label for label in labels(failed))
     assert "tried" not in failed.plot().axes[0].get_title()

@@ -7,8 +7,6 @@ import pytest
 from touching_solids import contacts_of
 
 import masonry_opt as mo
-from masonry_opt.scene.contacts.find import find_joints
-from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.space.shapes import shapes
 
 BASE = [(-2, -1), (5, -1), (5, 0), (-2, 0)]
@@ -145,7 +143,7 @@ def test_single_precision_and_triangles(file):
         mesh["face"] |= {f"c{number}": [d + 8, c + 8, b + 8], f"d{number}": [d + 8, b + 8, a + 8]}
     scene = read(file(assembly([prism(BASE, 0.1, 0.4), mesh], {0})))
     assert scene.blocks[1].weight == pytest.approx(10 * 8 / 9 * 0.3, rel=1e-6)
-    assert len(find_joints(scene, geometry(scene)).extent) == 2
+    assert len(contacts_of(scene).extent) == 2
 
 
 def test_holes_through_a_block(file):
@@ -165,7 +163,7 @@ def test_holes_through_a_block(file):
     scene = read(file(assembly([frame, prism(LOW), sill], {2})))
     assert scene.blocks[0].weight == pytest.approx(10 * (30 - 12) * 0.5)
     assert len(scene.blocks[0].holes) == 1
-    assert len(find_joints(scene, geometry(scene)).extent) == 2
+    assert len(contacts_of(scene).extent) == 2
 
 
 def test_transformations_of_elements(file):

@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 from sheets import FLOOR, STONE, polylines, read
+from touching_solids import contacts_of
 
 import masonry_opt as mo
-from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 
@@ -20,24 +20,15 @@ def area_of(scene, number=0):
     return geometry(scene).size[scene.blocks.index(movable(scene)[number])]
 
 
-def joints_of(scene):
-    return find_joints(scene, geometry(scene))
-
-
-def test_outlines_are_blocks_and_layers_say_what_is_fixed(sheet):
-    scene = read(sheet(polylines(STONE)))
+@pytest.mark.parametrize("version", ["R2000", "R2010", "R2018"])
+def test_outlines_are_blocks_and_layers_say_what_is_fixed(sheet, version):
+    """One that is drawn clockwise, with a corner twice."""
+    scene = read(sheet(polylines([*STONE[::-1], STONE[-1]]), version=version))
     assert [block.fixed for block in scene.blocks] == [True, False]
     (stone,) = movable(scene)
     assert sorted(stone.vertices) == sorted(STONE)
     # 4 wide, 1 high: it slides, at λ = μ, before it overturns.
     assert mo.solve(scene, "static").required() == pytest.approx(0.5, rel=1e-6)
-
-
-@pytest.mark.parametrize("version", ["R2000", "R2010", "R2018"])
-def test_clockwise_and_doubled_corners_make_no_difference(sheet, version):
-    scene = read(sheet(polylines([*STONE[::-1], STONE[-1]]), version=version))
-    assert area_of(scene) == pytest.approx(4.0)
-    assert len(movable(scene)[0].vertices) == 4
 
 
 def chords(sagitta, radius, angle):
@@ -84,24 +75,6 @@ def test_loops_of_lines_and_arcs_are_outlines(sheet):
     assert area_of(scene, 2) == pytest.approx(1.5**2 * number / 2 * math.sin(math.pi / number), rel=1e-12)
 
 
-def test_mirrored_entities_are_seen_from_above(sheet):
-    """Their own x axis runs to the left, and their arcs turn the other way."""
-
-    def make(space):
-        corners = [(0, 0, 0), (4, 0, 0), (4, 2, 0), (3, 2, 1.0), (1, 2, 0), (0, 2, 0)]
-        mirrored = [(-x, y, -bulge) for x, y, bulge in corners]
-        space.add_lwpolyline(mirrored, format="xyb", close=True, dxfattribs={"extrusion": (0, 0, -1)})
-        space.add_lwpolyline([(7, 0), (5, 0)], dxfattribs={"layer": "other"})
-        # From (7, 0) counter-clockwise over the top to (5, 0), in a plane seen from below.
-        arc = {"layer": "other", "extrusion": (0, 0, -1)}
-        space.add_arc((-6, 0), 1, 0, 180, dxfattribs=arc)
-
-    scene = read(sheet(make), sagitta=0.01)
-    assert area_of(scene, 0) == pytest.approx(8 + HALF_DISC, rel=1e-12)
-    assert area_of(scene, 1) == pytest.approx(HALF_DISC, rel=1e-12)
-    assert max(y for _, y in movable(scene)[1].vertices) == pytest.approx(1.0)
-
-
 def arch(space, curve):
     """Voussoirs between two ellipses, which ``curve`` draws from one parameter to another, and the lines
     between them."""
@@ -138,7 +111,7 @@ def test_an_arch_of_ellipses_and_splines(sheet, curve):
     assert found == pytest.approx([exact] * 5, abs=sagitta * 3 * math.pi / 5)
     assert found != pytest.approx([exact] * 5, abs=1e-3 * sagitta)
     # The joints between voussoirs are as long as those lines; the springers stand on the floor.
-    extent = joints_of(scene).extent
+    extent = contacts_of(scene).extent
     lines = [math.hypot(math.cos(at), math.sin(at) / 2) for at in np.linspace(0, math.pi, 6)]
     assert sorted(extent) == pytest.approx(sorted(lines))
 
@@ -171,7 +144,7 @@ def test_a_curved_joint_is_the_same_from_both_sides(sheet):
     scene = read(sheet(make), sagitta=1e-3)
     angle = 4 * math.atan(0.3)
     number = chords(1e-3, 1 / math.sin(angle / 2), angle)  # of a chord of 2
-    joints = joints_of(scene)
+    joints = contacts_of(scene)
     between = (joints.first != 0) & (joints.second != 0) & (joints.extent > 0)
     assert between.sum() == number > 5
 
@@ -187,7 +160,7 @@ def test_gaps_within_the_tolerance_are_closed(sheet):
     scene = read(path, tolerance=0.002)
     assert scene.tolerance == 0.002
     assert len(movable(scene)) == 2
-    assert len(joints_of(scene).extent) == 2
+    assert len(contacts_of(scene).extent) == 2
     with pytest.raises(mo.CaseError, match=r"sheet\.dxf: LWPOLYLINE \w+ on layer '0'.*0\.001 "):
         read(path)
 
@@ -213,7 +186,7 @@ def test_stones_of_loose_lines_may_stand_nearer_than_the_tolerance(sheet, loose,
     scene = read(path, **tolerances)
     assert scene.tolerance == 0.0025
     assert [area_of(scene, number) for number in (0, 1)] == pytest.approx([1, 1], abs=2 * loose + 1e-12)
-    assert sorted(joints_of(scene).extent) == pytest.approx(3 * [1], abs=2 * loose + 2e-6)
+    assert sorted(contacts_of(scene).extent) == pytest.approx(3 * [1], abs=2 * loose + 2e-6)
     # What nothing says is not guessed: both stones' ends lie within the tolerance.
     if loose:
         with pytest.raises(mo.CaseError, match=r"LINE \w+ on layer '0' meets 3 other ends"):
@@ -242,7 +215,7 @@ def test_holes_and_what_stands_in_them(sheet):
     assert areas == pytest.approx([100 - 64, 4 - 1, 90 - 1, 1])
     assert movable(scene)[0].live_per_weight == (1.0, 0.0)
     # The frame and the other stone on the ground, the stone in its hole, the filling on four sides.
-    assert len(joints_of(scene).extent) == 2 + 1 + 4
+    assert len(contacts_of(scene).extent) == 2 + 1 + 4
 
 
 def test_texts_name_blocks(sheet):
@@ -317,7 +290,7 @@ def test_stones_of_any_shape_come_back(tmp_path):
     assert area == pytest.approx({"100 %%d": 1, "Füllung ½": 11, "L": 4, "floor": 18})
     assert before.size.sum() == pytest.approx(after.size.sum())
     assert [block.name for block in back.blocks if block.fixed] == ["floor"]
-    assert len(joints_of(back).extent) == len(joints_of(scene).extent)
+    assert len(contacts_of(back).extent) == len(contacts_of(scene).extent)
 
 
 @pytest.mark.parametrize("degrees", [200.0, 300.0, 360.0])

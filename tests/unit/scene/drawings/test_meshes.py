@@ -144,9 +144,8 @@ def test_faces_that_are_not_flat_are_shared_by_triangles(file):
     high, _ = box((0, 1), (0, 1), (1, 2))
     low[6, 2] = high[2, 2] = 1.2
     faces = [(5, 6, 7, 4) if face == QUADS[1] else face for face in QUADS]
-    scene = read(
-        file(obj({"fixed": box((0, 1), (0, 1), (-1, 0)), "low": (low, faces), "high": (high, QUADS)}))
-    )
+    stones = {"fixed": box((0, 1), (0, 1), (-1, 0)), "low": (low, faces), "high": (high, QUADS)}
+    scene = read(file(obj(stones)))
     found = contacts_of(scene)
     shared = found.extent[(found.first == 1) & (found.second == 2)]
     assert len(shared) == 2
