@@ -28,10 +28,8 @@ INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends", "openings")
 
 FULL = 0.1  #: Share of the scene's size by which the fastest corner of a full motion has moved.
 START = 0.6  #: The share of a full motion that pictures show, and pages show first.
-_MARGIN, _PAD = (
-    0.07,
-    0.02,
-)  #: Shares of that size free round the movable blocks, and what moves or acts on them.
+_MARGIN = 0.07  #: Share of that size free round the movable blocks.
+_PAD = 0.02  #: The same round what moves or acts on them.
 _TEXT = 0.15  #: The same for the text beside a bar.
 
 

@@ -20,9 +20,7 @@ _MOST_WEIGHTS_IN_SPACE, _MOST_IN_SPACE = 1, 8
 _LONGEST = 0.09  #: Length of the longest arrow of a kind, over the size of the scene.
 _LONE, _OF_BLOCK = 8, 0.6  #: Number of forces above which it is at most this share of a usual block.
 _ALONG, _SPACE = 8, 0.3  #: Arrows along an edge load's line, and least space between them over their length.
-_ABOVE = (
-    0.16  #: Height of the one arrow for many over the blocks, moved ones too, over the size of the scene.
-)
+_ABOVE = 0.16  #: Height of the one arrow for many over the blocks, moved too, over the size of the scene.
 _DIRECTION = 0.07  #: Length of that arrow, over the size of the scene.
 
 #: Kinds of loads: colour, width in points, what a legend says of their arrows, and of one arrow for all.

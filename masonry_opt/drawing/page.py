@@ -297,7 +297,7 @@ def notebook_html(result: Outcome) -> str:
     if result.size.blocks <= MOST_BLOCKS:
         # With its own title and legend.
         source = elements_picture(elements).source()
-        lines.append(f'<img alt="picture of the mechanism" style="width:100%" src="{source}">')
+        lines.append(f'<img alt="picture of {text(elements.title)}" style="width:100%" src="{source}">')
     lines.append(caption(elements))
     if result.certificate is not None:
         left = (f"{name} {numeral(value, '.1e')}" for name, value in result.certificate.as_dict().items())

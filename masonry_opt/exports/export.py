@@ -155,9 +155,10 @@ def export(
     # Products of variables, and complementary pairs, only .nl files carry.
     ends = (".nl",) if method in ("mpec", "mcp") else tuple(WRITERS)
     if end not in ends:
+        others = f"{end} carries linear programs" if end in WRITERS else f"solids to {', '.join(SOLID_ENDS)}"
         raise OptionError(
             f"{path}: a program of method '{method}' is written to a file whose name ends in "
-            f"{', '.join(ends)} (solids to {', '.join(SOLID_ENDS)})"
+            f"{', '.join(ends)} ({others})"
         )
     refuse_unwritable(path, force)
     for beside in (".row", ".col") if end == ".nl" else ():

@@ -68,9 +68,10 @@ def capacity(
     dimension = assembly.scene.dimension
     limited = any(force.role is Role.SUPPORT or dimension == 2 for force in assembly.limited)
     if limited or len(assembly.problem.crushing):
+        has = "ties, props, fill or a support that settles" if limited else "'strength'"
         raise OptionError(
             f"{called}: the capacity curve knows joints alone, which touch, hinge in their corners and part: "
-            "this scene has 'strength', or ties, props or fill, whose forces turn, or a support that settles"
+            f"this scene has {has}, which is to be left out"
         )
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")

@@ -13,7 +13,9 @@ from masonry_opt.finite_motion.moved_blocks import MovedBlocks, placed, turned
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.rows import dots
 
-_DEPENDENT = 1e-8  #: Share of the largest singular value below which equations depend on each other.
+#: Share of the largest singular value below which equations depend on each other: one hinge point of several
+#: joints gives the same equations several times.
+_DEPENDENT = 1e-8
 _STEPS, _SOLVED = 12, 1e-13  #: Newton steps of one correction, and the residual at which it ends.
 _ROUNDING = 1e-10  #: Residual up to which a correction that comes no nearer is one: rounding.
 

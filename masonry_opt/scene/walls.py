@@ -130,7 +130,7 @@ class Facade(WeighedGenerator):
         if (self.sill + self.opening[1]) % 2 == 0:
             yield "'sill' and the height of 'opening' must add up to an odd number of courses"
         if self.storey % 2:
-            yield "'sill', 'opening', a lintel and 'spandrel' must add up to an even number of courses"
+            yield "'sill', the height of 'opening', a lintel and 'spandrel' must add up to an even number"
         for door in self.doors:
             if door > self.openings[0]:
                 yield f"'doors' has {door}, of {self.openings[0]} openings across: count from 1"

@@ -94,8 +94,8 @@ def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]
 def in_words(
     frame: pd.DataFrame, formats: Mapping[str, str] | None = None, columns: Iterable[str] | None = None
 ) -> pd.DataFrame:
-    """Some of a frame's columns, or all, as text; a dash for a missing value. Numbers are in six digits, or
-    as ``formats`` says of their columns."""
+    """Some of a frame's columns, or all, as text; a dash for a missing value. Numbers are whole, or in six
+    digits, or as ``formats`` says of their columns."""
     formats, shown = formats or {}, map(str, frame) if columns is None else columns
 
     def text(name: str, value: Any) -> str:
@@ -103,9 +103,10 @@ def in_words(
             value = some(value)
         elif pd.isna(value):
             return "–"
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        known = value + 0.0 if isinstance(value, float) else value
-        return printable(formats.get(name, "{:.6g}" if number else "{}").format(known))
+        digits = "{}"
+        if isinstance(value, float):
+            value, digits = value + 0.0, "{:.0f}" if value.is_integer() else "{:.6g}"
+        return printable(formats.get(name, digits).format(value))
 
     return pd.DataFrame({name: [text(name, value) for value in frame[name]] for name in shown}, dtype=object)
 

@@ -115,13 +115,31 @@ def by_second_program(curve: mo.Capacity, order: list[str], rows: range) -> np.n
     return load_factors(np.array([place[pairs[cut]] for cut in cuts]), bodies, turns)
 
 
-@pytest.mark.parametrize("length", [2.0, 20.0])
-def test_a_wall_of_two_blocks_between_floors(length):
-    """By the second program; then the strut bears no more."""
+def ideal(theta: np.ndarray, t: float, h: float, k: float, N: float, W: float = 1.0) -> np.ndarray:
+    """λ of the wall whose top is held in place sideways, at height k above the middle on its outer corner.
+
+    The lower block turns by θ outwards about its outer corner T at the foot, the upper one back by φ about
+    the inner end M of the joint between. M = T + (h s − t c, t s + h c), and k sin φ − t cos φ = h s − t c
+    keeps the top above T. λ by virtual work of weights W, N on the middle of the top, and λ W sideways."""
+    s, c = np.sin(theta), np.cos(theta)
+    phi = np.arcsin((h * s - t * c) / math.hypot(k, t)) + math.atan2(t, k)
+    sf, cf = np.sin(phi), np.cos(phi)
+    rate = (h * c + t * s) / (k * cf + t * sf)
+    mx, my = h * c + t * s, t * c - h * s  # of M
+    sideways = W * mx / 2 + W * (mx - rate * (t * sf + h * cf) / 2)
+    of_upper = rate * (t * cf - h * sf) / 2
+    upwards = W * my / 2 + W * (my + of_upper) + N * (my + rate * (t / 2 * cf - h * sf))
+    return upwards / sideways
+
+
+@pytest.mark.parametrize(("length", "near"), [(2.0, 0.1), (20.0, 0.01)])
+def test_a_wall_of_two_blocks_between_floors(length, near):
+    """By the second program, which comes to the ideal as the strut grows; then the strut bears no more."""
     curve = followed(struts(length))
-    λ = curve.table["load_factor"].to_numpy()
-    order = ["floor", "lower", "upper", "strut", "wall"]
+    λ, order = curve.table["load_factor"].to_numpy(), ["floor", "lower", "upper", "strut", "wall"]
     np.testing.assert_allclose(λ, by_second_program(curve, order, range(len(λ))), atol=1e-8)
+    theta = -np.array([curve.poses(row)[0, 2] for row in range(len(λ))])
+    assert np.abs(λ - ideal(theta, 0.3, 1.5, 1.4, 2.0)).max() < near * λ[0]
     assert curve.end.code is Code.BRANCHES
     assert λ[-1] < λ[0] / 5
 

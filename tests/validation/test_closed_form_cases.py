@@ -69,10 +69,8 @@ def by_four_hinges(name: str) -> float:
     """Of an arch of annular sectors, which weigh as these do."""
     arch = read(name).case.arch[0]
     angles = np.radians(np.linspace(*arch.angles, arch.voussoirs + 1))
-    angle, outer, inner = (
-        angles[0] - angles[1],
-        *(arch.radius + side * arch.thickness / 2 for side in (1, -1)),
-    )
+    outer, inner = (arch.radius + side * arch.thickness / 2 for side in (1, -1))
+    angle = angles[0] - angles[1]
     area = angle / 2 * (outer**2 - inner**2)
     distance = 2 / 3 * np.sin(angle / 2) / (angle / 2) * (outer**3 - inner**3) / (outer**2 - inner**2)
     middles = (angles[1:] + angles[:-1]) / 2

@@ -37,7 +37,7 @@ _STRAIGHT, _TURNED = 0.1, 0.3
 #: Way round by tangents that meet, over the straight one, at most.
 _ROUND = 2.0
 
-#: Newton's steps to a state at most, or uphill, and the shortest share of one.
+#: Newton's steps to a state at most, and as many uphill; and the shortest share of one of Newton's.
 _STEPS, _SHORTEST = 60, 1e-6
 
 #: Steps in which a state must come nearer by this share, or is given up.
@@ -82,7 +82,7 @@ class Curve:
         return self.law.rounding / self.unit
 
     def turns_below(self, before: Point, after: Point) -> float:
-        """A bound of the highest load between two points, by their tangents; -inf where it does not turn."""
+        """About the highest load between two points, by their tangents; -inf without proof of a turn."""
         up, down = before.along[-1], after.along[-1]
         length, change = self._size(self._moves(after.d - before.d)), after.load_factor - before.load_factor
         if up > 0 > down:

@@ -15,7 +15,8 @@ from masonry_opt.scene.space.faces import Frames, unit
 from masonry_opt.scene.space.shapes import Shapes
 
 NARROWEST = 10  #: Polygons narrower than so many tolerances are nothing.
-_FACING = 0.99  #: Cosine of the angle beyond which faces share nothing: they lean by a tenth.
+#: Cosine of the angle beyond which faces share nothing: within a tolerance along ten they lean by a tenth.
+_FACING = 0.99
 _FLAT = 1e-3  #: Sine of the angle between faces below which they lie in one plane.
 _ROUNDING = 1e-7  #: Sine of an angle that is rounding.
 

@@ -76,11 +76,13 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
     else:  # ends are left
         curve, (x, y) = curves[free[0] // 2][1], ends[free[0]] + 0.0
         gap, others = np.sort(np.hypot(*(ends[free] - ends[free[0]]).T))[1], meeting[0] - 1
-        alone = f"is open: no other end of its layer is nearer than {gap:.3g} to its end"
-        told = f"meets {others} other ends" if others else alone
+        told = f"is open: no other end of its layer is nearer than {gap:.3g} to its end"
+        change = "raise 'outline_tolerance'"
+        if others:
+            told, change = f"meets {others} other ends", "lower 'outline_tolerance' to part them"
         raise ValueError(
-            f"{curve.where} {told} at ({x:g}, {y:g}): draw blocks as closed polylines, change "
-            "'outline_tolerance', name the blocks' 'layers', or say 'net' (--net) if all lines are joints"
+            f"{curve.where} {told} at ({x:g}, {y:g}): draw blocks as closed polylines, {change}, name the "
+            "blocks' 'layers', or say 'net' (--net) if all lines are joints"
         )
     # From each end at which a curve is entered to that of the next; loops begin with their first curve.
     loops = []
@@ -111,7 +113,7 @@ def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: fl
         parent = min(outer[inner == index].tolist(), key=lambda other: (-depth[other], area[other]))
         if area[index] >= (1 - _SAME) * area[parent]:
             raise ValueError(
-                f"{outlines[index].where} is drawn twice, as {outlines[parent].where}: delete one"
+                f"{outlines[index].where} is drawn again as {outlines[parent].where}: delete one"
             )
         holes[parent].append(polygons[index].exterior)
     return [

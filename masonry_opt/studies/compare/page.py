@@ -33,6 +33,9 @@ _GREY = "#777777"
 #: Letters of runs that are not certified, by their verdict or the limit that ended them.
 _LETTERS = {TIME_LIMIT: "T", MEMORY_LIMIT: "M", judge.WRONG: "W", judge.NAMED: "N", judge.FAILED: "F"}
 
+#: What they stand for where that is not their key.
+_MEANS = {"N": "no load factor, and the right reason why"}
+
 #: By question: the error's name in a title, and at its axis.
 _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
@@ -87,7 +90,11 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
         front=rows.index.isin(np.concatenate(front)),
         below=certified & rows["below"],
     )
-    notes = [f"{letter}: {what}" for what, letter in _LETTERS.items() if (marks["letter"] == letter).any()]
+    notes = [
+        f"{letter}: {_MEANS.get(letter, what)}"
+        for what, letter in _LETTERS.items()
+        if (marks["letter"] == letter).any()
+    ]
     what, label = _ERRORS[question]
     if question == judge.COULOMB and math.isclose(low, judge.GAP_FLOOR):
         notes.append(f"gaps below {low:g} are none, drawn there")

@@ -123,7 +123,8 @@ class Cases(StudyAnswer):
         of, governs = self.to_draw, self.governing
         told: dict[str, Any] = {"case": of.case, "governing": governs}
         told["load_factor"] = None if governs is None else of.load_factor
-        told |= {"left_out": list(self.left_out)} if self.left_out else {}
+        if self.left_out:
+            told["left_out"] = list(self.left_out)
         return told | {"load_cases": [result.as_dict() for result in self.results.values()]}
 
     @property

@@ -81,6 +81,16 @@ def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
     assert motion.separates.any()
 
 
+def test_what_opens_and_slips_and_carries_nothing_separates():
+    """A keystone that is pulled out: a joint keeps an edge in touch, but presses on nothing."""
+    result = mo.solve(CASES / "closed_forms" / "keystone.toml")
+    motion = motion_of(result)
+    idle = result.joints["n"].abs().to_numpy() < 1e-9
+    opens = result.joints["opening"].to_numpy() > 0.01
+    assert (idle & opens).any()
+    assert motion.separates[idle & opens].all()
+
+
 def extruded_and_rough(scene):
     """Without contact points that slide there is no cone."""
     return mo.extrude(scene.replace(friction=np.inf))

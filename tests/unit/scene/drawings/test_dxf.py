@@ -75,6 +75,24 @@ def test_loops_of_lines_and_arcs_are_outlines(sheet):
     assert area_of(scene, 2) == pytest.approx(1.5**2 * number / 2 * math.sin(math.pi / number), rel=1e-12)
 
 
+def test_mirrored_entities_are_seen_from_above(sheet):
+    """Their own x axis runs to the left, and their arcs turn the other way."""
+
+    def make(space):
+        corners = [(0, 0, 0), (4, 0, 0), (4, 2, 0), (3, 2, 1.0), (1, 2, 0), (0, 2, 0)]
+        mirrored = [(-x, y, -bulge) for x, y, bulge in corners]
+        space.add_lwpolyline(mirrored, format="xyb", close=True, dxfattribs={"extrusion": (0, 0, -1)})
+        space.add_lwpolyline([(7, 0), (5, 0)], dxfattribs={"layer": "other"})
+        # From (7, 0) counter-clockwise over the top to (5, 0), in a plane seen from below.
+        arc = {"layer": "other", "extrusion": (0, 0, -1)}
+        space.add_arc((-6, 0), 1, 0, 180, dxfattribs=arc)
+
+    scene = read(sheet(make), sagitta=0.01)
+    assert area_of(scene, 0) == pytest.approx(8 + HALF_DISC, rel=1e-12)
+    assert area_of(scene, 1) == pytest.approx(HALF_DISC, rel=1e-12)
+    assert max(y for _, y in movable(scene)[1].vertices) == pytest.approx(1.0)
+
+
 def arch(space, curve):
     """Voussoirs between two ellipses, which ``curve`` draws from one parameter to another, and the lines
     between them."""
