@@ -36,8 +36,7 @@ _BESIDE_UP_TO = 40_000
 #: those up to which contacts at rest are asked whether a scene stands: beyond, they take longer to fall.
 _NO_WORK_UP_TO, _RESTS_UP_TO = 8000, 500
 
-#: The method whose answer is the load to expect.
-_EXPECTED = "compliant"
+_EXPECTED = "compliant"  #: The method whose answer is the load to expect.
 
 #: Ways to give a live load, by dimension.
 _WAYS = {

@@ -14,12 +14,10 @@ import numpy as np
 
 from masonry_opt.errors import OptionError
 
-#: Who wrote a file, in its metadata; and a comment that says it.
-WRITER = "masonry_opt"
+WRITER = "masonry_opt"  #: Who wrote a file, in its metadata; and a comment that says it.
 MARK = f"written by {WRITER}"
 
-#: The key of JSON files that says it.
-JSON_KEY = "written_by"
+JSON_KEY = "written_by"  #: The key of JSON files that says it.
 
 #: Patterns of marks by the end of a file's name. Lists of names (.row, .col) bear that of their .nl file.
 _MARKS = {
@@ -38,8 +36,7 @@ _MARKS = {
     ".html": rf'<meta name="generator" content="{WRITER}">',
 }
 
-#: Bytes at either end of a file in which its mark stands: only of PDF files at the end.
-_ENDS = 1 << 16
+_ENDS = 1 << 16  #: Bytes at either end of a file in which its mark stands: only of PDF files at the end.
 
 
 def image_source(content: bytes | str, kind: str) -> str:

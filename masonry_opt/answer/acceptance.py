@@ -95,8 +95,7 @@ BEYOND_LIMITS, FEASIBLE = 1e-6, 1e-11
 #: falls whatever forces act in it that sum to less than a million such weights; and what is rounding.
 DEPARTS, ROUNDING = 1e-6, 1e-11
 
-#: Energy, in median block weights, by which a margin under dead load may be off.
-MARGIN_ENERGY = 1e-4
+MARGIN_ENERGY = 1e-4  #: Energy, in median block weights, by which a margin under dead load may be off.
 
 #: Load factors below this are judged, and compared with each other, as if they were this large.
 SMALLEST = 1e-2

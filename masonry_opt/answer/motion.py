@@ -13,8 +13,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.rows import dots, lengths, sums
 
-#: Motion of a joint that has yielded, over what the rounding of its law leaves.
-_ROUNDED = 5.0
+_ROUNDED = 5.0  #: Motion of a joint that has yielded, over what the rounding of its law leaves.
 
 
 @dataclass(frozen=True)

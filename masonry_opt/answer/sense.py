@@ -35,8 +35,7 @@ _NO_FORCE = 3000.0
 #: coordinates are rounded.
 _OUTSIDE = 0.02
 
-#: Share of a block's weight up to which a difference of forces is rounding.
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  #: Share of a block's weight up to which a difference of forces is rounding.
 
 #: By dimension: blocks that meet without a joint, and what their weights are per, beside areas.
 _MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}

@@ -22,11 +22,8 @@ AT_HIGHEST = 1 - MOVES
 #: (Solvers leave some 1e-9 of a zero.)
 DRIVES = 1e-7
 
-#: Share of the scene's largest normal force below which a joint carries nothing.
-IDLE = 1e-6
-
-#: Share of the largest from which a joint is named among those that lock, or clamp.
-NAMED = 1e-2
+IDLE = 1e-6  #: Share of the scene's largest normal force below which a joint carries nothing.
+NAMED = 1e-2  #: Share of the largest from which a joint is named among those that lock, or clamp.
 
 #: Relative difference below which two load factors are one. Answers of different methods to one state differ
 #: by up to 2e-8 on the case files; different states by 8e-4 and more.
@@ -36,11 +33,8 @@ SAME = 1e-6
 #: residual that exact states may leave.
 LOWER = 1e-8
 
-#: Load factors up to this, of either sign, are zero.
-ZERO = 1e-6
-
-#: Relative difference from which on different states are reported.
-APART = 1e-2
+ZERO = 1e-6  #: Load factors up to this, of either sign, are zero.
+APART = 1e-2  #: Relative difference from which on different states are reported.
 
 #: Share of the largest load factor by which the two ends of a narrow interval differ where there is a jump.
 JUMP = 1e-3

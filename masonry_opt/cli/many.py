@@ -22,8 +22,7 @@ from masonry_opt.studies.reproduce import reproduce as rebuild
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
-#: Most values of one number.
-_MOST_VALUES = 100_000
+_MOST_VALUES = 100_000  #: Most values of one number.
 
 _VARY = (
     "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,... of a number of the case, such as joints.friction=0.3:0.8:11 "

@@ -16,8 +16,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text
 
-#: Load factors whose mechanism can be drawn.
-_DRAWN = "least", "expected"
+_DRAWN = "least", "expected"  #: Load factors whose mechanism can be drawn.
 
 _KIND = typer.Option(
     "--plot-kind", metavar="KIND", help="What a picture shows: mechanism, thrust, utilisation, curve."

@@ -162,8 +162,7 @@ def pressure_marks(result: Outcome) -> Iterable[Marks]:
         yield Marks("earth", label, "arrow", FILL, 1.0, np.stack([tail, tip], axis=1))
 
 
-#: Width in points, and dashes of those that yield.
-_WIDTH = {Role.TIE: 1.8, Role.PROP: 3.6}
+_WIDTH = {Role.TIE: 1.8, Role.PROP: 3.6}  #: Width in points, and dashes of those that yield.
 _YIELDS = (1.2, 0.8)
 
 

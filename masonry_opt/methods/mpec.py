@@ -25,8 +25,7 @@ from masonry_opt.problem.problem import State
 from masonry_opt.solvers.ipopt import CasadiIpopt
 from masonry_opt.solvers.registry import find_solver
 
-#: The relaxation falls by this factor between solves.
-_FALL = 0.1
+_FALL = 0.1  #: The relaxation falls by this factor between solves.
 
 #: A series that fails begins again with this share of its first ε, down to a smallest.
 _SMALLER_START, _SMALLEST_START = 1e-3, 1e-8

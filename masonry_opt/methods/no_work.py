@@ -41,8 +41,7 @@ _ROUNDING = 1e-3
 #: random scenes, passes on none with a tenth; on two blocks in space it fails with three quarters and more.
 _SHARES = 0.75, 0.5
 
-#: λ₀ tried at most; the first, the associative load factor, is most often the answer.
-_MOST = 8
+_MOST = 8  #: λ₀ tried at most; the first, the associative load factor, is most often the answer.
 
 #: Values of reasons and steps that are load factors.
 _LOAD_FACTORS = {"load_factor", "bound", "least", "most", "lowest", "highest"}

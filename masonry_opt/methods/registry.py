@@ -13,8 +13,7 @@ from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
 from masonry_opt.solvers.registry import MATRICES, MODELS, SOLVERS, TOLERANCE, Solver, capable, find_solver
 
-#: What methods of a constant dilatancy refuse.
-_VARYING = frozenset({"dilatancy"})
+_VARYING = frozenset({"dilatancy"})  #: What methods of a constant dilatancy refuse.
 
 _ALL = (
     Method("static", "associative:associative", associative=True),
@@ -63,8 +62,7 @@ _ALL = (
 
 METHODS = {method.name: method for method in _ALL}
 
-#: The method of whoever names none.
-DEFAULT = "mcp"
+DEFAULT = "mcp"  #: The method of whoever names none.
 
 #: What is said with a method and is no option of it.
 _ARGUMENTS = (

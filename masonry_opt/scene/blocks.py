@@ -53,8 +53,7 @@ INSTEAD = {
     "friction_angle": "friction",
     "dilatancy_angle": "dilatancy",
 }
-#: What gives the shape of a convex solid.
-SHAPES = "'box', or 'vertices' with 'faces'"
+SHAPES = "'box', or 'vertices' with 'faces'"  #: What gives the shape of a convex solid.
 #: Control characters, line ends, and marks that turn the direction of writing round.
 _UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=rf"^[^{_UNSEEN}]*$")]

@@ -15,8 +15,7 @@ import scipy.sparse as sp
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver
 
-#: Rounding of one addition or product in double precision.
-_UNIT_ROUNDOFF = 2.0**-53
+_UNIT_ROUNDOFF = 2.0**-53  #: Rounding of one addition or product in double precision.
 
 
 @dataclass(frozen=True)

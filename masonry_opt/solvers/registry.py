@@ -10,8 +10,7 @@ from typing import Any
 
 from masonry_opt.errors import OptionError
 
-#: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
-TOLERANCE = 1e-9
+TOLERANCE = 1e-9  #: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
 
 #: The modelling languages, the default first; in their place, what is solved where nothing is declared; both.
 LANGUAGES = ("cvxpy", "pyomo")

@@ -22,14 +22,9 @@ from masonry_opt.solvers.registry import Verdict
 #: gate: the cut concluded from it must leave no more than PROOF.
 _MOVES = 1e-9
 
-#: Share of the largest multiplier above which a face is to blame.
-_TO_BLAME = 1e-9
-
-#: Cuts that count in the choice of a face to branch on.
-_OF_LATE = 200
-
-#: A face that a choice does not name, beside False and True.
-_OPEN = -1
+_TO_BLAME = 1e-9  #: Share of the largest multiplier above which a face is to blame.
+_OF_LATE = 200  #: Cuts that count in the choice of a face to branch on.
+_OPEN = -1  #: A face that a choice does not name, beside False and True.
 
 #: By face, whether it moves and is at yield. Faces that a choice does not name are open.
 _Choice = dict[int, bool]

@@ -20,8 +20,7 @@ from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 
-#: What a solver does here, as a result tells it.
-DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"
+DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"  #: What a solver does here, as a result tells it.
 
 #: Programs after which it is left undecided whether a load drives a mechanism. (Of small random scenes each
 #: took 5 at most; 14 where no program of cones ended.)

@@ -27,8 +27,7 @@ from masonry_opt.standing.diagnosis import locking_joints
 _RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
 _MOST_WORK = 120_000
 
-#: What a solver does here, as a result tells it.
-_PURPOSE = "existence"
+_PURPOSE = "existence"  #: What a solver does here, as a result tells it.
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:

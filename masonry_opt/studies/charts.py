@@ -24,14 +24,9 @@ __all__ = ["NamedChart", "alt", "axis", "legend", "pictures", "script", "write_c
 #: On paper: width of a chart and of a panel in pixels; most panels side by side, and in all.
 _WIDTH, _PANEL, _COLUMNS, _PANELS = 620, 230, 4, 24
 
-#: Width of a legend's entry in pixels; there are as many columns as fit.
-_ENTRY = 300
-
-#: Width of a letter of the notes in pixels.
-_LETTER = 6
-
-#: From Matplotlib, with superscripts: pictures are the same on every machine.
-_FONT = "DejaVu Sans"
+_ENTRY = 300  #: Width of a legend's entry in pixels; there are as many columns as fit.
+_LETTER = 6  #: Width of a letter of the notes in pixels.
+_FONT = "DejaVu Sans"  #: From Matplotlib, with superscripts: pictures are the same on every machine.
 vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
 
 _CONFIG: dict[str, Any] = {

@@ -28,8 +28,7 @@ _PRELOADED = (
 _HOW = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 _STANDARD: Any = multiprocessing.get_context(_HOW)
 
-#: Processes may be started by several threads.
-_STARTING = threading.Lock()
+_STARTING = threading.Lock()  #: Processes may be started by several threads.
 
 
 class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is depends on the system

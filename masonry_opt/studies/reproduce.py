@@ -18,8 +18,7 @@ from masonry_opt.solvers.registry import find_entry
 from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.terminal import print_text
 
-#: Not an example of the paper; takes a quarter of an hour.
-_BEYOND = "bracket"
+_BEYOND = "bracket"  #: Not an example of the paper; takes a quarter of an hour.
 
 _PACKAGE = Path(__file__).parents[1]
 

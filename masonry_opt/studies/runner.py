@@ -24,17 +24,13 @@ from masonry_opt.studies.process import Context, cores, prepare_process
 FINISHED, REFUSED, CRASHED, DIED = "finished", "refused", "crashed", "died"
 TIME_LIMIT, MEMORY_LIMIT = "time limit", "memory limit"
 
-#: Workers that a task may kill before it is given up.
-MOST_DEATHS = 3
-
-#: Seconds between two looks at a process's memory.
-_LOOK = 0.02
+MOST_DEATHS = 3  #: Workers that a task may kill before it is given up.
+_LOOK = 0.02  #: Seconds between two looks at a process's memory.
 
 #: Tasks handed out for each worker: no worker waits, and memory does not grow with the number of tasks.
 _AHEAD = 3
 
-#: Seconds in which a Dask scheduler must answer.
-PATIENCE = 10
+PATIENCE = 10  #: Seconds in which a Dask scheduler must answer.
 
 #: Makes the function of a worker's tasks, there.
 Prepare = Callable[[], Callable[[Any], Any]]

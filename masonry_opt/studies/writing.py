@@ -20,8 +20,7 @@ from masonry_opt.words.names import labelled, some
 #: Message where a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
-#: Rows of a table that a notebook shows.
-_SHOWN = 30
+_SHOWN = 30  #: Rows of a table that a notebook shows.
 
 
 class StudyAnswer(ABC):

@@ -3,11 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-#: Items of a list that are named; the rest is counted.
-_NAMED = 5
-
-#: Width of the labels of lines.
-_LABEL = 16
+_NAMED = 5  #: Items of a list that are named; the rest is counted.
+_LABEL = 16  #: Width of the labels of lines.
 
 
 def labelled(lines: Mapping[str, object]) -> str:

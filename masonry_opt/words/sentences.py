@@ -11,8 +11,7 @@ from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 from masonry_opt.words.names import blocks, do, pairs, verb
 from masonry_opt.words.warning_sentences import WARNINGS
 
-#: From here on seven decimals are more digits than a double has.
-_FIXED = 1e10
+_FIXED = 1e10  #: From here on seven decimals are more digits than a double has.
 
 #: Ratio of dead loads from which on they may be why nothing is borne out: it leaves solvers a digit or two.
 _VERY_DIFFERENT = 1e7

@@ -26,8 +26,7 @@ _BOUNDS = (
 #: Codes that tell what was tried, and nothing of the scene.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
-#: Ties and props that are told of.
-_TIES = 4
+_TIES = 4  #: Ties and props that are told of.
 
 
 def summary(result: Outcome) -> str:

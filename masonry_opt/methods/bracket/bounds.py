@@ -14,14 +14,9 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-#: What HiGHS does here, as a result tells it.
-_PURPOSE = "bounds"
-
-#: Where statics set no limit, forces are assumed to be at most so many times all loads.
-_TIMES_LOADS = 10.0
-
-#: A mechanism that only rates and velocities this large could make is none.
-_BEYOND = 1e9
+_PURPOSE = "bounds"  #: What HiGHS does here, as a result tells it.
+_TIMES_LOADS = 10.0  #: Where statics set no limit, forces are assumed to be at most so many times all loads.
+_BEYOND = 1e9  #: A mechanism that only rates and velocities this large could make is none.
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-#: What HiGHS does here, as a result tells it.
-_PURPOSE = "products"
+_PURPOSE = "products"  #: What HiGHS does here, as a result tells it.
 
 #: Tolerance asked of the interior points, and the rows up to which HiGHS's older one is tried first: it is
 #: two to three times as fast there and nearer the optimum; above it mostly breaks off without multipliers.
@@ -30,14 +29,9 @@ _COARSE = 0.05
 #: multipliers does not use it.
 _FASTEST = 20.0
 
-#: Rates and velocities below this are taken for none.
-_MOVES = 1e-3
-
-#: Iterations at most, for programs that no time ends.
-_MOST_STEPS = 500
-
-#: Seconds that a program is given at least.
-LEAST_TIME = 1.0
+_MOVES = 1e-3  #: Rates and velocities below this are taken for none.
+_MOST_STEPS = 500  #: Iterations at most, for programs that no time ends.
+LEAST_TIME = 1.0  #: Seconds that a program is given at least.
 
 #: Largest distances, in blocks, of the factors of products: forces with rates, forces with velocities. The
 #: next are taken where the last leave a gap and time.

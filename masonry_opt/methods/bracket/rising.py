@@ -14,8 +14,7 @@ from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import LpSize
 
-#: The programs take this share more than the best λ known, so that they have an interior.
-_ABOVE = 1e-4
+_ABOVE = 1e-4  #: The programs take this share more than the best λ known, so that they have an interior.
 
 #: A program that closes more than this share of the gap is followed by another of the same products, with the
 #: limits of forces that it leaves; else by one of more products, which takes three to ten times as long.
@@ -24,8 +23,7 @@ _WORTH_REPEATING = 0.5
 #: What rates are assumed to sum to, at least, and over those of the state known (on walls 30 to 140).
 _LEAST_RATES, _OVER_KNOWN = 100.0, 10.0
 
-#: No program keeps more products than this (memory).
-_MOST_PRODUCTS = 400_000
+_MOST_PRODUCTS = 400_000  #: No program keeps more products than this (memory).
 
 
 class Rising:

@@ -74,11 +74,8 @@ _WEIGHTS_IN_SPACE = ((3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4), (*5 * [1e4], *2 * [1
 #: by 3e-8. In the plane a program that is not solved to the first is given up.
 _TOLERANCES = (1e-11, 1e-10, 1e-9)
 
-#: Energy that a state may leave, over λ: with more another start is better.
-_LEFT = 1e-5
-
-#: What a solver does here, as a result tells it.
-_PURPOSE = "exact state"
+_LEFT = 1e-5  #: Energy that a state may leave, over λ: with more another start is better.
+_PURPOSE = "exact state"  #: What a solver does here, as a result tells it.
 
 
 def alternated(

@@ -29,11 +29,8 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
 
-#: Joints of a small scene. Larger ones take simplex several times as long with random costs.
-SMALL = 60
-
-#: A rate above this is at work, and a slack below this at yield.
-_RESTS, _AT_YIELD = 1e-9, 1e-7
+SMALL = 60  #: Joints of a small scene. Larger ones take simplex several times as long with random costs.
+_RESTS, _AT_YIELD = 1e-9, 1e-7  #: A rate above this is at work, and a slack below this at yield.
 
 #: Of small scenes rates are at work above this share of the largest: corners moved by 1e-8 of a block turn
 #: rates of zero into some 1e-7. Where joints dilate by less than the second number such rates are their own.
@@ -47,18 +44,14 @@ _SMALL_RATES, _LEFT = 10.0, 1e-6
 #: rounding.
 _RANDOM = 1e-5
 
-#: A face whose dual is above this share of the largest holds λ up.
-_HOLDS = 1e-6
-
-#: Forces are replaced by nearer ones so often at most: more repairs seldom end low.
-_REPAIRS = 2
+_HOLDS = 1e-6  #: A face whose dual is above this share of the largest holds λ up.
+_REPAIRS = 2  #: Forces are replaced by nearer ones so often at most: more repairs seldom end low.
 
 #: Seconds that a program may take, for each joint: HiGHS may do nothing for ever, where others of 45 joints
 #: take hundredths of a second.
 _LONGEST = 0.2
 
-#: What HiGHS does here, as a result tells it.
-_PURPOSE = "refinement"
+_PURPOSE = "refinement"  #: What HiGHS does here, as a result tells it.
 
 
 @dataclass(frozen=True)

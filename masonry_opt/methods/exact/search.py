@@ -25,8 +25,7 @@ _LOADS, _FRICTIONS = 0.5, (0.03, 0.3)
 #: with them, at three to five times the pass's time; with 10 in a row 0.7 %.
 _NOTHING_NEW = 15
 
-#: Share of the faces that hold λ up which a neighbour lets go of, one at least.
-_LET_GO = 0.02
+_LET_GO = 0.02  #: Share of the faces that hold λ up which a neighbour lets go of, one at least.
 
 #: Displacements at which forces of a push are taken: in space softer contacts lead lower.
 _STIFF, _STIFF_IN_SPACE = 1e4, 1e2

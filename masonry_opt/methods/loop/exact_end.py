@@ -19,8 +19,7 @@ from masonry_opt.solvers.registry import Solver, in_cvxpy
 #: tolerance leaves of a zero: first for the larger mechanism, then for the surer one.
 _SHARES = (1e-6, 1e-4)
 
-#: What a solver does here, as a result tells it.
-_PURPOSE = "exact end"
+_PURPOSE = "exact end"  #: What a solver does here, as a result tells it.
 
 
 def accurate_end(

@@ -13,8 +13,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 from masonry_opt.solvers.driver import Driver, LpAnswer
 from masonry_opt.solvers.registry import Solved, Verdict
 
-#: How often a trial cohesion that carries no dead load is multiplied by four.
-_TRIALS = 8
+_TRIALS = 8  #: How often a trial cohesion that carries no dead load is multiplied by four.
 
 #: So many times what acts on a block, forces elsewhere in its part are no measure for its joints.
 _DWARFS = 1e3

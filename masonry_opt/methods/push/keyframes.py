@@ -10,8 +10,7 @@ from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.methods.push.push import Elastic
 from masonry_opt.methods.push.pushed import Pushed
 
-#: Keyframes, and how many times as far a path is shown as up to where λ stays.
-KEYFRAMES, _AGAIN = 60, 3.0
+KEYFRAMES, _AGAIN = 60, 3.0  #: Keyframes, and how many times as far a path is shown as up to where λ stays.
 
 
 def way(elastic: Elastic, pushed: Pushed) -> Way | None:

@@ -25,8 +25,7 @@ _FALLS, _SHARE, _SLACK = 0.1, 0.95, 1e-12
 #: Slip that is not past, in roundings of the law: with less, forces that hardly slip would fade.
 _CORNER = 10.0
 
-#: Added to the diagonal of B Bᵀ, for blocks that some motion finds no force against.
-_REGULARISATION = 1e-12
+_REGULARISATION = 1e-12  #: Added to the diagonal of B Bᵀ, for blocks that some motion finds no force against.
 
 
 def compliance(problem: Problem) -> np.ndarray:

@@ -25,8 +25,7 @@ _FIRST, _LEAST, _FURTHEST = 0.3, 1e-9, 1e14
 #: digits far from rest are larger; at a state at most, and where its steps end.
 _ON_PATH, _DIGITS, _STATE, _EXACT = 1e-6, 1e-10, 1e-9, 1e-12
 
-#: Motion of contacts, over u, that is none but rounding.
-_RIGID = 1e-9
+_RIGID = 1e-9  #: Motion of contacts, over u, that is none but rounding.
 
 #: Corrections of a step at most, and those up to which the next is four times, and twice as long.
 _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
@@ -34,14 +33,12 @@ _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
 #: Share of a step that goes along the tangent, and cosine of the tangents before and after, at least.
 _STRAIGHT, _TURNED = 0.1, 0.3
 
-#: Way round by tangents that meet, over the straight one, at most.
-_ROUND = 2.0
+_ROUND = 2.0  #: Way round by tangents that meet, over the straight one, at most.
 
 #: Newton's steps to a state at most, and as many uphill; and the shortest share of one of Newton's.
 _STEPS, _SHORTEST = 60, 1e-6
 
-#: Steps in which a state must come nearer by this share, or is given up.
-_PATIENCE, _NEARER = 8, 0.3
+_PATIENCE, _NEARER = 8, 0.3  #: Steps in which a state must come nearer by this share, or is given up.
 
 #: Rounding, in mean forces, falls to the last by a factor, or else by its roots up to another.
 _FALLS, _GENTLE, _LAST = 0.1, 0.4, 1e-9

@@ -39,8 +39,7 @@ _COARSE, _SHARPENED, _GENTLEST, _SHARPENED_POINTS, _OUT = (1.0, 0.7, 0.5, 0.35),
 #: Rounding above which λ is blurred; and what a certificate leaves at most that needs no other beside it.
 _BLURRED, _WELL = 1e-5, 1e-11
 
-#: Rounding to which the highest λ on the way is followed.
-_SHARP = 1e-4
+_SHARP = 1e-4  #: Rounding to which the highest λ on the way is followed.
 
 #: Points of a path at most, of large scenes too; how many times as far the end is looked for again, and how
 #: often: the stiffness that gives directions falls as 1/u². And displacement to which a load is drawn back.

@@ -10,8 +10,7 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.methods.push.push import Elastic
 from masonry_opt.problem.problem import Problem
 
-#: Standard deviation of the logarithm of a contact's stiffness.
-_STIFFNESS = 0.5
+_STIFFNESS = 0.5  #: Standard deviation of the logarithm of a contact's stiffness.
 
 
 def spread(elastic: Elastic, draws: int) -> Reason:

@@ -22,20 +22,14 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
-#: (upper − lower) / |λ| that is close enough: until then the next solver is asked.
-CLOSE = 1e-9
+CLOSE = 1e-9  #: (upper − lower) / |λ| that is close enough: until then the next solver is asked.
 
 #: Solvers whose answers are made exact, in turn until the bounds are close. HiGHS: small scenes in the plane.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
 
-#: Scenes with fewer joints are small. For larger ones HiGHS takes minutes.
-_SMALL = 1000
-
-#: Status of scipy's linprog: optimum unlimited.
-_UNBOUNDED = 3
-
-#: Least slack of an interior point.
-_MARGIN = 1e-9
+_SMALL = 1000  #: Scenes with fewer joints are small. For larger ones HiGHS takes minutes.
+_UNBOUNDED = 3  #: Status of scipy's linprog: optimum unlimited.
+_MARGIN = 1e-9  #: Least slack of an interior point.
 
 #: Limits, shape (k, x), and what they limit of two components each, (2, k, x): limit · x + c ≥ |two · x|.
 _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]

@@ -22,8 +22,7 @@ from masonry_opt.studies.journal import Journal, digest, machine, versions
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import csv_text, write_files
 
-#: Seconds that the bounds of a scene may take at least.
-_SCENE_TIME = 120.0
+_SCENE_TIME = 120.0  #: Seconds that the bounds of a scene may take at least.
 
 #: Defaults: the methods that take seconds on a wall of Table 1, the solvers of the package, a loose tolerance
 #: and the package's own.
@@ -31,8 +30,7 @@ METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
 SOLVERS = ("clarabel", "highs", "highs-ipm")
 TOLERANCES = (1e-6, 1e-9)
 
-#: Folder of results and report.
-OUT = Path("results/compare")
+OUT = Path("results/compare")  #: Folder of results and report.
 
 
 class NoRunEndedError(MasonryError):

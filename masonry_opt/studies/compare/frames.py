@@ -36,8 +36,7 @@ FORMATS = {
     "peak_memory": "{:.0f}",
 }
 
-#: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
-REPEATED_BELOW = 5.0
+REPEATED_BELOW = 5.0  #: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
 
 
 def summary(

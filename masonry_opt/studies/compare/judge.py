@@ -35,11 +35,8 @@ CLAIMS = (ANSWER, REFUSED, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Sta
 CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
 VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
 
-#: Columns of what is said of a run.
-JUDGED = ("question", "verdict", "reason", "error", "below")
-
-#: Gaps to the best exact Coulomb state below this count as none, and are drawn there.
-GAP_FLOOR = SAME
+JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of what is said of a run.
+GAP_FLOOR = SAME  #: Gaps to the best exact Coulomb state below this count as none, and are drawn there.
 
 
 class BestKnown(NamedTuple):

@@ -42,8 +42,7 @@ _ERRORS = {
     judge.COULOMB: ("gap to the best exact state", "relative gap to the best exact state known"),
 }
 
-#: Most steps between the ticks of a logarithmic axis.
-_STEPS = 7
+_STEPS = 7  #: Most steps between the ticks of a logarithmic axis.
 
 #: Columns in the tooltip of a mark, and their names there.
 _TOLD = ("scene", "pair", "tolerance", "verdict", "reason", "error", "yield", "iterations")

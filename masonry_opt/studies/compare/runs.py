@@ -23,14 +23,12 @@ from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.journal import digest
 from masonry_opt.studies.runner import TaskEnd
 
-#: Keys of a scene that do not change an answer.
-_NAMING = {"title", "source", "reference"}
+_NAMING = {"title", "source", "reference"}  #: Keys of a scene that do not change an answer.
 
 #: Columns that identify a run: a run with an equal key is not made again.
 KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
 
-#: Residuals of a certificate.
-RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")
+RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
 
 _WORDS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
 _SECONDS = tuple(f"{part}_seconds" for part in PARTS)
@@ -42,11 +40,8 @@ _SIZE = ("rows", "columns", "nonzeros")
 COLUMNS = (*KEY, *_WORDS, "load_factor", "bound", *RESIDUALS, "wall", *_SECONDS, "peak_memory", *_COUNTS)
 COLUMNS += (*_SIZE, "time_limit", "memory_limit")
 
-#: Share of a run's time limit that a method with a time limit of its own is given.
-_OWN_LIMIT = 0.8
-
-#: A case file of two blocks.
-_WARM_UP = Path("gilbert", "two_blocks.toml")
+_OWN_LIMIT = 0.8  #: Share of a run's time limit that a method with a time limit of its own is given.
+_WARM_UP = Path("gilbert", "two_blocks.toml")  #: A case file of two blocks.
 
 
 @dataclass(frozen=True)

@@ -27,18 +27,14 @@ from masonry_opt.words.sentences import numeral
 #: What tells positions apart, and what else of the table is printed.
 _PLACE, _TOLD = ["axles", "direction", "position"], ["load_factor", "mechanism", "status"]
 
-#: Distance of the least load factor from what is proven, relative, where anything is.
-WITHIN = 1e-3
+WITHIN = 1e-3  #: Distance of the least load factor from what is proven, relative, where anything is.
 
 #: Inches: width of the axes, height of the chart, room beside, below, between and above them; most of the
 #: bridge's height.
 _WIDTH, _HIGH, _LEFT, _BELOW, _BETWEEN, _ABOVE, _TALLEST = 7.2, 3.0, 0.8, 0.85, 0.75, 0.7, 5.0
 
-#: Load factors are shown up to so many times the least.
-_SHOWN_UP_TO = 4.0
-
-#: Length of the arrow of the greatest axle, as a share of the bridge's length.
-_ARROW = 0.05
+_SHOWN_UP_TO = 4.0  #: Load factors are shown up to so many times the least.
+_ARROW = 0.05  #: Length of the arrow of the greatest axle, as a share of the bridge's length.
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -24,8 +24,7 @@ from masonry_opt.studies.crossing.answer import WITHIN
 from masonry_opt.studies.crossing.answer import Crossing as Crossing  # its home for readers
 from masonry_opt.studies.crossing.search import Passage
 
-#: Longest range between two positions, as a share of the road.
-_LONGEST = 0.01
+_LONGEST = 0.01  #: Longest range between two positions, as a share of the road.
 
 
 def crossing(

@@ -34,11 +34,8 @@ SolveLive = Callable[[np.ndarray], Solution]
 #: the break itself they may jump.
 _BESIDE = 1e-9
 
-#: Share of the loads, by their largest entry, that is nothing.
-_ROUNDING = 1e-7
-
-#: Share of the way to which ranges are halved at most.
-_FINEST = 1e-4
+_ROUNDING = 1e-7  #: Share of the loads, by their largest entry, that is nothing.
+_FINEST = 1e-4  #: Share of the way to which ranges are halved at most.
 
 #: Positions at which a Coulomb method is asked first; by how much its share of the associative load factor
 #: may be less between two of them than at both, beside half of what it differs; rounds of halving beside the

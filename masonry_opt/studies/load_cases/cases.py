@@ -28,17 +28,13 @@ from masonry_opt.studies.writing import StudyAnswer, records
 from masonry_opt.words.summary import told_factor
 from masonry_opt.words.terminal import frame_text
 
-#: Height of a bar over the width of the axes; most letters of a name beside one.
-_BAR, _LETTERS = 0.09, 24
+_BAR, _LETTERS = 0.09, 24  #: Height of a bar over the width of the axes; most letters of a name beside one.
 
 #: Columns of a table of results, beside what tells them apart.
 COLUMNS = ("load_factor", "status", "expected", "associative", "exact")
 
-#: Load factors no farther from λ than this are not drawn beside it.
-_APART = 1e-4
-
-#: Degrees between directions in plan, and the most directions.
-EVERY, _MOST = 15.0, 3600
+_APART = 1e-4  #: Load factors no farther from λ than this are not drawn beside it.
+EVERY, _MOST = 15.0, 3600  #: Degrees between directions in plan, and the most directions.
 
 
 @dataclass(frozen=True, eq=False)

@@ -48,17 +48,13 @@ _SYMBOLS = {
 #: one of three or more.
 _FAR, _FEW = 10.0, 0.25
 
-#: The axis of load factors.
-_LABEL = "load factor λ"
+_LABEL = "load factor λ"  #: The axis of load factors.
 
 #: Colour of cells without a load factor.
 _GREY = "#CCCCCC"
 
-#: Pixels above and below the values, for those off the axis and for runs without a load factor.
-_MARGIN = 24
-
-#: Most numbers drawn that are shown, those that matter most.
-_SHOWN = 15
+_MARGIN = 24  #: Pixels above and below the values, for those off the axis and for runs without a load factor.
+_SHOWN = 15  #: Most numbers drawn that are shown, those that matter most.
 
 #: The loads that a sample tells of, with how names of their columns begin; and their colours.
 _LOADS = {"lowest found": "", "to expect": EXPECTED}

@@ -31,8 +31,7 @@ _EDGE = 2.0**-32
 #: root of its area.
 _LEVEL = 1e-3
 
-#: Properties that an exception can have.
-_PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")
+_PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties that an exception can have.
 
 _HOW = (
     "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or '15%' "

@@ -29,8 +29,7 @@ from masonry_opt.words.sentences import numeral
 #: ``Trial.number`` of a scene without a load factor: it falls by itself, or no load makes it collapse.
 FALLS, UNLIMITED = -math.inf, math.inf
 
-#: What a table says of a trial itself.
-_OWN = ("value", "holds", "number")
+_OWN = ("value", "holds", "number")  #: What a table says of a trial itself.
 
 
 @dataclass(frozen=True)
@@ -161,17 +160,10 @@ def _worded(number: float) -> str:
 Make = Callable[[float], "Scene | str | Path"]
 Tried = Callable[[Trial], None]
 
-#: Distance of the two ends of the answer, relative to their value.
-TOLERANCE = 1e-6
-
-#: Values between the ends that are tried before the search: they may show several thresholds.
-SAMPLES = 5
-
-#: Share of the range to which the tolerance applies at least: the threshold may be zero.
-_OF_RANGE = 1e-3
-
-#: Steps of false position that do not halve the interval before bisection takes over.
-_SLOW = 2
+TOLERANCE = 1e-6  #: Distance of the two ends of the answer, relative to their value.
+SAMPLES = 5  #: Values between the ends that are tried before the search: they may show several thresholds.
+_OF_RANGE = 1e-3  #: Share of the range to which the tolerance applies at least: the threshold may be zero.
+_SLOW = 2  #: Steps of false position that do not halve the interval before bisection takes over.
 
 
 def least(

@@ -32,11 +32,8 @@ _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneK
 _POINTS = {"at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"}
 _POINTS |= {"live", "live_at", "live_per_weight", "live_moment"}
 
-#: Keys of a scene that no analysis follows steadily.
-_LEFT_OUT = ("tolerance", "reference")
-
-#: Names that a message lists.
-_LISTED = 12
+_LEFT_OUT = ("tolerance", "reference")  #: Keys of a scene that no analysis follows steadily.
+_LISTED = 12  #: Names that a message lists.
 
 
 class Parameters:

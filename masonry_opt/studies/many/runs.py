@@ -59,8 +59,7 @@ _LEAST = 0.02
 #: Called with how many runs are done, and of how many.
 RunProgress = Callable[[int, int], None]
 
-#: The table's name in a study's folder, and what to do where it must not be replaced.
-_TABLE = "runs.csv"
+_TABLE = "runs.csv"  #: The table's name in a study's folder, and what to do where it must not be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
 #: Makes a scene from values.

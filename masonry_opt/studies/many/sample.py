@@ -29,17 +29,10 @@ if TYPE_CHECKING:
 
     from masonry_opt.studies.charts import NamedChart
 
-#: Default number of runs: Sobol's points are most even for powers of two.
-RUNS = 128
-
-#: Confidence of intervals, unless another is asked for.
-CONFIDENCE = 0.95
-
-#: Kinds of chart.
-KINDS = ("fragility", "sensitivity")
-
-#: Most rank correlations that are printed.
-_PRINTED = 5
+RUNS = 128  #: Default number of runs: Sobol's points are most even for powers of two.
+CONFIDENCE = 0.95  #: Confidence of intervals, unless another is asked for.
+KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
+_PRINTED = 5  #: Most rank correlations that are printed.
 
 
 @dataclass(frozen=True)

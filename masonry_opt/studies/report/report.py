@@ -38,11 +38,8 @@ from masonry_opt.words.summary import facts, known_least, told_factor
 #: What can be reported.
 Answer = Result | Crossing | Cases | Settlement | Capacity
 
-#: Blocks whose names are written into the drawing, at most.
-_NAMED = 60
-
-#: Height below a drawing for its scale bar, over its width.
-_BELOW = 0.08
+_NAMED = 60  #: Blocks whose names are written into the drawing, at most.
+_BELOW = 0.08  #: Height below a drawing for its scale bar, over its width.
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,8 +16,7 @@ from masonry_opt.scene.case_file import toml_text
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.writing import frame_table, table
 
-#: Rows of a table, and lines of a case, that are printed at most.
-_ROWS, _LINES = 150, 600
+_ROWS, _LINES = 150, 600  #: Rows of a table, and lines of a case, that are printed at most.
 
 #: Lists of a scene's records, by what their tables are headed.
 _RECORDS = {
@@ -33,11 +32,8 @@ _RECORDS = {
 #: Columns of the table of joints, in the plane and in space.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
 
-#: What joints do.
-_DOES = ("slides", "hinges", "separates", "crushes")
-
-#: An innermost list of TOML, written over several lines.
-_LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
+_DOES = ("slides", "hinges", "separates", "crushes")  #: What joints do.
+_LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")  #: An innermost list of TOML, written over several lines.
 
 
 def given(scene: Scene, axles: Sequence[Record]) -> dict[str, dict[str, Any]]:

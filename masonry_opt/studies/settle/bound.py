@@ -15,11 +15,8 @@ from masonry_opt.drawing.elements import Elements
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.result import Result
 
-#: Columns of a table of reactions, beside the end.
-COLUMNS = ("kind", "reaction", "status", "moves")
-
-#: Joints at which a picture has numbers, and what it says of them.
-_WRITTEN = 12
+COLUMNS = ("kind", "reaction", "status", "moves")  #: Columns of a table of reactions, beside the end.
+_WRITTEN = 12  #: Joints at which a picture has numbers, and what it says of them.
 NOTE = "Numbers at joints: how wide they open, or slide (s), per unit of the support's movement"
 
 

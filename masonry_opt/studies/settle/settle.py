@@ -35,8 +35,7 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
-#: What a legend says of the arrows on supports.
-_WAY = "way in which the support moves"
+_WAY = "way in which the support moves"  #: What a legend says of the arrows on supports.
 
 
 @dataclass(frozen=True, kw_only=True)
