@@ -193,9 +193,14 @@ fixed = true
 """
 
 
+def type_command(monkeypatch: Any, *arguments: object) -> None:
+    """As if the command had been typed."""
+    monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])
+
+
 def run_command(monkeypatch: Any, capsys: Any, *arguments: object) -> tuple[int, str, str]:
     """Exit code, standard output and standard error of the command line."""
-    monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])
+    type_command(monkeypatch, *arguments)
     code: Any = 0
     try:
         main()

@@ -112,14 +112,14 @@ def whole(name: str, value: Any, least: int) -> int:
     return int(value)
 
 
-def in_processes(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
-    """Call importable functions without arguments (``functools.partial``), as many at once as there are
-    cores; returns their values in their order.
+def in_processes(tasks: Sequence[Callable[[], Any]], count: int | None = None) -> list[Any]:
+    """Call importable functions without arguments (``functools.partial``), so many at once, by default as
+    many as there are cores; returns their values in their order.
 
     Raises the error of a function, or MasonryError if its process died. The other processes are ended.
     """
     found: dict[int, Any] = {}
-    with Workers(count=min(cores(), max(1, len(tasks)))) as workers:
+    with Workers(count=min(count or cores(), max(1, len(tasks)))) as workers:
         for number, end in workers.map(tasks, tries=1):
             if end.how != FINISHED:
                 raise end.error or MasonryError(f"{end.how}: {end.reason}")

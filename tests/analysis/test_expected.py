@@ -19,7 +19,6 @@ from scenes import (
 )
 
 import masonry_opt as mo
-from masonry_opt import analysis
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.methods import associative
@@ -40,12 +39,10 @@ def column() -> mo.Scene:
 
 
 @pytest.fixture
-def asked(monkeypatch):
+def asked(watched):
     """The tasks that a push from rest was asked for, but the default's own, which is bound before."""
     import_module("masonry_opt.methods.mcp.method")
-    tasks, run = [], compliant.compliant
-    monkeypatch.setattr(compliant, "compliant", lambda task: tasks.append(task) or run(task))
-    return tasks
+    return watched(compliant, "compliant")
 
 
 @pytest.mark.parametrize(
@@ -121,31 +118,34 @@ def test_of_an_associative_answer_it_is_not_asked(method, asked):
     assert (result.expected, result.at_expected, asked) == (None, None, [])
 
 
-def test_where_there_is_none_the_reason_says_why(monkeypatch, asked):
+def comb(number: int) -> mo.Block:
+    """A block of 20 feet on a floor."""
+    left = 41 * number
+    feet = [(left + foot + x, y) for foot in range(0, 40, 2) for x, y in ((0, 0), (1, 0), (1, 0.5), (2, 0.5))]
+    corners = [*feet[:-2], (left + 39, 1), (left, 1)]
+    return mo.Block(name=f"comb {number}", vertices=corners, weight=1, live=(1, 0))
+
+
+def test_where_there_is_none_the_reason_says_why(asked):
     endless = mo.solve(pressed_down())
     assert endless.expected is None
     assert endless.expected_reasons == tuple(endless.at_expected.solution.reasons)
     assert endless.at_expected.load_factor is None
-    monkeypatch.setattr(analysis, "PUSHED_UP_TO", 2)
-    large = mo.solve(two_blocks(), "nonassociative")
+    floor = mo.Block(name="floor", vertices=rectangle(-1, 41 * 151, -1, 0), fixed=True)
+    combs = [comb(number) for number in range(151)]
+    large = mo.solve(mo.Scene(joints={"friction": 0.6}, blocks=[*combs, floor]), "nonassociative")
     assert (large.expected, len(asked)) == (None, 1)
-    assert values_of(large.at_expected, Code.NOT_EXPECTED) == {"joints": 3}
+    assert values_of(large.at_expected, Code.NOT_EXPECTED) == {"joints": 151 * 20}
     stressed = small_wall(dilatancy=0.2, dilatancy_stress=(0.1, 1.0))
     falling = mo.solve(stressed, "nonassociative")
     assert [reason.code for reason in falling.expected_reasons] == [Code.DILATANCY_FALLS]
     assert len(asked) == 1
 
 
-def test_an_associative_load_factor_that_is_none_is_looked_for_once(monkeypatch):
-    """No push is settled, and statics of a block between floor and ceiling carry any multiple of its load."""
-    solved, one = [], associative.associative
-
-    def counted(task, **options):
-        solved.append(one(task, **options))
-        return solved[-1]
-
-    monkeypatch.setattr(associative, "associative", counted)
-    monkeypatch.setattr(Elastic, "settled", None)
+def test_an_associative_load_factor_that_is_none_is_looked_for_once(watched, certificates):
+    """No push ends, and statics of a block between floor and ceiling carry any multiple of its load."""
+    certificates(1.0)
+    solved = watched(associative, "associative")
     result = mo.solve(confined(0.5)(CASES), expected=False)
     assert (result.associative, len(solved)) == (None, 1)
     assert not result.solution.proven_none

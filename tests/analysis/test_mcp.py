@@ -12,9 +12,6 @@ from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import alternated
-from masonry_opt.methods.mcp import method
-from masonry_opt.methods.push.push import Elastic
-from masonry_opt.methods.push.pushed import Ended, Pushed
 
 WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
 #: What "exact" means: every part of the certificate.
@@ -62,14 +59,15 @@ def assert_exact(result):
 
 
 @pytest.fixture
-def no_ray(monkeypatch):
+def no_ray(certificates):
     """No push finds an end."""
-    monkeypatch.setattr(Elastic, "pushed", lambda *_, **__: Pushed(Ended.STOPPED))
+    certificates(1.0)
 
 
 @pytest.fixture
-def no_simplex(monkeypatch):
-    monkeypatch.setattr(method, "_SIMPLEX_UP_TO", 0)
+def no_simplex(failing):
+    """As on large scenes, where simplex would take long: it ends in nothing."""
+    failing("highs")
 
 
 # What it ends in ------------------------------------------------------------------------------------------

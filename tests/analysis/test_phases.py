@@ -1,11 +1,12 @@
 """What an analysis tells of its phases as they begin, before and between its steps."""
 
-import io
-import sys
-import time
+from contextlib import redirect_stderr
+from importlib import import_module
 
 import pytest
+from rich.progress import Progress
 from scenes import CASES, WALLS, block_on_floor, small_wall
+from screens import Screen
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
@@ -58,61 +59,31 @@ def test_phases_are_a_function():
         mo.solve(block_on_floor(), phases="all")
 
 
-class Screen(io.StringIO):
-    """A stream that is a terminal, or is none, and tells when a text has been written to it."""
-
-    encoding = "utf-8"
-
-    def __init__(self, terminal):
-        super().__init__()
-        self.isatty = lambda: terminal
-
-    def shows(self, text, seconds=20.0):
-        end = time.monotonic() + seconds
-        while text not in self.getvalue() and time.monotonic() < end:
-            time.sleep(0.001)
-        return text in self.getvalue()
-
-
-@pytest.fixture
-def environment(monkeypatch):
-    for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("COLUMNS", "150")
-
-
-def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(monkeypatch, command, environment):
-    """It is waited for at each of them."""
-    screen, seen = Screen(terminal=True), []
-
-    def watched(*arguments, phases, progress, **options):
-        def begun(phase):
-            phases(phase)
-            seen.append((phase, screen.shows(phase)))
-
-        def follow(step):
-            progress(step)
-            line = f"λ = {step.load_factor:.6f}{left_by(step)}"
-            seen.append((line, screen.shows(line)))
-
-        return mo.solve(*arguments, phases=begun, progress=follow, **options)
-
+def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(watched, command, terminal):
+    """It is waited for at each of them, which :class:`~rich.progress.Progress` is given in turn."""
+    screen, shown = Screen(terminal=True), []
     asked = ("solve", TWO_BLOCKS, "--method", "nonassociative", "--json")
     before = command(*asked)
-    monkeypatch.setattr(sys, "stderr", screen)
-    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", watched)
-    out = command(*asked)
-    assert all(shown for _, shown in seen)
-    assert {text for text, _ in seen} >= {*FIRST, "sub-problem 1", "sub-problem 2", "exact forces"}
-    assert "two_blocks.toml" in screen.getvalue()
+
+    def wait(*_, **line):
+        shown.append(line["description"])
+        assert screen.shows(shown[-1])
+
+    watched(Progress, "update", wait)
+    steps = watched(import_module("masonry_opt.cli.solve"), "left_by")
+    with redirect_stderr(screen):
+        out = command(*asked)
+    phases = {*FIRST, "sub-problem 1", "sub-problem 2", "exact forces"}
+    assert all(any(phase in line for line in shown) for phase in phases)
+    told = [f"λ = {step.load_factor:.6f}{left_by(step)}" for (step,) in steps]
+    assert {f"two_blocks.toml: iteration {n}: {line}" for n, line in enumerate(told, 1)} <= {*shown}
     assert out.startswith("{")
     assert out.count("\n") == before.count("\n")
 
 
-@pytest.mark.parametrize(("terminal", "how"), [(False, ()), (True, ("--quiet",))])
-def test_nothing_is_shown_in_a_pipe_or_quietly(monkeypatch, command, environment, terminal, how):
-    screen = Screen(terminal)
-    monkeypatch.setattr(sys, "stderr", screen)
-    command("solve", TWO_BLOCKS, *how)
+@pytest.mark.usefixtures("terminal")
+@pytest.mark.parametrize(("screen", "how"), [(Screen(False), ()), (Screen(True), ("--quiet",))])
+def test_nothing_is_shown_in_a_pipe_or_quietly(command, screen, how):
+    with redirect_stderr(screen):
+        command("solve", TWO_BLOCKS, *how)
     assert screen.getvalue() == ""

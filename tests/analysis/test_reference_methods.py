@@ -1,7 +1,6 @@
 """MPEC and refinement: relations between them, and what they say when they fail."""
 
 import math
-import sys
 
 import pytest
 from scenes import CASES, WALLS, pressed_down, small_wall, solved, values_of
@@ -10,7 +9,6 @@ import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.exact.refiner import Refiner
-from masonry_opt.solvers import ipopt
 
 WEDGES = CASES / "livesley" / "wedges.toml"
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
@@ -79,8 +77,8 @@ def test_the_mpec_ends_at_closed_forms_of_coulomb_friction(path):
     assert result.load_factor == pytest.approx(scene.reference["coulomb"].value, abs=1e-6)
 
 
-def test_where_simplex_finds_no_state_the_default_s_answer_comes_back_as_such(monkeypatch):
-    monkeypatch.setattr(Refiner, "first", lambda *_: None)
+def test_where_simplex_finds_no_state_the_default_s_answer_comes_back_as_such(failing):
+    failing("highs")
     of_pass, result = mo.solve(WALLS[0], "mcp"), mo.solve(WALLS[0], "refined")
     assert result.load_factor == of_pass.load_factor
     assert result.kind is of_pass.kind
@@ -130,16 +128,9 @@ def refined_from_more_friction(number, more):
 
 
 @pytest.mark.slow
-def test_a_start_without_exact_statics_is_repaired(monkeypatch):
+def test_a_start_without_exact_statics_is_repaired(watched):
     """The loop's state on wall 2 with 20 % more friction has none on wall 2 itself."""
-    repairs = []
-    nearest = Refiner._least_energy
-
-    def counted(refiner, rates):
-        repairs.append(rates)
-        return nearest(refiner, rates)
-
-    monkeypatch.setattr(Refiner, "_least_energy", counted)
+    repairs = watched(Refiner, "_least_energy")
     result = refined_from_more_friction(2, 1.2)
     assert repairs
     assert result.certificate.worst < EXACT
@@ -147,14 +138,9 @@ def test_a_start_without_exact_statics_is_repaired(monkeypatch):
 
 
 @pytest.mark.slow
-def test_what_a_failed_series_keeps_is_called_what_it_is(monkeypatch):
+def test_what_a_failed_series_keeps_is_called_what_it_is(failing):
     """IPOPT that gives up below ε = 1e-4: the series begins again with less, then ends."""
-    solve = ipopt.CasadiIpopt.solve
-
-    def gives_up(self, epsilon):
-        return solve(self, epsilon) if epsilon >= 1e-4 else ipopt.NlpAnswer("Gave_Up", False, 7)
-
-    monkeypatch.setattr(ipopt.CasadiIpopt, "solve", gives_up)
+    failing("ipopt", lambda _, epsilon: epsilon < 1e-4)
     result = mo.solve(WALLS[0], "mpec")
     assert result.status is mo.Status.HOMOTOPY
     assert result.load_factor is None
@@ -165,7 +151,7 @@ def test_what_a_failed_series_keeps_is_called_what_it_is(monkeypatch):
     assert result.joints["n"].notna().all()
 
 
-def test_mpec_without_its_extra_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(sys.modules, "casadi", None)
+def test_mpec_without_its_extra_says_what_to_install(without):
+    without("casadi")
     with pytest.raises(mo.OptionError, match=r"\[mpec\]"):
         mo.solve(WALLS[0], "mpec")

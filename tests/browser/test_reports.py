@@ -6,7 +6,7 @@ import pytest
 from comparisons import made_up
 from loads.overhang import OVERHANG, axles
 from pages import sticking_out
-from scenes import block_on_floor
+from scenes import block_on_floor, type_command
 from selenium.webdriver.support.wait import WebDriverWait
 
 import masonry_opt as mo
@@ -24,7 +24,7 @@ def comparison_page(tmp_path_factory):
     """What the page says beside its charts."""
     path = tmp_path_factory.mktemp("compare") / "report.html"
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("sys.argv", ["masonry-opt", "compare", f"--out={'a_long_path/' * 20}"])
+        type_command(patched, "compare", f"--out={'a_long_path/' * 20}")
         path.write_text(page(made_up(), []), "utf-8")
     return path
 

@@ -1,7 +1,7 @@
 """A comparison from the command line to its report: resumed, interrupted, escaped, offline."""
 
 import re
-import sys
+from functools import partial
 
 import pytest
 from scenes import CASES, two_blocks
@@ -32,6 +32,9 @@ VALUE = {
     "joints": 3,
     **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 0.0),
 }
+#: Modules that draw.
+CHARTING = ("studies.charts", "studies.compare.page")
+
 BOUNDS = TaskEnd(FINISHED, value={"lower": 0.25, "upper": 0.25})
 
 
@@ -51,70 +54,69 @@ class Machine:
         return self.end
 
 
-def run(folder, monkeypatch, *, case=TWO_BLOCKS, limits=LIMITS, **machine):
+@pytest.fixture
+def runs_by(monkeypatch):
+    """Puts something in the place of the processes in which runs are made."""
+    return partial(monkeypatch.setattr, comparison, "run_alone")
+
+
+def run(folder, runs_by, *, case=TWO_BLOCKS, limits=LIMITS, **machine):
     made = Machine(**machine)
-    monkeypatch.setattr(comparison, "run_alone", made)
+    runs_by(made)
     return made, run_plan(find_scenes([case]), PLAN, limits, folder, lambda _: None)
 
 
-def hide_charts(monkeypatch, library="altair"):
-    """As where the extra "studies" is not installed: tables alone are written, which takes less time."""
-    monkeypatch.setitem(sys.modules, library, None)
-    for module in ("charts", "compare.page"):
-        monkeypatch.delitem(sys.modules, f"masonry_opt.studies.{module}", raising=False)
-
-
-def test_an_interrupted_comparison_reports_and_continues(tmp_path, monkeypatch):
-    machine, first = run(tmp_path, monkeypatch, stop=3)
+def test_an_interrupted_comparison_reports_and_continues(tmp_path, runs_by):
+    machine, first = run(tmp_path, runs_by, stop=3)
     assert (len(machine.runs), len(first.summary), first.interrupted) == (3, 3, True)
     assert "interrupted" in str(first)
-    machine, second = run(tmp_path, monkeypatch)
+    machine, second = run(tmp_path, runs_by)
     assert machine.runs == [PLAN.pairs[3]]
     assert (len(second.summary), second.interrupted) == (4, False)
-    machine, _ = run(tmp_path, monkeypatch)
+    machine, _ = run(tmp_path, runs_by)
     assert machine.runs == []
 
 
-def test_repeats_come_last(tmp_path, monkeypatch):
-    machine, _ = run(tmp_path, monkeypatch, limits=RunLimits(time=30, memory=4000, repeats=2))
+def test_repeats_come_last(tmp_path, runs_by):
+    machine, _ = run(tmp_path, runs_by, limits=RunLimits(time=30, memory=4000, repeats=2))
     assert machine.runs == [*PLAN.pairs] * 2
 
 
-def test_a_changed_scene_is_run_again(tmp_path, monkeypatch):
+def test_a_changed_scene_is_run_again(tmp_path, runs_by):
     case = tmp_path / "made" / "up.toml"
     case.parent.mkdir()
     for friction, runs in ((0.1, 4), (0.1, 0), (0.2, 4)):
         mo.save(two_blocks(friction), case)
-        machine, _ = run(tmp_path, monkeypatch, case=case)
+        machine, _ = run(tmp_path, runs_by, case=case)
         assert len(machine.runs) == runs
 
 
-def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
+def test_a_raised_limit_runs_again_what_it_killed(tmp_path, runs_by):
     killed = TaskEnd(TIME_LIMIT, "over 30 s", seconds=30.0, peak=100.0)
-    _, result = run(tmp_path, monkeypatch, end=killed)
+    _, result = run(tmp_path, runs_by, end=killed)
     assert set(result.summary["reason"]) == {"time limit: over 30 s"}
     assert charts(result.summary) == []  # failures alone have no accuracy
-    machine, _ = run(tmp_path, monkeypatch)
+    machine, _ = run(tmp_path, runs_by)
     assert machine.runs == []
-    machine, _ = run(tmp_path, monkeypatch, limits=RunLimits(time=60, memory=4000, repeats=1))
+    machine, _ = run(tmp_path, runs_by, limits=RunLimits(time=60, memory=4000, repeats=1))
     assert len(machine.runs) == 4
 
 
-def test_a_run_that_died_is_made_again(tmp_path, monkeypatch):
+def test_a_run_that_died_is_made_again(tmp_path, runs_by):
     """Something else may have killed it; a crash is the run's own."""
     for how, again in ((DIED, 4), (CRASHED, 0)):
-        run(tmp_path / how, monkeypatch, end=TaskEnd(how))
-        machine, _ = run(tmp_path / how, monkeypatch)
+        run(tmp_path / how, runs_by, end=TaskEnd(how))
+        machine, _ = run(tmp_path / how, runs_by)
         assert len(machine.runs) == again
 
 
-def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, monkeypatch):
+def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, runs_by, without):
     def crash(task, *limits):
         reason = "" if task.func is comparison.runs.bound_scene else f"of\n{task.args[1].solver}"
         return TaskEnd(CRASHED, reason)
 
-    hide_charts(monkeypatch)
-    monkeypatch.setattr(comparison, "run_alone", crash)
+    without("altair", *CHARTING)
+    runs_by(crash)
     arguments = [str(TWO_BLOCKS), "--methods", "static", "--solvers", "clarabel,highs"]
     arguments += ["--tolerances", "1e-9", "--repeats", "1", "--out", str(tmp_path)]
     result = CliRunner().invoke(app, ["compare", *arguments])
@@ -125,9 +127,9 @@ def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, monkeypatc
     assert (tmp_path / "summary.csv").exists()
 
 
-def test_the_python_function_returns_what_it_judged(tmp_path, monkeypatch):
-    hide_charts(monkeypatch)
-    monkeypatch.setattr(comparison, "run_alone", Machine())
+def test_the_python_function_returns_what_it_judged(tmp_path, runs_by, without):
+    without("altair", *CHARTING)
+    runs_by(Machine())
     asked = {"methods": ["static"], "solvers": ["highs"], "tolerances": [1e-9]}
     found = compare(["two_blocks"], **asked, repeats=1, out=tmp_path, cases=CASES)
     assert list(found.summary["load_factor"]) == [0.25, 0.25]  # CVXPY and Pyomo
@@ -136,18 +138,18 @@ def test_the_python_function_returns_what_it_judged(tmp_path, monkeypatch):
         compare(["two_blocks"], repeats=0, out=tmp_path, cases=CASES)
 
 
-def test_a_folder_of_something_else_is_refused(tmp_path, monkeypatch):
+def test_a_folder_of_something_else_is_refused(tmp_path, runs_by):
     (tmp_path / NAME).write_text('{"study": "another"}\n')
     with pytest.raises(mo.OptionError, match="another folder"):
-        run(tmp_path, monkeypatch)
+        run(tmp_path, runs_by)
 
 
-def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch):
+def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, runs_by):
     evil = "<script>alert(1)</script><img src=x onerror=alert(2)>"
     case = tmp_path / "a<b>" / "c<i>.toml"
     case.parent.mkdir()
     mo.save(two_blocks(), case)
-    _, result = run(tmp_path, monkeypatch, case=case)
+    _, result = run(tmp_path, runs_by, case=case)
     result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, f"crashed: {evil}", evil]
     html = page(result, charts(result.summary))
     assert "alert(1)" in html
@@ -159,11 +161,11 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
 
 
 @pytest.mark.parametrize("missing", [None, "altair", "vl_convert"])
-def test_report_files(tmp_path, monkeypatch, missing):
+def test_report_files(tmp_path, runs_by, without, missing):
     """Tables need no extra."""
     if missing:
-        hide_charts(monkeypatch, missing)
-    _, result = run(tmp_path, monkeypatch)
+        without(missing, *CHARTING)
+    _, result = run(tmp_path, runs_by)
     names = {path.name for path in write_report(result, tmp_path)}
     charted = {"report.html", "time_error_associative.png", "time_error_associative.svg"}
     assert names == {"results.csv", "summary.csv"} | (set() if missing else charted)

@@ -1,6 +1,5 @@
 """What a plan holds; what a run in a process of its own returns; states that change the best known."""
 
-import dataclasses
 import subprocess
 import sys
 import tomllib
@@ -13,7 +12,6 @@ from lines import line
 from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.solvers.registry import SOLVERS
 from masonry_opt.studies.compare.judge import BestKnown, best_known, lowest_exact
 from masonry_opt.studies.compare.runs import Pair, content_of, find_scenes, plan, run_pair
 from masonry_opt.studies.runner import FINISHED, run_alone
@@ -95,13 +93,12 @@ def test_a_solver_the_method_does_not_take_is_left_out_with_a_reason():
     assert all(reason for *_, reason in found.left_out)
 
 
-def test_a_solver_that_is_not_installed_is_left_out_with_what_to_install(monkeypatch):
-    absent = dataclasses.replace(SOLVERS["cvxpy", "highs-hipo"], missing=lambda: "pip install it")
-    monkeypatch.setitem(SOLVERS, ("cvxpy", "highs-hipo"), absent)
-    found = plan(["static"], ["cvxpy"], ["highs", "highs-hipo"], [1e-6])
+def test_a_solver_that_is_not_installed_is_left_out_with_what_to_install(without):
+    without("casadi")
+    found = plan(["static", "mpec"], ["cvxpy"], ["highs"], [1e-6])
     assert {pair.solver for pair in found.pairs} == {"highs"}
     ((*_, solver, reason),) = found.left_out
-    assert (solver, reason.endswith("pip install it")) == ("highs-hipo", True)
+    assert (solver, reason.endswith("pip install '.[mpec]'")) == ("casadi", True)
 
 
 @pytest.mark.parametrize(

@@ -204,8 +204,8 @@ def test_blocks_that_meet_end_the_curve(in_space):
     assert not curve.check(SPECTRUM).complete
 
 
-def test_a_program_that_fails_ends_the_curve_with_what_to_do(monkeypatch):
-    monkeypatch.setattr("masonry_opt.finite_motion.statics.least_missed", lambda *_: None)
+def test_a_program_that_fails_ends_the_curve_with_what_to_do(failing):
+    failing("highs")
     curve = followed(block_on_floor(1.0, 2.0, friction=3.0))
     assert curve.end.code is Code.FORCES_UNDECIDED
     assert "'steps'" in curve.message

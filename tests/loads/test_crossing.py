@@ -62,19 +62,16 @@ def test_interrupted_it_keeps_the_positions_solved_by_then(method):
 
 
 @pytest.mark.parametrize("method", ["static", pytest.param("mcp", marks=pytest.mark.slow)])
-def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, monkeypatch):
+def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, watched):
     """The worst position is solved once more, for the load to expect, which is then missing."""
     whole = mo.crossing(OVERHANG, axles(3.0), method=method, expected=False)
-    solve, asked = Session.solve, []
+    first = ["stands", "first look", "last"] if method == "static" else ["stands", "last"]
 
-    def ends(session, scene, *given):
-        asked.append(scene)
+    def ends(*_):
         if len(asked) == len(first):
             raise KeyboardInterrupt
-        return solve(session, scene, *given)
 
-    first = ["stands", "first look", "last"] if method == "static" else ["stands", "last"]
-    monkeypatch.setattr(Session, "solve", ends)
+    asked = watched(Session, "solve", ends)
     found = mo.crossing(OVERHANG, axles(3.0), method=method)
     assert len(asked) == len(first)
     assert found.load_factor == pytest.approx(whole.load_factor, rel=1e-9) == pytest.approx(WEIGHT / 3)

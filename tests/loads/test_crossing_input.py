@@ -2,13 +2,13 @@
 
 import json
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, interrupts, slab, support
 
 import masonry_opt as mo
-from masonry_opt.analysis import prepare
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
@@ -139,20 +139,20 @@ def test_an_undecided_load_case_is_named_and_not_hidden():
         assert row["load_case"] is None
 
 
-def test_a_first_look_that_ends_loses_no_crossing(monkeypatch):
-    for error, words in ((KeyboardInterrupt(), "interrupted"), (mo.OptionError("too large"), "too large")):
-
-        def ends(method, error=error, **options):
-            if method == "static":
-                return prepare(method, **options)
+@pytest.mark.parametrize(
+    ("error", "words"), [(KeyboardInterrupt(), "interrupted"), (mo.OptionError("too large"), "too large")]
+)
+def test_a_first_look_that_ends_loses_no_crossing(watched, error, words):
+    def ends(method, **_):
+        if method != "static":
             raise error
 
-        monkeypatch.setattr("masonry_opt.studies.crossing.crossing.prepare", ends)
-        found = mo.crossing(OVERHANG, axles(3.0), method="static")
-        assert found.load_factor == pytest.approx(WEIGHT / 3, rel=1e-6)
-        assert not found.interrupted
-        assert found.as_dict()["default"] is None
-        assert f"not compared with the default method: {words}" in str(found)
+    watched(import_module("masonry_opt.studies.crossing.crossing"), "prepare", ends)
+    found = mo.crossing(OVERHANG, axles(3.0), method="static")
+    assert found.load_factor == pytest.approx(WEIGHT / 3, rel=1e-6)
+    assert not found.interrupted
+    assert found.as_dict()["default"] is None
+    assert f"not compared with the default method: {words}" in str(found)
 
 
 def by_crowd(x):

@@ -77,16 +77,9 @@ def test_other_blocks_and_loads_are_assembled_anew():
 
 
 @pytest.mark.parametrize(("method", "alone"), [("static", 2), ("kinematic", 2), ("mcp", 1)])
-def test_programs_are_compiled_once(monkeypatch, method, alone):
+def test_programs_are_compiled_once(watched, method, alone):
     """The check of the dead load, and the associative program: alone "mcp" sees contacts come to rest."""
-    compiled = []
-    stuff = ConeMatrixStuffing.apply
-
-    def counted(self, problem):
-        compiled.append(problem)
-        return stuff(self, problem)
-
-    monkeypatch.setattr(ConeMatrixStuffing, "apply", counted)
+    compiled = watched(ConeMatrixStuffing, "apply")
     session = prepare(method, keeps=True)
     for friction in FRICTIONS:
         session.solve(with_joints(WALL, friction=friction))

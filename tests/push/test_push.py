@@ -14,6 +14,7 @@ from scenes import (
     TABLE_1,
     WALLS,
     block_on_floor,
+    on_floor,
     overhanging,
     small_wall,
     solved,
@@ -24,17 +25,16 @@ from scipy.optimize import linprog
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import certified
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.push import matrix
 from masonry_opt.methods.push.law import Rounded, compliance
-from masonry_opt.methods.push.matrix import BlockMatrix
+from masonry_opt.methods.push.matrix import BandFactors, BlockMatrix, SparseFactors
 from masonry_opt.methods.push.push import Elastic
 from masonry_opt.methods.push.pushed import Ended, Pushed, PushStep
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem, State
+from masonry_opt.scene.blocks import rectangle
 from masonry_opt.solvers.registry import MATRICES
 
 #: Load factors from rest of the walls of Table 1 (24/91 of the fourth), and of others, to the digits given.
@@ -171,12 +171,27 @@ def test_states_on_the_way_are_of_contacts_that_give(name):
         assert not state.answer.failing(Kind.COMPLIANT)
 
 
-@pytest.mark.parametrize(("of", "few"), [("no cohesion", 0), ("space", 0), ("no cohesion", 1000)])
-def test_factors_of_the_matrix_of_the_blocks(monkeypatch, rng, of, few):
+def beam(supports: int) -> mo.Scene:
+    """A beam on many blocks: no order of them has a narrow band."""
+    blocks = [
+        mo.Block(name=f"{n}", vertices=rectangle(2 * n, 2 * n + 1, 0, 1), weight=1) for n in range(supports)
+    ]
+    blocks.append(mo.Block(name="beam", vertices=rectangle(0, 2 * supports, 1, 2), weight=9, live=(1, 0)))
+    return on_floor(*blocks)
+
+
+@pytest.mark.parametrize(
+    ("scene", "kind"),
+    [
+        (beam(45), SparseFactors),
+        (mo.extrude(beam(25), 1.0), SparseFactors),
+        (OF_EVERY_LAW["no cohesion"], BandFactors),
+    ],
+    ids=["plane", "space", "band"],
+)
+def test_factors_of_the_matrix_of_the_blocks(rng, scene, kind):
     """S = B J k Bᵀ bordered, its solution and the sign of its determinant: sparse, and in a band."""
-    monkeypatch.setattr(matrix, "_NARROW", 0)
-    monkeypatch.setattr(matrix, "_FEW", few)
-    problem = assemble(OF_EVERY_LAW[of]).problem
+    problem = assemble(scene).problem
     law = Rounded.of(problem, compliance(problem), 0.1)
     blocks, b = BlockMatrix(problem, law), problem.dead.size
     B = blocks.B.toarray().reshape(b, 3, -1)
@@ -186,6 +201,7 @@ def test_factors_of_the_matrix_of_the_blocks(monkeypatch, rng, of, few):
         whole = np.einsum("arm,rkm,ckm->ac", B, stiffness, B)
         whole = np.block([[whole, -load[:1].T], [row, np.zeros(1)]])
         factors = blocks.factors(stiffness, load[0], row)
+        assert isinstance(factors, kind)
         np.testing.assert_allclose(whole @ factors.solve(right), right, atol=1e-8)
         assert factors.sign == np.linalg.slogdet(whole)[0]
 
@@ -342,23 +358,14 @@ def test_ranges_of_walls_are_those_of_an_independent_program(number, least, most
     assert found["stress"][1] - found["stress"][0] > 1e-3
 
 
-def test_a_state_from_which_blocks_do_not_move_on_for_ever_ends_no_push(monkeypatch):
+def test_a_state_from_which_blocks_do_not_move_on_for_ever_ends_no_push(certificates):
     """Even if all that is certified were exact, and ends are looked for from the beginning."""
-
-    def exact(*state):
-        answer = certified(*state)
-        return replace(answer, residuals=dict.fromkeys(answer.residuals, 0.0))
-
-    monkeypatch.setattr("masonry_opt.methods.push.push.certified", exact)
+    certificates(0.0)
     elastic = elastic_of(mo.load(WALLS[0]))
     elastic._end_from *= 1e-3
     assert elastic.pushed().answer.load_factor == pytest.approx(WALLS_AT_RAY[0], rel=1e-8)
 
 
-def test_what_is_not_certified_as_exact_ends_no_push(monkeypatch):
-    def rough(*state):
-        answer = certified(*state)
-        return replace(answer, residuals=dict.fromkeys(answer.residuals, 1.0))
-
-    monkeypatch.setattr("masonry_opt.methods.push.push.certified", rough)
+def test_what_is_not_certified_as_exact_ends_no_push(certificates):
+    certificates(1.0)
     assert push(block_on_floor()).ended is not Ended.RAY

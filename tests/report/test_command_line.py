@@ -4,15 +4,19 @@ import json
 import re
 import subprocess
 import sys
+from contextlib import redirect_stdout
+from importlib import import_module
 
 import pytest
 from scenes import CASES, WALLS, block_on_floor, overhanging, pressed_down, run_command, two_blocks
 from scenes_in_space import box_on_floor
+from screens import Screen
 
 import masonry_opt as mo
 from masonry_opt.scene.blocks import rectangle
 from masonry_opt.words.terminal import print_result
 
+cli_solve = import_module("masonry_opt.cli.solve")
 WALL_1 = WALLS[0]
 LOOP = ["--method", "nonassociative"]
 AS_LOOP, AS_DEFAULT = ("nonassociative", "cvxpy", "clarabel"), ("mcp", "matrices", "newton")
@@ -112,19 +116,17 @@ def test_quiet_prints_the_load_factor_alone(monkeypatch, capsys, command, saved)
 
 
 @pytest.mark.parametrize(("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
-def test_colours_are_for_terminals(monkeypatch, capsys, environment, coloured):
+def test_colours_are_for_terminals(monkeypatch, terminal, environment, coloured):
     """The answer in bold and warnings in yellow, and nothing else."""
     text = "case\nanswer\nhow sure [bold] :smile:\nwarning: odd"
-    for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("TERM", "xterm")
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    print_result(text)
-    assert capsys.readouterr().out == text + "\n"  # a pipe
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    print_result(text)
-    out = capsys.readouterr().out
+    with redirect_stdout(Screen(terminal=False)) as pipe:
+        print_result(text)
+    assert pipe.getvalue() == text + "\n"
+    with redirect_stdout(Screen(terminal=True)) as screen:
+        print_result(text)
+    out = screen.getvalue()
     assert re.sub(r"\x1b\[[\d;]*m", "", out) == text + "\n"
     assert ("\x1b[1manswer" in out, "33mwarning: odd" in out) == (coloured, coloured)
     assert "\x1b" not in out.splitlines()[2]
@@ -145,22 +147,16 @@ def test_text_where_no_load_factor_exists(command, saved):
     assert re.search(r"^existence +none exists: no mechanism lets the live load do work$", out, re.MULTILINE)
 
 
-def test_steps_are_named_while_it_runs(monkeypatch, command):
+def test_steps_are_named_while_it_runs(watched, command):
     """The last of them by Ctrl-C."""
-    seen = []
 
-    def interrupted(*arguments, progress, **options):
-        def follow(step):
-            progress(step)
-            seen.append(step)
-            if len(seen) == 3:
-                raise KeyboardInterrupt
+    def interrupted(_):
+        if len(told) == 3:
+            raise KeyboardInterrupt
 
-        return mo.solve(*arguments, progress=follow, **options)
-
-    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", interrupted)
+    told = watched(cli_solve, "left_by", interrupted)
     err = command.refused("solve", WALL_1, code=130)
-    assert f"the last was push step 3: λ = {seen[-1].load_factor:.6f}, not the answer" in err
+    assert f"the last was push step 3: λ = {told[-1][0].load_factor:.6f}, not the answer" in err
 
 
 def test_the_command_prints_what_python_prints(command, saved):
@@ -333,10 +329,11 @@ def test_pictures_and_meshes_are_written(monkeypatch, command, case, asked):
 
 @pytest.mark.parametrize("view", ["30", "30,north", "30,91", "nan,0"])
 @pytest.mark.parametrize("asked", VIEWED)
-def test_views_are_refused_before_anything_is_solved(monkeypatch, command, case, asked, view):
+def test_views_are_refused_before_anything_is_solved(monkeypatch, watched, command, case, asked, view):
     monkeypatch.chdir(case.parent)
-    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", None)
+    solved = watched(cli_solve, "solve_scene")
     assert "view" in command.refused(*f"{asked}{view}".format(case).split())
+    assert solved == []
     assert not list(case.parent.glob("a.*"))
 
 

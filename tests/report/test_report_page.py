@@ -1,10 +1,8 @@
 """The report for the file: its numbers are the answers', and it prints whole."""
 
-import contextlib
 import functools
 import math
 import re
-import signal
 from base64 import b64decode
 from html import unescape
 from pathlib import Path
@@ -14,6 +12,7 @@ from scenes import CASES, block_on_floor, pressed_down, run_command
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
+from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
 WHEEL = mo.Axles(name="wheel", loads=[2, 2], distances=[0.5])
 
@@ -196,25 +195,13 @@ def test_a_scale_bar_stands_in_the_plane_and_axes_in_space(answer_and_page):
         assert ("azimuth" in drawn) == (not bars)
 
 
-def test_an_interrupted_search_writes_no_page(monkeypatch, command, tmp_path):
+def test_an_interrupted_search_writes_no_page(watched, press_ctrl_c, command, tmp_path):
     """Ctrl-C, which a search catches: it has an answer, the lowest state by then."""
-    solve = mo.solve
-
-    @functools.wraps(solve)
-    def interrupted(*given, **options):
-        with contextlib.suppress(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-        return solve(*given, "static")
-
-    monkeypatch.setattr(mo, "solve", interrupted)
+    watched(CvxpyEngine, "solve", lambda _: press_ctrl_c(swallowed=True))
     mo.save(block_on_floor(), tmp_path / "block.toml")
     page = tmp_path / "page.html"
-    # A parent in the background ignores it.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        error = command.refused("report", tmp_path / "block.toml", "--out", page, code=130)
-    finally:
-        signal.signal(signal.SIGINT, before)
+    asked = ("report", tmp_path / "block.toml", "--method", "static", "--out", page)
+    error = command.refused(*asked, code=130)
     assert not page.exists()
     assert "interrupted: no page written" in error
 

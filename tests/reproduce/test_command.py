@@ -75,8 +75,8 @@ def test_case_files_here_come_first_and_a_missed_value_ends_with_one(elsewhere):
 
 
 @pytest.mark.parametrize("example", ["all", "table1"])
-def test_a_missing_extra_is_said_before_anything_runs(elsewhere, monkeypatch, example):
-    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+def test_a_missing_extra_is_said_before_anything_runs(elsewhere, without, example):
+    without("casadi")
     answer = run(example, "--out", "out")
     assert isinstance(answer.exception, mo.OptionError)
     assert ".[mpec]" in str(answer.exception)

@@ -55,11 +55,10 @@ def test_what_no_program_of_cones_solves_is_decided(seed):
 
 
 @pytest.mark.parametrize("seed", [0, 3, 4, 22, 24, 27])
-def test_polygons_decide_alone(seed, monkeypatch):
-    """Where programs of cones end after one iteration; 22, 24 and 27 are next to their limit."""
-    clarabel, effort = find_solver("cvxpy", None), Effort()
-    cut_short = replace(clarabel, options=clarabel.options | {"max_iter": 1})
-    monkeypatch.setattr(diagnosis, "in_cvxpy", lambda *_: cut_short)
+def test_polygons_decide_alone(seed, failing):
+    """Where no program of cones ends; 22, 24 and 27 are next to their limit."""
+    failing("cvxpy", lambda engine: engine.solver.name == "clarabel")
+    effort = Effort()
     scene = small_scene_in_space(seed)
     assert is_right(stands(scene, effort), *bounds(scene))
     assert effort.solvers == {"dead load": ["clarabel", "highs"]}
@@ -81,9 +80,8 @@ def test_forces_and_mechanisms_are_judged_by_what_they_leave(scene):
 
 
 @pytest.mark.parametrize(("heavy", "word"), [(1.0, "friction"), (1e9, "units")])
-def test_undecided_blames_weights_only_where_they_differ(heavy, word, monkeypatch):
-    monkeypatch.setattr(diagnosis, "_MOST_PROGRAMS", 1)
-    monkeypatch.setattr(diagnosis, "carries", lambda *_: False)
+def test_undecided_blames_weights_only_where_they_differ(heavy, word, failing):
+    failing("cvxpy")
     scene = box_on_floor()
     other = mo.box("heavy", (2, 3), (0, 1), (0, 1), weight=heavy)
     result = mo.solve(scene.model_copy(update={"blocks": [*scene.blocks, other]}), "static")

@@ -1,77 +1,51 @@
 """Ctrl-C at any time ends in one line and exit code 130, or in the lowest state of a search."""
 
-import os
 import signal
 import subprocess
 import sys
-from types import SimpleNamespace
+from importlib import import_module
 
 import pytest
-from scenes import CASES, block_on_floor
+from scenes import CASES
 
-import masonry_opt as mo
+from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
 WALL_1 = CASES / "ferris_tinloi" / "wall_1.toml"
 
 
-@pytest.fixture(autouse=True)
-def _interruptible():
-    """Ctrl-C as a terminal sends it: a job in the background ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-def press_ctrl_c():
-    os.kill(os.getpid(), signal.SIGINT)
-
-
-def interrupted_after(steps, swallow):
-    """A stand-in for ``solve`` that is interrupted after some steps; a solver may swallow that."""
-
-    def solve(*_, progress, **__):
-        for number in range(steps):
-            progress(SimpleNamespace(load_factor=0.5 - 0.1 * number))
-        try:
-            press_ctrl_c()
-        except KeyboardInterrupt:
-            if not swallow:
-                raise
-        return mo.solve(block_on_floor(), "static")
-
-    return solve
-
-
-@pytest.mark.parametrize("swallow", [False, True])
+@pytest.mark.parametrize("swallowed", [False, True])
 @pytest.mark.parametrize(
-    ("steps", "words"), [(0, "no load factor was found"), (2, "namespace 2: λ = 0.400000")]
+    ("method", "program", "words"),
+    [("static", 1, "no load factor was found"), ("nonassociative", 4, "iteration 2: λ = 0.6")],
 )
-def test_ctrl_c_ends_with_what_is_known(monkeypatch, command, steps, words, swallow):
-    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", interrupted_after(steps, swallow))
-    told = command.refused("solve", WALL_1, code=130)
+def test_ctrl_c_ends_with_what_is_known(watched, press_ctrl_c, command, method, program, words, swallowed):
+    """As a solver runs, which may swallow it."""
+
+    def interrupted(*_):
+        if len(solved) == program:
+            press_ctrl_c(swallowed)
+
+    solved = watched(CvxpyEngine, "solve", interrupted)
+    told = command.refused("solve", WALL_1, "--method", method, "--no-expected", code=130)
     assert told.startswith("error: interrupted")
     assert words in told
     assert told.count("\n") == 1
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_ctrl_c_in_other_commands(monkeypatch, command):
-    monkeypatch.setattr("masonry_opt.check", lambda _: press_ctrl_c())
+def test_ctrl_c_in_other_commands(watched, press_ctrl_c, command):
+    watched(CvxpyEngine, "solve", lambda _: press_ctrl_c())
     told = command.refused("check", WALL_1, code=130)
     assert told == "error: interrupted: files already written are whole\n"
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(monkeypatch, command):
-    def interrupted(*arguments, progress, **options):
-        def follow(step):
-            progress(step)
-            if getattr(step, "origin", "start") != "start":
-                press_ctrl_c()
+def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(watched, press_ctrl_c, command):
+    def interrupted(step):
+        if getattr(step, "origin", "start") != "start":
+            press_ctrl_c()
 
-        return mo.solve(*arguments, progress=follow, **options)
-
-    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", interrupted)
+    watched(import_module("masonry_opt.cli.solve"), "left_by", interrupted)
     wall_5 = CASES / "ferris_tinloi" / "wall_5.toml"
     answer = command.json("solve", wall_5, "--method", "refined", "-o", "search=60")
     assert answer["load_factor"] < 0.2138

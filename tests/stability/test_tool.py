@@ -1,12 +1,13 @@
 """The tool under strain: full disks, odd files and paths end in one line and an exit code."""
 
-import errno
 import json
 import os
 import re
 import subprocess
 import sys
 import threading
+from contextlib import redirect_stderr, redirect_stdout
+from importlib import import_module
 
 import pytest
 from scenes import CASES, GOOD, run_command
@@ -32,9 +33,8 @@ def in_file(tmp_path, content, name="case.toml"):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
 @pytest.mark.parametrize("arguments", [["check", TWO_BLOCKS], ["--version"], ["--help"]])
-def test_full_disk_behind_standard_output(monkeypatch, command, arguments):
-    with open("/dev/full", "w") as full:
-        monkeypatch.setattr(sys, "stdout", full)
+def test_full_disk_behind_standard_output(command, arguments):
+    with open("/dev/full", "w") as full, redirect_stdout(full):
         told = command.refused(*arguments)
     assert "cannot be written: No space left on device" in told
 
@@ -51,8 +51,7 @@ def test_reader_of_standard_output_went_away(monkeypatch, command, tmp_path, arg
     monkeypatch.chdir(tmp_path)
     read, write = os.pipe()
     os.close(read)
-    with os.fdopen(write, "w") as pipe:
-        monkeypatch.setattr(sys, "stdout", pipe)
+    with os.fdopen(write, "w") as pipe, redirect_stdout(pipe):
         told = command.refused(*arguments, code=141)
     assert not re.search("Traceback|error", told)
 
@@ -80,36 +79,31 @@ def test_a_process_ends_without_a_word_when_nobody_reads_its_output(tmp_path):
     assert not re.search("Traceback|error|Broken pipe|Exception", ended.stderr)
 
 
-def test_closed_standard_output_and_error(monkeypatch, command):
-    monkeypatch.setattr(sys, "stdout", None)
-    assert "standard output is closed" in command.refused("solve", WALL_1)
-    monkeypatch.setattr(sys, "stderr", None)
-    command.refused("solve", WALL_1)
+def test_closed_standard_output_and_error(command):
+    with redirect_stdout(None):
+        assert "standard output is closed" in command.refused("solve", WALL_1)
+        with redirect_stderr(None):
+            command.refused("solve", WALL_1)
 
 
-def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
-    old = in_file(tmp_path, b"old", "wall.png")
-
-    def full(*_, **__):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr("tempfile.mkstemp", full)
-    asked = ("solve", in_file(tmp_path, GOOD), "--method", "static", "--plot", old, "--force")
+def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path, request):
+    case, old = in_file(tmp_path, GOOD), in_file(tmp_path, b"old", "wall.png")
+    request.getfixturevalue("full_disk")
+    asked = ("solve", case, "--method", "static", "--plot", old, "--force")
     code, _, told = run_command(monkeypatch, capsys, *asked)
     assert code == 2
-    assert f"{old}: cannot be written: No space left on device" in told
+    assert f"{old}: cannot be written: File too large" in told
     assert old.read_bytes() == b"old"
 
 
-def test_unwritable_folder_is_told_before_long_work(monkeypatch, command, tmp_path):
+def test_unwritable_folder_is_told_before_long_work(monkeypatch, watched, command, tmp_path):
     monkeypatch.setattr("os.access", lambda path, mode: mode != os.W_OK)
-    monkeypatch.setattr(
-        "masonry_opt.cli.solve.solve_scene", lambda *_, **__: pytest.fail("solved all the same")
-    )
+    solved = watched(import_module("masonry_opt.cli.solve"), "solve_scene")
     told = command.refused("solve", WALL_1, "--plot", tmp_path / "wall.png")
     assert "does not let files be written" in told
     (tmp_path / "folder.png").mkdir()
     assert "is a folder" in command.refused("solve", WALL_1, "--plot", tmp_path / "folder.png")
+    assert solved == []
 
 
 def test_writers_of_one_file_leave_it_whole(tmp_path):

@@ -2,7 +2,6 @@
 
 import json
 import re
-import sys
 
 import numpy as np
 import pytest
@@ -166,9 +165,9 @@ def test_a_page_shows_first_the_kind_asked_for(kind, tmp_path):
     assert told["joints"]["utilisation"] == [pytest.approx(1.0, abs=1e-4)]
 
 
-def test_a_page_without_trimesh_is_refused_before_long_work(monkeypatch, tmp_path):
+def test_a_page_without_trimesh_is_refused_before_long_work(without, tmp_path):
     three.cache_clear()
-    monkeypatch.setitem(sys.modules, "trimesh", None)
+    without("trimesh")
     with pytest.raises(mo.OptionError, match="meshes"):
         refuse_saving(box_on_floor(), tmp_path / "a.html", "mechanism")
 

@@ -136,12 +136,10 @@ def test_methods_say_which_solver_did_what(method):
     assert result.at_expected.model == "matrices"
 
 
-def test_a_program_that_is_out_of_time_is_not_begun_again(monkeypatch):
+def test_a_program_that_is_out_of_time_is_not_begun_again(watched):
     forces = CvxpyForces(assemble(mo.load(WALLS[5])).problem)
     session = HighsSession(forces.program, Effort(), "once")
-    runs = []
-    run = HighsSession.run
-    monkeypatch.setattr(HighsSession, "run", lambda *given: runs.append(given) or run(*given))
+    runs = watched(HighsSession, "run")
     session.set_costs(forces.statics.load_factor, np.array([1.0]))
     assert session.solve(1e-6) is Verdict.FAILED
     assert len(runs) == 1

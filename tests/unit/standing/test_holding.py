@@ -11,9 +11,8 @@ from scenes_in_space import box_on_floor
 import masonry_opt as mo
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.reasons import Code, Status
-from masonry_opt.scene.contacts.find import find_joints
+from masonry_opt.problem import assembly
 from masonry_opt.standing import holding
-from masonry_opt.standing.diagnosis import falling_mechanism
 
 #: Between the least factor seen to hold and the greatest seen not to.
 NEAR = 1.1e-3
@@ -116,18 +115,12 @@ def test_where_joints_without_friction_slide_no_factor_helps():
     assert (nothing["factor"], nothing["above"]) == (None, 1.0)
 
 
-def test_few_programs(monkeypatch):
+def test_few_programs(watched):
     """At most twelve factors, however far the least one is, and none where the scene stands."""
-    tried = []
-
-    def counted(problem, *how):
-        tried.append(problem.friction.max(initial=0.0))
-        return falling_mechanism(problem, *how)
-
-    monkeypatch.setattr(holding, "falling_mechanism", counted)
+    tried = watched(holding, "falling_mechanism")
     mo.solve(on_slope(30, 0.003), "static")
     assert len(tried) - 1 == 12  # and the first, that nothing slides
-    assert max(tried) <= 100
+    assert max(problem.friction.max(initial=0.0) for problem, *_ in tried) <= 100
     tried.clear()
     assert mo.solve(block_on_floor(), "static").status.usable
     assert tried == []
@@ -153,14 +146,8 @@ def test_the_cone_decides_whether_a_box_stands(slope, stands, solver):
     assert 0.6 * cos(pi / 24) < 0.599
 
 
-def test_contacts_are_found_once_while_joints_alone_change(monkeypatch):
-    found, session = [], prepare("static", keeps=True)
-
-    def counted(*of, **how):
-        found.append(of)
-        return find_joints(*of, **how)
-
-    monkeypatch.setattr("masonry_opt.problem.assembly.find_joints", counted)
+def test_contacts_are_found_once_while_joints_alone_change(watched):
+    found, session = watched(assembly, "find_joints"), prepare("static", keeps=True)
     box = box_on_floor((2, 2, 1), 0.5)
     for friction in (0.3, 0.4, 0.45):
         assert session.solve(box.replace(friction=friction)).load_factor == pytest.approx(friction, rel=1e-6)

@@ -2,6 +2,8 @@
 
 import multiprocessing
 import os
+import subprocess
+import sys
 import time
 from functools import partial
 
@@ -9,15 +11,15 @@ import hogs
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.studies import process, runner
+from masonry_opt.studies import runner
 from masonry_opt.studies.runner import Workers, in_processes, run_alone
 
 
 @pytest.mark.parametrize("cores", [1, 2])
-def test_results_come_in_the_order_of_their_tasks(cores, monkeypatch):
-    monkeypatch.setattr(runner, "cores", lambda: cores)
+def test_results_come_in_the_order_of_their_tasks(cores):
     seconds = [0.2, *[0.0] * 4]
-    *ends, process = in_processes([*(partial(hogs.wait_for, each, each) for each in seconds), os.getpid])
+    tasks = [*(partial(hogs.wait_for, each, each) for each in seconds), os.getpid]
+    *ends, process = in_processes(tasks, cores)
     assert ends == seconds
     assert process != os.getpid()
 
@@ -88,12 +90,15 @@ def test_workers_have_one_thread_and_the_environment_of_the_caller_is_left_alone
     assert "MKL_NUM_THREADS" not in os.environ
 
 
-def test_a_process_does_not_import_the_main_program(monkeypatch, tmp_path):
+def test_a_process_does_not_import_the_main_program(tmp_path):
     """A script without a main guard would start its study again."""
-    script = tmp_path / "script.py"
-    script.write_text("raise SystemExit('started again')")
-    monkeypatch.setattr(process.sys.modules["__main__"], "__file__", str(script), raising=False)
-    assert in_processes([partial(divmod, 7, 3)]) == [(2, 1)]
+    (script := tmp_path / "script.py").write_text(
+        "from functools import partial\n"
+        "from masonry_opt.studies.runner import in_processes\n"
+        "print(in_processes([partial(divmod, 7, 3)]))"
+    )
+    printed = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    assert (printed.stdout, printed.stderr) == ("[(2, 1)]\n", "")
 
 
 def test_a_process_over_its_limits_is_killed():

@@ -1,7 +1,6 @@
 """Drawings of nets of joint lines, whose cells are the stones; drawings and scenes refused by name."""
 
 import math
-import sys
 from itertools import pairwise
 
 import numpy as np
@@ -232,9 +231,9 @@ def test_paths_that_are_no_dxf(tmp_path):
             read(path)
 
 
-def test_without_ezdxf_the_extra_is_named(sheet, monkeypatch):
+def test_without_ezdxf_the_extra_is_named(sheet, without):
     path = sheet(polylines(STONE))
-    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    without("ezdxf")
     with pytest.raises(mo.OptionError, match=r"\.\[drawings\]"):
         read(path)
 
