@@ -91,10 +91,10 @@ def _dressed(chart: Any, columns: Any) -> Any:
     return chart.configure(**_CONFIG, legend=alt.LegendConfig(**_LEGEND, columns=columns))
 
 
-def axis(title: str, least: float, greatest: float, **looks: Any) -> dict[str, Any]:
+def axis(title: str, least: float, greatest: float) -> dict[str, Any]:
     """The scale from least to greatest and the axis of a channel, such as alt.X(..., **axis(...))."""
     scale = alt.Scale(domain=(least, greatest), nice=False, zero=False)
-    return {"scale": scale, "axis": alt.Axis(title=title, **looks)}
+    return {"scale": scale, "axis": alt.Axis(title=title)}
 
 
 def legend(entries: object) -> dict[str, Any]:
@@ -105,8 +105,7 @@ def legend(entries: object) -> dict[str, Any]:
 def specification(chart: Any) -> dict[str, Any]:
     """A chart of Altair for Vega-Lite, with any number of rows."""
     with alt.data_transformers.enable("default", max_rows=None):
-        described: dict[str, Any] = chart.to_dict()
-    return described
+        return chart.to_dict()
 
 
 def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:

@@ -59,8 +59,7 @@ class Journal:
             )
 
     def find(self, key: str) -> dict[str, Any] | None:
-        row = self._rows.get(key)
-        return None if row is None else dict(row)
+        return self._rows.get(key)
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
         """Keep a row; it is on disk when this returns."""

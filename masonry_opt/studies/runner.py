@@ -32,8 +32,8 @@ _AHEAD = 3
 
 PATIENCE = 10  #: Seconds in which a Dask scheduler must answer.
 
-#: Makes the function of a worker's tasks, there.
-Prepare = Callable[[], Callable[[Any], Any]]
+#: Makes the function of a worker's tasks, there; without it tasks are called.
+Prepare = Callable[[], Callable[[Any], Any]] | None
 
 
 @dataclass(frozen=True)
@@ -51,20 +51,13 @@ class TaskEnd:
 
 
 class Workers(contextlib.AbstractContextManager["Workers"]):
-    """Workers that make tasks; as a context manager, it ends its processes on leaving.
-
-    Parameters
-    ----------
-    prepare: called once in each worker; returns the function of its tasks. Without it tasks are called.
-    count: processes; by default as many as the cores that this process may use.
-    dask: address of a scheduler whose workers make the tasks instead.
+    """Workers that make tasks: ``count`` processes, by default as many as the cores that this process may
+    use, or those of the Dask scheduler at this address. As a context manager, it ends them on leaving.
 
     Raises OptionError if ``count`` is wrong, both are given, or the scheduler cannot be reached.
     """
 
-    def __init__(
-        self, prepare: Prepare | None = None, count: int | None = None, dask: str | None = None
-    ) -> None:
+    def __init__(self, prepare: Prepare = None, count: int | None = None, dask: str | None = None) -> None:
         if dask is not None and count is not None:
             raise OptionError("give 'workers' or 'dask', not both: the cluster has workers of its own")
         count = cores() if count is None else whole("workers", count, 1)
@@ -148,7 +141,7 @@ def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -
 class Processes:
     """Processes of this machine, in one pool of Pebble's."""
 
-    def __init__(self, prepare: Prepare | None, count: int) -> None:
+    def __init__(self, prepare: Prepare, count: int) -> None:
         self.context = Context()
         self._prepare, self._count = pickle.dumps(prepare), count
         self._pool: Any = self._opened()
@@ -173,7 +166,7 @@ class Processes:
 class _Cluster:
     """The workers of a Dask scheduler."""
 
-    def __init__(self, prepare: Prepare | None, address: str) -> None:
+    def __init__(self, prepare: Prepare, address: str) -> None:
         try:
             import distributed
         except ImportError:
@@ -216,8 +209,7 @@ def _end_of(future: Future[TaskEnd]) -> TaskEnd:
     return TaskEnd(DIED, f"{how}; is there enough memory?")
 
 
-#: In a worker, by thread: the function that was made last, and what made it.
-_kept = threading.local()
+_kept = threading.local()  #: In a worker, by thread: the function that was made last, and what made it.
 
 
 def _made(prepare: bytes, task: Any) -> TaskEnd:

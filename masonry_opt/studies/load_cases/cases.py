@@ -65,16 +65,14 @@ class Cases(StudyAnswer):
         """What tells a result from the others, by column."""
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
-    @cached_property
+    @property
     def table(self) -> pd.DataFrame:
         results = self.results.values()
         rows = [self._apart(of) | {name: getattr(of, name) for name in COLUMNS} for of in results]
         numbers = dict.fromkeys(("load_factor", "expected", "associative"), "float64")
         return pd.DataFrame(rows).astype(numbers | {"status": "str"})
 
-    @property
-    def told(self) -> pd.DataFrame:
-        return self.table
+    told = table
 
     @cached_property
     def governing(self) -> str | None:
@@ -130,17 +128,14 @@ class Cases(StudyAnswer):
     def plot(self) -> Picture:
         """Draw load factors as bars, from the top down, the governing one marked."""
         names = [name if len(name) <= _LETTERS else f"{name[: _LETTERS - 1]}…" for name in self.results]
+        values = [result.load_factor or 0.0 for result in self.results.values()]
+        colours = [VERMILION if name == self.governing else AT_REST for name in self.results]
         with style():
             made = Picture()
             axes = made.add_subplot()
             axes.set_box_aspect(_BAR * (len(names) + 1))
-            values = [result.load_factor or 0.0 for result in self.results.values()]
-            colours = [VERMILION if name == self.governing else AT_REST for name in self.results]
-            axes.barh(range(len(values)), values, color=colours, height=0.6)
-            beside: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points"}
-            for number, result in enumerate(self.results.values()):
-                at = (max(values[number], 0.0), number)
-                axes.annotate(told_factor(result), at, va="center", fontsize=8, **beside)
+            bars = axes.barh(range(len(values)), values, color=colours, height=0.6)
+            axes.bar_label(bars, [*map(told_factor, self.results.values())], padding=4, fontsize=8)
             axes.set_yticks(range(len(names)), [*map(printable, names)], fontsize=8, parse_math=False)
             axes.invert_yaxis()
             axes.set_xlim(min(0.0, *values), 1.25 * max(*values, 1e-9))
@@ -198,12 +193,12 @@ class Directions(Cases):
                 first = column == "load_factor"
                 if not first and not (rows[column] - rows["load_factor"]).abs().max() > _APART:
                     continue
-                angle, value = (np.append(values, values[:1]) for values in (rows["direction"], rows[column]))
                 look = {"marker": ".", "linewidth": 1.4} if first else {"linewidth": 0.9}
                 sense = "against" if ratio < 0 else "with"
                 beside = f", and {abs(ratio):g} of it {sense} gravity" if ratio else ""
-                angle = np.radians(angle.astype(float))
-                axes.plot(angle, value, color=colour, label=f"{words}{beside}", **look)
+                around = pd.concat([rows, rows.head(1)])
+                angle = np.radians(around["direction"].astype(float))
+                axes.plot(angle, around[column], color=colour, label=f"{words}{beside}", **look)
             if self.governing:
                 worst = self._apart(drawn)["direction"]
                 ring = {"marker": "o", "markersize": 9, "fillstyle": "none", "linestyle": "none"}
@@ -297,9 +292,8 @@ def directions(
     pushes: list[Any] = ["left", "right"]
     if of.dimension == 3:
         pushes = [float(f"{place * every:.12g}") for place in range(int(np.ceil(360 / every - 1e-9)))]
-    quakes = [
-        Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
-        for ratio, push in itertools.product(ratios, pushes)
-    ]
-    scenes = {str(quake): of.shaken(quake) for quake in quakes}
+    scenes: dict[str, Scene] = {}
+    for ratio, push in itertools.product(ratios, pushes):
+        quake = Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
+        scenes[str(quake)] = of.shaken(quake)
     return Directions(solve_all(scenes, method, progress, phases, **options))

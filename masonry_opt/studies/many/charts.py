@@ -16,17 +16,16 @@ from numpy.typing import ArrayLike
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
-from masonry_opt.studies.many import runs
-from masonry_opt.studies.many.runs import EXPECTED, NONE, at_least, ends
+from masonry_opt.studies.many.runs import EXPECTED, at_least, ends
 
 #: Colour and mark of each mechanism. Joints have the same in pictures.
 _LOOKS = {
-    runs.SLIDING: (SLIDES, "square"),
-    runs.HINGING: (HINGES, "circle"),
-    runs.CRUSHING: (CRUSHES, "cross"),
-    runs.MIXED: (MARKED, "triangle-up"),
-    runs.SEPARATING: (SEPARATES, "diamond"),
-    NONE: (LIVE, "triangle-down"),
+    "sliding": (SLIDES, "square"),
+    "hinging": (HINGES, "circle"),
+    "crushing": (CRUSHES, "cross"),
+    "mixed": (MARKED, "triangle-up"),
+    "separating": (SEPARATES, "diamond"),
+    "none": (LIVE, "triangle-down"),
 }
 
 #: Colour and mark of a run without a load factor, and mark of a value off the axis.
@@ -49,9 +48,6 @@ _SYMBOLS = {
 _FAR, _FEW = 10.0, 0.25
 
 _LABEL = "load factor λ"  #: The axis of load factors.
-
-#: Colour of cells without a load factor.
-_GREY = "#CCCCCC"
 
 _MARGIN = 24  #: Pixels above and below the values, for those off the axis and for runs without a load factor.
 _SHOWN = 15  #: Most numbers drawn that are shown, those that matter most.
@@ -78,12 +74,11 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     """λ against one number: a line, or of two numbers a line for each value of the second; else points."""
     far = off_axis(np.r_[frame["load_factor"], frame["expected"]])
     off, failed = far[: len(frame)], frame["load_factor"].isna()
+    on_axis = ~failed & ~off
     expected, same = frame["expected"].mask(far[len(frame) :]), frame["expected"].equals(frame["load_factor"])
+    series = mechanism = frame["mechanism"].fillna("none")
+    looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES
-    series = frame["mechanism"].fillna(NONE)
-    looks = {
-        mechanism: look for mechanism, look in _LOOKS.items() if (series[~failed & ~off] == mechanism).any()
-    }
     if lines:
         series = names[1] + " = " + frame[names[1]].map("{:g}".format)
         looks = {line: (colour, "circle") for line, colour in zip(series.unique(), SERIES, strict=False)}
@@ -92,8 +87,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     looks |= {_OFF: (_DARK, _UP)} if off.any() else {}
 
     least_ones = at_least(frame)
-    marks = frame[["status", "mechanism"]].fillna({"mechanism": NONE})
-    marks = marks.assign(
+    marks = frame[["status"]].assign(
+        mechanism=mechanism,
         at=frame[name].astype(float),
         line=series,
         series=series.mask(failed, status).mask(off, _OFF),
@@ -101,7 +96,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         expected=expected,
         least=least_ones & (least_ones.sum() < frame["load_factor"].count()),
     )
-    known, beside = marks[~failed & ~off], marks[expected.notna() & (not same)]
+    known, beside = marks[on_axis], marks[expected.notna() & (not same)]
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
     scale = alt.Scale(domain=ends(np.r_[known["λ"], expected]), nice=False, zero=False, padding=_MARGIN)
     # Without a format Vega writes as many digits as its own ticks would need: .32 and .28 as 0.3.
@@ -137,7 +132,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     text = alt.Chart(written).mark_text(color=_DARK, dy=-_MARGIN)
     layers.append(text.encode(x=x, y=at_head, text=alt.Text("λ:Q", format=".4~g")))
     file = "load_factor" if len(names) <= 2 else f"load_factor_{[*names].index(name) + 1}"
-    notes = [note for note, of in ((_RING, marks[marks["least"]]), (_DASHED, beside)) if len(of)]
+    notes = [note for note, there in ((_RING, marks["least"].any()), (_DASHED, len(beside))) if there]
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 
 
@@ -153,7 +148,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     scale = alt.Scale(scheme="viridis", domain=ends(frame["load_factor"][~off]), clamp=True)
     told = [alt.Tooltip("x:O", title=across), alt.Tooltip("y:O", title=up), "λ:N", "status:N"]
     every, found = (
-        alt.Chart(of).mark_rect(color=_GREY).encode(x, y, tooltip=told)
+        alt.Chart(of).mark_rect(color="#CCCCCC").encode(x, y, tooltip=told)
         for of in (cells, cells.dropna(subset=["λ"]))
     )
     ring = alt.Chart(cells[least]).mark_point(size=90, filled=True, fill="white", stroke=_DARK, opacity=1)

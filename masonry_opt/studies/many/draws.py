@@ -193,27 +193,26 @@ class Draws:
     def table(self, count: int, seed: int) -> pd.DataFrame:
         """The values of each run, shape (count, columns). Raises OptionError if the scene refuses one."""
         drawn = points(count, len(self.columns), seed)
-        values = pd.DataFrame(
-            {c.name: self._laws[c.of].frozen.ppf(drawn[:, k]) for k, c in enumerate(self.columns)}
-        )
+        columns = zip(self.columns, drawn.T, strict=True)
+        values = pd.DataFrame({c.name: self._laws[c.of].frozen.ppf(shares) for c, shares in columns})
         for name, law in self._laws.items():
-            drawn = values[[c.name for c in self.columns if c.of == name]].to_numpy()
-            self._refuse_impossible(name, law, drawn)
+            own = values[[c.name for c in self.columns if c.of == name]].to_numpy()
+            if not np.isfinite(own).all():
+                raise OptionError(f"'{name}': {law.text} gives values that are no number")
+            for value in (float(own.min()), float(own.max())):
+                self._refuse_impossible(name, law, value)
         return values
 
-    def _refuse_impossible(self, name: str, law: Distribution, drawn: np.ndarray) -> None:
-        if not np.isfinite(drawn).all():
-            raise OptionError(f"'{name}': {law.text} gives values that are no number")
-        for value in (float(drawn.min()), float(drawn.max())):
-            try:
-                self._parameters.at({name: value})
-            except CaseError as error:
-                how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
-                raise OptionError(
-                    f"'{name}': {law.text} gives {value:g}{how}, which the scene does not take: {error}; "
-                    "take a distribution without such values, such as a lognormal, or one cut off, such "
-                    "as scipy.stats.truncnorm"
-                ) from None
+    def _refuse_impossible(self, name: str, law: Distribution, value: float) -> None:
+        try:
+            self._parameters.at({name: value})
+        except CaseError as error:
+            how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
+            raise OptionError(
+                f"'{name}': {law.text} gives {value:g}{how}, which the scene does not take: {error}; take a "
+                "distribution without such values, such as a lognormal, or one cut off, such as "
+                "scipy.stats.truncnorm"
+            ) from None
 
     def scene(self, values: Mapping[str, float]) -> Scene:
         """The scene of a run, its values by the names of the columns.

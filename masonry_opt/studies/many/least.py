@@ -208,8 +208,7 @@ def least(
         taken and the others are in ``contradictions``. Nothing is known between these values.
     progress: Called with every :class:`Trial`.
     """
-    search = _ThresholdSearch(True, make, load, progress, method, options)
-    return search.threshold(lower, upper, tolerance, samples)
+    return _Search(True, make, load, progress, method, options).threshold(lower, upper, tolerance, samples)
 
 
 def most(
@@ -229,11 +228,10 @@ def most(
     As :func:`least`, from the other side: the scene must hold at ``lower`` and fail at ``upper``, and of
     several thresholds the lowest is taken.
     """
-    search = _ThresholdSearch(False, make, load, progress, method, options)
-    return search.threshold(lower, upper, tolerance, samples)
+    return _Search(False, make, load, progress, method, options).threshold(lower, upper, tolerance, samples)
 
 
-class _ThresholdSearch:
+class _Search:
     """The search for one threshold, and the trials so far."""
 
     def __init__(
@@ -249,6 +247,7 @@ class _ThresholdSearch:
             )
         self.make, self.progress, self.least = make, progress, least
         self.load = None if load is None else _number("load", load)
+        self.asked = self.load or 0.0  # of the number of a trial
         self.trials: dict[float, Trial] = {}
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:
@@ -268,13 +267,10 @@ class _ThresholdSearch:
         holds, fails = self._narrow(holds, fails, tolerance, _OF_RANGE * (upper - lower))
         jump = self._jump(holds, fails)
         value = holds.value if jump else self._root(holds, fails)
-        beyond = sorted(
-            trial.value
-            for trial in self.trials.values()
-            if trial.holds and trial is not holds and (trial.value < fails.value) == self.least
-        )
         trials = tuple(self.trials.values())
-        return Threshold(self.least, self.load, value, holds, fails, jump, tuple(beyond), trials)
+        held = sorted(trial.value for trial in trials if trial.holds and trial is not holds)
+        beyond = tuple(value for value in held if (value < fails.value) == self.least)
+        return Threshold(self.least, self.load, value, holds, fails, jump, beyond, trials)
 
     def at(self, value: float) -> Trial:
         """The scene of a value, solved once."""
@@ -282,17 +278,17 @@ class _ThresholdSearch:
             try:
                 scene = as_scene(self.make(value))
                 scene.refuse_without_case()
-                trial = self._tried(value, scene)
+                number, certificate, result = self._solved(scene)
             except (CaseError, NoLoadFactorError) as error:
                 raise type(error)(f"at {value:.9g}: {error}") from None
-            self.trials[value] = trial
-            self.progress(trial)
+            holds = number >= self.asked - LOWER * max(1.0, abs(self.asked))  # but for rounding
+            self.trials[value] = Trial(value, holds, number, result, certificate)
+            self.progress(self.trials[value])
         return self.trials[value]
 
-    def _tried(self, value: float, scene: Scene) -> Trial:
+    def _solved(self, scene: Scene) -> tuple[float, Certificate | None, Result]:
         if self.load is None:
-            found = standing(scene)
-            return Trial(value, found.margin >= self._needed, found.margin, found.result, found.certificate)
+            return standing(scene)
         result = self.session.solve(scene)
         if result.load_factor is not None:
             number = result.load_factor
@@ -307,12 +303,7 @@ class _ThresholdSearch:
                 f"whether the load is carried could not be decided: {result.status}: {result.message}; "
                 "narrow the range, or name another method"
             )
-        return Trial(value, number >= self._needed, number, result, result.certificate)
-
-    @property
-    def _needed(self) -> float:
-        """The least number of a scene that holds: the load, or a margin of zero, less rounding."""
-        return -LOWER if self.load is None else self.load - LOWER * max(1.0, abs(self.load))
+        return number, result.certificate, result
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
         """Bring the ends together, by false position (Illinois: an end that stays counts half) while it
@@ -324,7 +315,8 @@ class _ThresholdSearch:
             near = tolerance * max(abs(holds.value), abs(fails.value), least_size)
             if abs(gap) <= near:
                 return holds, fails
-            above, below = weight[True] * self._excess(holds), weight[False] * self._excess(fails)
+            above = weight[True] * (holds.number - self.asked)
+            below = weight[False] * (fails.number - self.asked)
             share = 0.5
             if slow < _SLOW and math.isfinite(above) and math.isfinite(below) and above > below:
                 # At least half the tolerance from either end, so that a root next to one is soon enclosed.
@@ -340,12 +332,9 @@ class _ThresholdSearch:
             holds, fails = (trial, fails) if trial.holds else (holds, trial)
             slow = 0 if abs(fails.value - holds.value) <= 0.5 * abs(gap) else slow + 1
 
-    def _excess(self, trial: Trial) -> float:
-        return trial.number - (self.load or 0.0)
-
     def _root(self, holds: Trial, fails: Trial) -> float:
         """The value at which the line through the ends has the load, or no margin."""
-        above, below = self._excess(holds), self._excess(fails)
+        above, below = holds.number - self.asked, fails.number - self.asked
         if not (math.isfinite(above) and math.isfinite(below) and above > 0):
             return holds.value
         return holds.value + above / (above - below) * (fails.value - holds.value)
@@ -355,8 +344,7 @@ class _ThresholdSearch:
         if not known or (self.load is None and fails.number == FALLS):
             return None  # only whether it stands is known
         # A scene that falls by itself has no load factor: the load asked for stands in its place.
-        before = self.load if fails.number == FALLS else fails.number
-        assert before is not None
+        before = self.asked if fails.number == FALLS else fails.number
         far = holds.number - before > JUMP * max(known)
         return (fails.number, holds.number) if far else None
 

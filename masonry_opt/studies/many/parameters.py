@@ -10,8 +10,6 @@ Blocks of a generator are varied by the numbers of the generator.
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
-from pydantic.fields import FieldInfo
-
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import INSTEAD, Record
 from masonry_opt.scene.case_file import CaseFile
@@ -19,8 +17,7 @@ from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 
-#: A path through records: names of fields, and indices of entries.
-_Way = tuple[str | int, ...]
+_Way = tuple[str | int, ...]  #: A path through records: names of fields, and indices of entries.
 
 #: Tables whose entries are always named; entries of other tables are named where there are several.
 _NAMED = ("block", "joint")
@@ -45,24 +42,20 @@ class Parameters:
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: SceneKeys = case if unchanged and case is not None else scene
-        self._ways = dict(_numbers(self._source))
+        self.names = dict(_numbers(self._source))  #: Paths to the numbers, by name.
         if scene.dimension == 3:  # without thickness, and joints without strength
-            for name in [*self._ways]:
+            for name in [*self.names]:
                 if name == "thickness" or (is_of_joints(name) and name.endswith(".strength")):
-                    del self._ways[name]
+                    del self.names[name]
         self._joint_ways = dict(_numbers(scene))
         self._last: tuple[dict[str, float], Scene] | None = None
-
-    @property
-    def names(self) -> list[str]:
-        return list(self._ways)
 
     def check_names(self, names: Mapping[str, object]) -> None:
         """Raise OptionError for an unknown name, with names like it, for two that exclude each other, and for
         a scene with load cases in none of them."""
         self.scene.refuse_without_case()
         for name in names:
-            if name not in self._ways:
+            if name not in self.names:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
             head, _, key = name.rpartition(".")
             other = f"{head}.{INSTEAD.get(key, '')}"
@@ -95,7 +88,7 @@ class Parameters:
             return self.scene
         source = self._source
         for name, value in values.items():
-            source = _changed(source, self._ways[name], value)
+            source = _changed(source, self.names[name], value)
         return source.scene() if isinstance(source, CaseFile) else source  # type: ignore[return-value]
 
     def _near(self, name: str) -> str:
@@ -109,7 +102,7 @@ class Parameters:
 
     def _listed(self, heads: tuple[str, ...]) -> str:
         """The first names that begin so, or the first of all if none do."""
-        found = [name for name in self.names if name.startswith(heads)] or self.names
+        found = [name for name in self.names if name.startswith(heads)] or [*self.names]
         more = f", ... ({len(found)} in all)" if len(found) > _LISTED else ""
         return f"there are: {', '.join(found[:_LISTED])}{more}"
 
@@ -133,7 +126,7 @@ def _numbers(record: Record, prefix: str = "", way: _Way = ()) -> Iterator[tuple
                 # Two ties of one name are told apart by their numbers.
                 name = names[number] if names.count(names[number]) == 1 else f"{key}.{number + 1}"
                 yield from _numbers(entry, f"{prefix}{name}.", (*here, number))
-        elif _is_number(value) or (value is None and _takes_number(about)):
+        elif _is_number(value) or (value is None and _takes_number(about.annotation)):
             yield prefix + key, here
         elif isinstance(value, dict) and all(map(_is_number, value.values())):
             for name in value:
@@ -154,13 +147,10 @@ def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def _takes_number(field: FieldInfo) -> bool:
-    def holds(annotation: Any) -> bool:
-        # One number of a pair that is not given would leave the other unknown.
-        pair = getattr(annotation, "__origin__", None) in (tuple, list)
-        return not pair and (annotation in (int, float) or any(map(holds, get_args(annotation))))
-
-    return holds(field.annotation)
+def _takes_number(annotation: Any) -> bool:
+    # One number of a pair that is not given would leave the other unknown.
+    pair = getattr(annotation, "__origin__", None) in (tuple, list)
+    return not pair and (annotation in (int, float) or any(map(_takes_number, get_args(annotation))))
 
 
 def _changed(holder: Any, way: _Way, value: float) -> Any:

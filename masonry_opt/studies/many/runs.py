@@ -1,10 +1,9 @@
 """Many certified runs of a scene with other values, each a row of a table of plain numbers and words."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -47,43 +46,25 @@ COLUMNS = {
 #: What names of columns begin with that tell of the load to expect, in tables of a sample.
 EXPECTED = "expected_"
 
-#: Names of mechanisms. "separating": no joint does anything but come apart. "none": no joint does anything.
-SLIDING, HINGING, CRUSHING, MIXED = "sliding", "hinging", "crushing", "mixed"
-SEPARATING, NONE = "separating", "none"
-
-_NAMES = {"slides": SLIDING, "hinges": HINGING, "crushes": CRUSHING}
+#: Names of mechanisms by the one thing that joints do in them, beside coming apart.
+_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
 
 #: Least length of an axis, as a share of the largest load factor: a shorter one would magnify rounding.
 _LEAST = 0.02
 
-#: Called with how many runs are done, and of how many.
-RunProgress = Callable[[int, int], None]
+RunProgress = Callable[[int, int], None]  #: Called with how many runs are done, and of how many.
 
 _TABLE = "runs.csv"  #: The table's name in a study's folder, and what to do where it must not be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
-#: Makes a scene from values.
-Maker = Callable[[Mapping[str, float]], Scene]
 
-
-@dataclass(frozen=True)
-class Study:
+class Study(NamedTuple):
     """What all runs share: how they are solved, and what makes a scene of values, from a scene or by
     itself."""
 
     how: HowToSolve
-    make: Maker
+    make: Callable[[Mapping[str, float]], Scene]
     scene: Scene | None = None
-
-    def identity(self) -> dict[str, str]:
-        """Hashes of all that decides the rows, by name."""
-        how = self.how
-        return {
-            "scene": "" if self.scene is None else _of_scene(self.scene),
-            "method": digest((how.method, how.model, how.solver, how.tolerance, how.expected)),
-            "options": digest(sorted(how.options.items())),
-            "versions": digest(versions()),
-        }
 
 
 def run_solver(how: HowToSolve) -> Callable[[Scene], dict[str, Any]]:
@@ -144,11 +125,18 @@ def run_many(
 
 def _journal(folder: Path, force: bool, study: Study, points: Sequence[Mapping[str, float]]) -> Journal:
     """That of these runs. Raises OptionError if the folder holds others, or a table that would lose some."""
+    how = study.how
+    head = {
+        "scene": "" if study.scene is None else _of_scene(study.scene),
+        "method": digest((how.method, how.model, how.solver, how.tolerance, how.expected)),
+        "options": digest(sorted(how.options.items())),
+        "versions": digest(versions()),
+    }
     # A journal of other runs is refused first; none is begun beside a table that stays.
-    journal = Journal(folder, study.identity()) if (folder / NAME).exists() else None
+    journal = Journal(folder, head) if (folder / NAME).exists() else None
     if not force:
         _refuse_losing(folder / _TABLE, points)
-    return journal or Journal(folder, study.identity())
+    return journal or Journal(folder, head)
 
 
 def framed(rows: Sequence[Mapping[str, Any]], before: Iterable[str] | Mapping[str, str]) -> pd.DataFrame:
@@ -221,8 +209,8 @@ def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
     counts = {kind: int(getattr(motion, kind).sum()) for kind in (*_NAMES, "separates")}
     names = [name for kind, name in _NAMES.items() if counts[kind]]
     if not names:
-        names = [SEPARATING if counts["separates"] else NONE]
-    return {"mechanism": names[0] if len(names) == 1 else MIXED, **counts}
+        names = ["separating" if counts["separates"] else "none"]
+    return {"mechanism": names[0] if len(names) == 1 else "mixed", **counts}
 
 
 def _of_scene(scene: Scene) -> str:

@@ -246,11 +246,10 @@ class Sample(StudyAnswer):
     def __str__(self) -> str:
         text = []
         for row in self.quantiles().to_dict("records"):
-            told = _told(row, "value", lambda value: numeral(value, ".5f"))
+            told = _told(row, "value", ".5f")
             text.append(f"{row['probability']:<6.0%} of λ below {told}, with {CONFIDENCE:.0%} confidence")
         for row in self.sensitivity().dropna(thresh=4).head(_PRINTED).to_dict("records"):
-            told = _told(row, "rank_correlation", lambda value: numeral(value, "+.3f"))
-            text.append(f"rank correlation with {row['parameter']} {told}")
+            text.append(f"rank correlation with {row['parameter']} {_told(row, 'rank_correlation', '+.3f')}")
         return printable("\n".join([super().__str__(), *text]))
 
     def as_dict(self) -> dict[str, Any]:
@@ -261,12 +260,12 @@ class Sample(StudyAnswer):
         return told | {"confidence": CONFIDENCE} | tables
 
 
-def _told(row: Mapping[Any, Any], name: str, worded: Callable[[float], str]) -> str:
+def _told(row: Mapping[Any, Any], name: str, spec: str) -> str:
     """A number of the load factor with its limits, and the same of the load to expect where it is known."""
 
     def said(value: float) -> str:
         if math.isfinite(value):
-            return worded(value)
+            return numeral(value, spec)
         return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
 
     found, beside = (

@@ -16,7 +16,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.result import Result, make_result
 from masonry_opt.scene.scene import Scene
@@ -47,20 +47,22 @@ def standing(scene: Scene) -> DeadLoadMargin:
     """
     assembly, effort, solver = assemble(scene), Effort(), find_solver("cvxpy", None)
     problem, certificate = assembly.problem, None
-    pressed = replace(problem, live=problem.B @ _of_normal(problem))
-    found = _margin(pressed, solver, effort)
-    if found is None or found.answer is None:
-        solution = _yes_or_no(assembly, solver, effort)
-        margin = inf if solution.status is Status.STANDS else -inf
+    normal = np.zeros(problem.B.shape[1])  # one in place of each normal force
+    problem.at_points(normal)[:] = 1 / problem.layout.points
+    solution = _margin(replace(problem, live=problem.B @ normal), solver, effort)
+    if solution is None or solution.answer is None:
+        solution, d = Solution(Status.STANDS, Kind.ASSOCIATIVE), _falls(problem, solver, effort)
+        margin, found = (inf, Found()) if d is None else (-inf, Found(d=d))
     else:
-        answer = found.answer
+        answer = solution.answer
         margin, certificate = answer.load_factor + 0.0, answer.certificate
-        if margin >= -LOWER:
-            carries = Found(q=answer.q + margin * _of_normal(problem))
-            solution = replace(found, status=Status.STANDS, found=carries)
-        else:
-            falls = found.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, answer.d))
-            solution = replace(falls, found=Found(d=answer.d, slope=answer.slope))
+        stands = margin >= -LOWER
+        found = Found(q=answer.q + margin * normal) if stands else Found(d=answer.d, slope=answer.slope)
+    if found.d is not None:
+        solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))
+    else:
+        solution = replace(solution, status=Status.STANDS)
+    solution = replace(solution, found=found)
     # The result has no load factor, and so no live load, tilt or published value.
     dead = replace(
         assembly,
@@ -68,13 +70,6 @@ def standing(scene: Scene) -> DeadLoadMargin:
         scene=scene.replace(tilt=None, reference={}),
     )
     return DeadLoadMargin(margin, certificate, make_result(dead, solution, effort, "static", solver))
-
-
-def _of_normal(problem: Problem) -> np.ndarray:
-    """One in place of each normal force, shape (3c,)."""
-    one = np.zeros(problem.B.shape[1])
-    problem.at_points(one)[:] = 1 / problem.layout.points
-    return one
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
@@ -93,14 +88,10 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
     return solution if not failing and gap <= MARGIN_ENERGY else None
 
 
-def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:
-    stands = Solution(Status.STANDS, Kind.ASSOCIATIVE)
+def _falls(problem: Problem, solver: Solver, effort: Effort) -> np.ndarray | None:
+    """The mechanism that the dead load drives; None if the scene stands."""
     try:
-        falling = falling_mechanism(assembly.problem, solver, effort)
+        return falling_mechanism(problem, solver, effort)
     except DeadLoadUndecided as stopped:
         why = message([reason(Code.DEAD_LOAD_UNDECIDED, **stopped.values)])
         raise NoLoadFactorError(f"{Status.SOLVER_FAILED}: {why}") from None
-    if falling is None:
-        return stands
-    blocks = moving_names(assembly, falling)
-    return replace(stands.ended(Status.UNSTABLE, Code.FALLS, blocks=blocks), found=Found(d=falling))

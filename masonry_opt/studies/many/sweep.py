@@ -17,7 +17,7 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, Maker, RunProgress, Study, at_least, run_many
+from masonry_opt.studies.many.runs import COLUMNS, RunProgress, Study, at_least, run_many
 from masonry_opt.words.sentences import numeral
 
 
@@ -108,7 +108,7 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
     return [dict(zip(vary, values, strict=True)) for values in itertools.product(*axes)]
 
 
-def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
+def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Mapping[str, float]], Scene]:
     """A function of the values. Raises OptionError if the user's takes other names or returns no scene."""
     try:
         inspect.signature(function).bind(**dict.fromkeys(names))
