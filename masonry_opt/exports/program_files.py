@@ -7,7 +7,6 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pyomo.environ as pyo
 from pyomo.opt import WriterFactory
@@ -75,21 +74,19 @@ def unique(labels: Iterable[str]) -> list[str]:
     """The labels, cut where too long, with ``~2``, ``~3``, ... after those that come again: of several joints
     of two blocks, of blocks whose names differ in what is not legal."""
     cut = [label[:_LONGEST] for label in labels]
-    taken, seen, different = set(cut), set(), []
+    taken, different = {*cut}, dict[str, None]()
     for label in cut:
         name, times = label, 1
-        while name in seen or (times > 1 and name in taken):
+        while name in different or (times > 1 and name in taken):
             times += 1
             name = f"{label}~{times}"
-        seen.add(name)
-        different.append(name)
-    return different
+        different[name] = None
+    return [*different]
 
 
 def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> dict[int, str]:
     """A name for every variable, constraint and objective of a declared program, by its identity. No two are
     the same, and none is of a row and of a column."""
-
     dimension = problem.layout.dimension
     of_components: dict[str, list[str]] = {name: [name] for name in _SINGLE}
     for name, kinds in _OF_JOINTS[dimension].items():
@@ -98,16 +95,15 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
     for name, kinds in _OF_BLOCKS[dimension].items():
         of_components[name] = [kind + label for label in labels.blocks for kind in kinds]
     of_components |= {name: list(_faces(problem, labels, kind)) for name, kind in _OF_FACES.items()}
-    names = {}
-    for component in program.component_objects((pyo.Var, pyo.Constraint, pyo.Objective), descend_into=False):
-        for data, name in zip(component.values(), of_components[component.local_name], strict=True):
-            names[id(data)] = name
-    pairs: Any = program.component("complementarity")
-    for part, kind in _PAIR.items() if pairs is not None else ():
-        for pair, name in zip(pairs.values(), _faces(problem, labels, kind), strict=True):
-            if (data := pair.component(part)) is not None:
-                names[id(data)] = name
-    return names
+    declared = program.component_objects((pyo.Var, pyo.Constraint, pyo.Objective), descend_into=False)
+    named = [
+        each for one in declared for each in zip(one.values(), of_components[one.local_name], strict=True)
+    ]
+    if (pairs := program.component("complementarity")) is not None:
+        for part, kind in _PAIR.items():
+            parts = (pair.component(part) for pair in pairs.values())
+            named += zip(parts, _faces(problem, labels, kind), strict=True)
+    return {id(data): name for data, name in named if data is not None}
 
 
 def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:

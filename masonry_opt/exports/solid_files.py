@@ -132,26 +132,17 @@ def _compas(assembly: Assembly, result: Result | None) -> str:
         displaced[assembly.movable] = np.nan_to_num(rates)
         told = {"load_factor": result.load_factor, "status": str(result.status), "method": result.method}
         attributes |= told
-    node = {
-        repr(block.name): {
-            "block": _object("compas_assembly.datastructures/Block", _mesh(block)),
-            "is_support": block.fixed,
-            "displacement": motion,
-        }
-        for block, motion in zip(assembly.scene.in_space(), displaced.tolist(), strict=True)
-    }
+    node = {}
+    for block, motion in zip(assembly.scene.in_space(), displaced.tolist(), strict=True):
+        mesh = _object("compas_assembly.datastructures/Block", _mesh(block))
+        node[repr(block.name)] = {"block": mesh, "is_support": block.fixed, "displacement": motion}
     edge: dict[str, dict[str, Any]] = {name: {} for name in node}
     ends = np.array([*node])[np.column_stack([assembly.joints.first, assembly.joints.second])].tolist()
     for (first, second), interface in zip(ends, _interfaces(assembly, result), strict=True):
         edge[first].setdefault(second, {"interfaces": []})["interfaces"].append(interface)
-    graph = {
-        "attributes": {},
-        "default_node_attributes": {"block": None, "is_support": False, "displacement": [0.0] * 6},
-        "default_edge_attributes": {"interfaces": None},
-        "node": node,
-        "edge": edge,
-        "max_node": -1,
-    }
+    at_rest = {"block": None, "is_support": False, "displacement": [0.0] * 6}
+    graph: dict[str, Any] = {"attributes": {}, "default_node_attributes": at_rest}
+    graph |= {"default_edge_attributes": {"interfaces": None}, "node": node, "edge": edge, "max_node": -1}
     data = {"attributes": attributes, "graph": _object("compas.datastructures/Graph", graph)}
     whole = {JSON_KEY: WRITER, **_object("compas_assembly.datastructures/Assembly", data)}
     return json.dumps(whole, allow_nan=False, ensure_ascii=False)
@@ -163,20 +154,13 @@ def _object(kind: str, data: Any) -> dict[str, Any]:
 
 def _mesh(block: Solid) -> dict[str, Any]:
     corners, faces = _joined(block.polyhedra)
-    return {
-        "attributes": {"name": block.name},
-        "default_vertex_attributes": {"x": 0.0, "y": 0.0, "z": 0.0},
-        "default_edge_attributes": {},
-        "default_face_attributes": {},
-        "vertex": {
-            str(key): dict(zip("xyz", corner, strict=True)) for key, corner in enumerate(corners.tolist())
-        },
-        "face": {str(key): face for key, face in enumerate(faces)},
-        "facedata": {},
-        "edgedata": {},
-        "max_vertex": len(corners) - 1,
-        "max_face": len(faces) - 1,
-    }
+    points = [dict(zip("xyz", corner, strict=True)) for corner in corners.tolist()]
+    mesh: dict[str, Any] = {"attributes": {"name": block.name}}
+    mesh |= {"default_vertex_attributes": {"x": 0.0, "y": 0.0, "z": 0.0}}
+    mesh |= {"default_edge_attributes": {}, "default_face_attributes": {}}
+    for kind, parts in (("vertex", points), ("face", faces)):
+        mesh[kind] = {str(key): part for key, part in enumerate(parts)}
+    return mesh | {"facedata": {}, "edgedata": {}, "max_vertex": len(points) - 1, "max_face": len(faces) - 1}
 
 
 def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any]]:

@@ -44,6 +44,10 @@ def capacity(
     stops. In space it is of one body that turns about an edge of what stays, with ties and props, which lead
     from end to end wherever these are; where another joint opens it stops.
 
+    Raises OptionError of joints of limited strength, in the plane of ties and props, of loads whose points
+    are not known; in space of joints that slide, and of blocks that move on each other or about a point; if
+    the control point is wrong or does not move along the live load; NoLoadFactorError without a load factor.
+
     Parameters
     ----------
     result: Of :func:`~masonry_opt.analysis.solve`, by any method.
@@ -51,27 +55,17 @@ def capacity(
         rest; its displacement along the resultant of the live load is told. Default: the mean displacement of
         the live loads, each along itself.
     steps: States between the onset and λ = 0, were the way straight: more where λ falls slower than at first.
-
-    Raises
-    ------
-    OptionError
-        Of joints of limited strength, in the plane of ties and props, of loads whose points are not known; in
-        space of joints that slide, and of blocks that move on each other or about a point; if the control
-        point is wrong or does not move along the live load.
-    NoLoadFactorError
-        If the result has no load factor.
     """
     if not isinstance(result, Result):
         raise OptionError("the capacity curve is of a result: give mo.capacity(mo.solve(scene))")
     result.required()
-    assembly, called = result.assembly, result.assembly.scene.called
-    dimension = assembly.scene.dimension
+    assembly, dimension = result.assembly, result.assembly.scene.dimension
     limited = any(force.role is Role.SUPPORT or dimension == 2 for force in assembly.limited)
     if limited or len(assembly.problem.crushing):
         has = "ties, props, fill or a support that settles" if limited else "'strength'"
         raise OptionError(
-            f"{called}: the capacity curve knows joints alone, which touch, hinge in their corners and part: "
-            f"this scene has {has}, which is to be left out"
+            f"{result.case}: the capacity curve knows joints alone, which touch, hinge in their corners and "
+            f"part: this scene has {has}, which is to be left out"
         )
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
@@ -79,22 +73,22 @@ def capacity(
     control = _control(result, live, block, point)
     path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps)
     found = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
-    if path.motion.any() and abs(found.control_rate) <= _STILL * found.live_rates.max():
+    _, rates, control_rate = found._onset
+    if path.motion.any() and abs(control_rate) <= _STILL * rates.max():
         raise OptionError(f"block '{block}' does not move along the live load: name another block or point")
     return found
 
 
 def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
     """Forces whose mean displacement along themselves is told."""
+    if block is None and point is not None:
+        raise OptionError("the control point belongs to a block: give 'block' (--block) too")
     if block is None:
-        if point is not None:
-            raise OptionError("the control point belongs to a block: give 'block' (--block) too")
         return live
-    assembly = result.assembly
-    names = assembly.names(assembly.movable)
+    assembly, names = result.assembly, result.assembly.names(result.assembly.movable)
     if block not in names:
-        called = assembly.scene.called
-        raise OptionError(f"{called}: block: there is no movable block '{block}': choose from {some(names)}")
+        known = some(names)
+        raise OptionError(f"{result.case}: block: there is no movable block '{block}': choose from {known}")
     row, along = names.index(block), live.force.sum(axis=0)
     if not np.linalg.norm(along) > _STILL * lengths(live.force).sum():
         raise OptionError("the live load has no resultant to measure along: leave 'block' out")
@@ -158,23 +152,18 @@ class Capacity:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        rows = []
-        for number, step in enumerate(self.steps):
-            poses, joints = self.poses(number), self.joints(number)
-            rows.append(
-                {
-                    "displacement": _mean_along(self.control, moved(self.control, poses).point),
-                    "rotation": float(lengths(poses[:, self.live.point.shape[1] :]).max()),
-                    "load_factor": step.load_factor + 0.0,
-                    "dead_work": _work(self.dead, moved(self.dead, poses).point),
-                    "live_work": _work(self.live, moved(self.live, poses).point),
-                    "hinged": int((joints["state"] == "hinged").sum()),
-                    "separated": int((joints["state"] == "separated").sum()),
-                    "event": str(step.event.code) if step.event else "",
-                    "pairs": step.event.values.get("pairs", []) if step.event else [],
-                }
-            )
-        return pd.DataFrame(rows)
+        return pd.DataFrame([self._row(number) for number in range(len(self.steps))])
+
+    def _row(self, number: int) -> dict[str, Any]:
+        step, poses, states = self.steps[number], self.poses(number), self.joints(number)["state"]
+        acting = self.control, self.dead, self.live
+        control, dead, live = (_work(of, moved(of, poses).point) for of in acting)
+        turned = float(lengths(poses[:, self.live.point.shape[1] :]).max())
+        row: dict[str, Any] = {"displacement": control / _size(self.control), "rotation": turned}
+        row |= {"load_factor": step.load_factor + 0.0, "dead_work": dead, "live_work": live}
+        row |= {state: int((states == state).sum()) for state in ("hinged", "separated")}
+        event, values = (str(step.event.code), step.event.values) if step.event else ("", {})
+        return row | {"event": event, "pairs": values.get("pairs", [])}
 
     def joints(self, row: int = -1) -> pd.DataFrame:
         """Joints in a row of the table: ``first``, ``second``, ``state`` ("closed", "hinged", "separated"),
@@ -187,34 +176,22 @@ class Capacity:
         state = np.where(count == 0, "separated", np.where(count == full, "closed", "hinged"))
         # A corner that stands on an edge turns on it without closing.
         hinged = (state == "hinged") | ((count == 1) & (full == 1))
-        poses = step.poses
-        place = placed(at, poses[joints.first]) + assembly.geometry.origin
+        place = placed(at, step.poses[joints.first]) + assembly.geometry.origin
         place[~hinged] = np.nan
-        angle = lengths((poses[joints.first] - poses[joints.second])[:, dimension:])
-        return pd.DataFrame(
-            {
-                "first": assembly.names(joints.first),
-                "second": assembly.names(joints.second),
-                "state": state,
-                **dict(zip("xyz", place.T, strict=False)),
-                "angle": np.where(count == full, 0.0, angle),
-            }
-        )
+        angle = lengths((step.poses[joints.first] - step.poses[joints.second])[:, dimension:])
+        names = {of: assembly.names(getattr(joints, of)) for of in ("first", "second")}
+        places = dict(zip("xyz", place.T, strict=False))
+        angles = {"angle": np.where(count == full, 0.0, angle)}
+        return pd.DataFrame(names | {"state": state} | places | angles)
 
     @property
-    def live_rates(self) -> np.ndarray:
-        """Rates of the points of the live forces along these at the onset, shape (f,)."""
-        rates = self._ahead(self.live) - self.live.point
-        return dots(self.live.force, rates) / lengths(self.live.force)
-
-    @property
-    def control_rate(self) -> float:
-        """Rate of the displacement of the control point at the onset."""
-        return _mean_along(self.control, self._ahead(self.control))
-
-    def _ahead(self, of: Forces) -> np.ndarray:
-        """The points of forces after the onset's rates."""
-        return carried(of.point, self.motion[self.result.assembly.movable][of.block])
+    def _onset(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Sizes of the live forces, shape (f,), and at the onset rates of their points along them, and of the
+        displacement of the control point."""
+        motion, sizes = self.motion[self.result.assembly.movable], lengths(self.live.force)
+        live, control = (carried(of.point, motion[of.block]) for of in (self.live, self.control))
+        rates = dots(self.live.force, live - self.live.point) / sizes
+        return sizes, rates, _work(self.control, control) / _size(self.control)
 
     def check(
         self,
@@ -231,6 +208,10 @@ class Capacity:
 
         The live load must be that of 1 g: each force the weight of a mass that takes part.
 
+        Raises OptionError if a value is wrong, the spectrum ends before the period asked for, or the live
+        load is not that of 1 g: level, and as large as the weights that it pushes; NoLoadFactorError if no
+        motion is known from the onset on.
+
         Parameters
         ----------
         spectrum: Elastic spectrum at the foot of the mechanism: periods (s), rising from 0, and accelerations
@@ -240,39 +221,25 @@ class Capacity:
             left aside.
         gravity: In the case's unit of length per s².
         ultimate, secant: d*_u / d*_0 and d*_s / d*_u.
-
-        Raises
-        ------
-        OptionError
-            If a value is wrong, the spectrum ends before the period asked for, or the live load is not that
-            of 1 g: level, and as large as the weights that it pushes.
-        NoLoadFactorError
-            If no motion is known from the onset on.
         """
-        quake = self.result.assembly.scene.shaken_by
+        quake, case = self.result.assembly.scene.shaken_by, self.result.case
         if quake is not None and (quake.coefficient != 1 or quake.vertical):
             raise OptionError(
-                f"{self.result.case}: the check needs an earthquake of the whole weights, level: give it "
-                "coefficient 1 and no vertical part"
+                f"{case}: the check needs an earthquake of the whole weights, level: give it coefficient 1 "
+                "and no vertical part"
             )
         if len(self.steps) < 2:
-            raise NoLoadFactorError(f"{self.result.case}: no curve to check: {self.message}")
+            raise NoLoadFactorError(f"{case}: no curve to check: {self.message}")
         if quake is None and (share := self._share_of_weight()) is not None:
             raise OptionError(
-                f"{self.result.case}: the check needs a live load that pushes every mass with its weight: "
+                f"{case}: the check needs a live load that pushes every mass with its weight: "
                 f"this one is {share:.3g} times the weight of the blocks that it pushes, or not level: give "
                 "'live_per_weight = [1, 0]', or a level [earthquake]"
             )
-        values = {
-            "behaviour_factor": behaviour_factor,
-            "confidence_factor": confidence_factor,
-            "gravity": gravity,
-            "ultimate": ultimate,
-            "secant": secant,
-        }
-        onset = lengths(self.live.force), self.live_rates, self.control_rate
+        values = {"behaviour_factor": behaviour_factor, "confidence_factor": confidence_factor}
+        values |= {"gravity": gravity, "ultimate": ultimate, "secant": secant}
         curve = self.table[["displacement", "load_factor"]].to_numpy()
-        return kinematic_check(onset, curve, self.reaches_zero, spectrum, values)
+        return kinematic_check(self._onset, curve, self.reaches_zero, spectrum, values)
 
     def _share_of_weight(self) -> float | None:
         """The live load over the weight of the blocks that it pushes; None if it is that, and level."""
@@ -298,10 +265,8 @@ class Capacity:
         return displaced_picture(assembly, table.iloc[row], self.steps[row].poses, self.joints(row))
 
     def save(self, path: str | FilePath, row: int | None = None, force: bool = False) -> None:
-        """Write such a picture (.png, .svg, .pdf), whole or not at all.
-
-        Raises OptionError if the name has another ending, or the file cannot be replaced.
-        """
+        """Write such a picture (.png, .svg, .pdf), whole or not at all. Raises OptionError if the name has
+        another ending, or the file cannot be replaced."""
         self.plot(row).save(path, force)
 
     def __str__(self) -> str:
@@ -309,15 +274,15 @@ class Capacity:
 
     def facts(self) -> dict[str, str]:
         """What it found, in words by name."""
-        table = self.table
+        events, last = self.table[self.table["event"] != ""], self.table.iloc[-1]
         lines = {
             "case": self.result.case,
             "load factor": f"{numeral(self.load_factor, '.6g')} at the onset",
-            "displacement": f"{numeral(float(table['displacement'].iloc[-1]), '.6g')} at the end, where λ = "
-            f"{numeral(float(table['load_factor'].iloc[-1]), '.4g')}",
+            "displacement": f"{numeral(last['displacement'], '.6g')} at the end, where λ = "
+            f"{numeral(last['load_factor'], '.4g')}",
             "end": self.message,
         }
-        for _, row in table[table["event"] != ""].iloc[: -1 if self.reaches_zero else None].iterrows():
+        for _, row in events.iloc[: -1 if self.reaches_zero else None].iterrows():
             told = ", ".join(f"{one!r}–{other!r}" for one, other in row["pairs"][:3])
             at = f"{numeral(row['displacement'], '.4g')}, λ = {numeral(row['load_factor'], '.4g')}"
             lines[f"at {at}"] = f"{row['event']} {told}".strip()
@@ -325,23 +290,17 @@ class Capacity:
 
     def as_dict(self) -> dict[str, Any]:
         """The curve as plain numbers, strings and lists."""
-        return {
-            "case": self.result.case,
-            "load_factor": self.load_factor,
-            "reaches_zero": self.reaches_zero,
-            "displacement": self.displacement,
-            "end": self.end.as_dict(),
-            "message": self.message,
-            "curve": self.table.to_dict("records"),
-        }
+        numbers = {key: getattr(self, key) for key in ("load_factor", "reaches_zero", "displacement")}
+        told = {"end": self.end.as_dict(), "message": self.message, "curve": self.table.to_dict("records")}
+        return {"case": self.result.case} | numbers | told
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
-def _mean_along(of: Forces, points: np.ndarray) -> float:
-    return _work(of, points) / float(lengths(of.force).sum())
+def _size(of: Forces) -> float:
+    return float(lengths(of.force).sum())
 
 
 def _work(of: Forces, points: np.ndarray) -> float:

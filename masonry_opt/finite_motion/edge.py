@@ -29,12 +29,9 @@ _LOOKS, _AHEAD = 2000, 1e-6  #: Angles to a quarter turn looked at; a small angl
 
 
 class EdgePath:
-    """The path after the onset that a result in space found; attributes as of :class:`~.path.HingingPath`.
-
-    Poses are a shift and a rotation vector of each block, shape (blocks, 6).
-
-    Raises OptionError if joints slide, blocks move on each other, or no edge stays.
-    """
+    """The path after the onset that a result in space found; attributes as of :class:`~.path.HingingPath`,
+    poses a shift and a rotation vector of each block, shape (blocks, 6). Raises OptionError if joints slide,
+    blocks move on each other, or no edge stays."""
 
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.forces, self.effort = result.assembly, forces, Effort()
@@ -53,8 +50,7 @@ class EdgePath:
         assembly, d = self.assembly, result.solution.d
         problem, joints, corners = assembly.problem, assembly.joints, assembly.geometry.corners
         assert d is not None
-        called = assembly.scene.called
-        refused = f"{called}: in space the capacity curve is of one body that turns about an edge"
+        refused = f"{result.case}: in space the capacity curve is of one body that turns about an edge"
         if (slides := joint_motion(assembly, result.solution).slides).any():
             told = some([f"'{one}'–'{other}'" for one, other in assembly.pairs_of(np.flatnonzero(slides))])
             raise OptionError(f"{refused}, and here joints slide: {told}")
@@ -158,12 +154,9 @@ class EdgePath:
         assembly, joints, rest = self.assembly, self.assembly.joints, self.assembly.problem
         movable, unit, poses = assembly.movable, rest.length_unit, self._poses(angle)
         pose = poses[np.where(self.turns[joints.first], joints.first, joints.second)]
-        there = replace(
-            joints,
-            normal=turned(joints.normal, pose),
-            tangent=turned(joints.tangent, pose),
-            point=placed(joints.point, pose[joints.joint]),
-        )
+        normal, tangent = turned(joints.normal, pose), turned(joints.tangent, pose)
+        point = placed(joints.point, pose[joints.joint])
+        there = replace(joints, normal=normal, tangent=tangent, point=point)
         centroid = placed(assembly.geometry.centroid, poses[:-1])
         B = Matrices.of(there, replace(assembly.geometry, centroid=centroid), movable, unit).B
         B = B @ sp.diags_array(np.tile(1.0 * self.steps[0].touch, 3))

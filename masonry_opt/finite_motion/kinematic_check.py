@@ -52,15 +52,13 @@ class KinematicCheck:
         return asdict(self)
 
     def __str__(self) -> str:
-        holds = {True: "holds", False: "does not hold"}
+        linear, non_linear = ("holds" if of else "does not hold" for of in (self.linear, self.non_linear))
         short = "" if self.complete else " (the curve ends before λ = 0: on the safe side)"
+        used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
-            "linear": f"a*_0 = {self.acceleration:.4f} g against {self.demand_acceleration:.4f} g: "
-            f"{holds[self.linear]}",
-            "non-linear": f"d*_u = {numeral(self.ultimate, '.5g')} against "
-            f"{numeral(self.demand_displacement, '.5g')} at T_s = {self.period:.4g} s: "
-            f"{holds[self.non_linear]}",
+            "linear": f"a*_0 = {self.acceleration:.4f} g against {self.demand_acceleration:.4f} g: {linear}",
+            "non-linear": f"d*_u = {used} against {demanded} at T_s = {self.period:.4g} s: {non_linear}",
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
         }
         return labelled(lines)
@@ -88,7 +86,7 @@ def kinematic_check(
     fraction, g = first**2 / (total * second), values["gravity"]
     d = curve[:, 0] * (second / (control_rate * first))
     a = curve[:, 1] / (fraction * values["confidence_factor"])  # a* = λ g / (e* FC)
-    ultimate = values["ultimate"] * d[-1]
+    ultimate = float(values["ultimate"] * d[-1])
     secant = values["secant"] * ultimate
     at_secant = _least_at(secant, d, a)
     period = 2 * math.pi * math.sqrt(secant / (at_secant * g)) if at_secant > 0 else math.inf
@@ -102,8 +100,8 @@ def kinematic_check(
         acceleration=float(a[0]),
         displacement=float(d[-1]),
         complete=complete,
-        ultimate=float(ultimate),
-        secant=float(secant),
+        ultimate=ultimate,
+        secant=secant,
         secant_acceleration=at_secant,
         period=period,
         demand_acceleration=least,

@@ -109,8 +109,7 @@ def deepest_overlap(shapes: Extents, pairs: np.ndarray) -> list[int]:
 @dataclass(frozen=True)
 class MovedBlocks:
     """The blocks of a scene in the plane wherever they move, in the problem's unit of length. Poses and their
-    rates are those of all blocks, shape (blocks, 3).
-    """
+    rates are those of all blocks, shape (blocks, 3)."""
 
     geometry: Geometry  #: at rest
     joints: Joints
@@ -128,13 +127,9 @@ class MovedBlocks:
         problem, at_rest, geometry = assembly.problem, assembly.joints, assembly.geometry
         length = problem.length_unit
         joints = replace(at_rest, point=at_rest.point / length, extent=at_rest.extent / length)
-        shapes = replace(
-            geometry,
-            tolerance=geometry.tolerance / length,
-            contact_tolerance=geometry.contact_tolerance / length,
-            centroid=geometry.centroid / length,
-            polygons=shapely.transform(geometry.polygons, lambda corners: corners / length),
-        )
+        sizes = {of: getattr(geometry, of) / length for of in ("tolerance", "contact_tolerance", "centroid")}
+        polygons = shapely.transform(geometry.polygons, lambda corners: corners / length)
+        shapes = replace(geometry, polygons=polygons, **sizes)
         cohesion = np.zeros(problem.joints)
         cohesion[problem.sliding] = problem.cohesion / unit
         ends = shapely.points(np.stack([joints.start, joints.end], axis=1))
@@ -169,11 +164,9 @@ class MovedBlocks:
 
     def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
         """The problem of the moved blocks, with the joints of which any corner touches, shape (joints, 2).
-
         Closed joints are as at rest. A corner that touches alone has no cohesion, and the edge that it
         touches is the joint's; where two corners meet their bisector is, and friction that of the forces
-        which both edges bear.
-        """
+        which both edges bear."""
         kept = np.flatnonzero(touch.any(axis=1))
         touch, blocks, at_rest = touch[kept], self.blocks[kept], self.joints
         closed, corner = np.logical_and(*touch.T), touch.argmax(axis=1)
@@ -186,17 +179,10 @@ class MovedBlocks:
         pressed = np.column_stack([corner, np.where(closed, 1, corner)])
         place = placed(self.corner[kept[:, None], pressed], poses[blocks[:, :1]])
         number = np.repeat(np.arange(len(kept)), 2)
-        joints = replace(
-            at_rest,
-            first=blocks[:, 0],
-            second=blocks[:, 1],
-            normal=turned(at_rest.normal[kept], turn),
-            tangent=turned(at_rest.tangent[kept], turn),
-            extent=np.where(closed, at_rest.extent[kept], 0.0),
-            point=place.reshape(-1, 2),
-            joint=number,
-            ring=number,
-        )
+        normal, tangent = (turned(axis[kept], turn) for axis in (at_rest.normal, at_rest.tangent))
+        extent = np.where(closed, at_rest.extent[kept], 0.0)
+        joints = replace(at_rest, first=blocks[:, 0], second=blocks[:, 1], normal=normal, tangent=tangent)
+        joints = replace(joints, extent=extent, point=place.reshape(-1, 2), joint=number, ring=number)
         sliding = np.flatnonzero(friction < _UNLIMITED)
         slope, cohesion, none = friction[sliding], np.where(closed, self.cohesion[kept], 0.0), np.zeros(0)
         law = Law(sliding, slope, cohesion[sliding], slope, np.full((len(slope), 2), np.inf), none, none)

@@ -56,10 +56,6 @@ class _Stretch:
     row: np.ndarray
 
     @property
-    def touch(self) -> np.ndarray:
-        return self.chain.touch
-
-    @property
     def poses(self) -> np.ndarray:
         return self.chain.of_blocks(self.point)
 
@@ -79,8 +75,7 @@ class HingingPath:
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
-        # λ in units of the onset's, forces in those of the largest load there.
-        onset = result.required()
+        onset = result.required()  # λ is in units of it, forces in those of the largest load there
         self.unit = onset if onset > ZERO else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
         self.blocks = MovedBlocks.of(self.assembly, forces, float(largest), self.unit)
@@ -118,7 +113,7 @@ class HingingPath:
             idle = 0 if np.abs(stretch.poses - last.poses).max() > _CLOSED else idle + 1
             if idle > _MOST_EVENTS:
                 raise _PathEnded(reason(Code.LOCKS))
-            touch, hint = stretch.touch.copy(), stretch.motion
+            touch, hint = stretch.chain.touch.copy(), stretch.motion
             if event.borne:
                 try:
                     touch, hint = self._opened(touch, stretch.poses, event.borne), event.borne.motion
@@ -127,8 +122,8 @@ class HingingPath:
                     raise
             else:
                 touch[list(event.which)] = True
-            changed = np.flatnonzero((touch != stretch.touch).any(axis=1))
-            opens = stretch.touch & ~touch
+            changed = np.flatnonzero((touch != stretch.chain.touch).any(axis=1))
+            opens = stretch.chain.touch & ~touch
             said = reason(event.code, pairs=self.assembly.pairs(changed))
             self._add(stretch, touch, said)
 
@@ -167,9 +162,8 @@ class HingingPath:
         if len(found) > 1:
             raise _PathEnded(reason(Code.BRANCHES))
         for row in found:
-            poses, motion = chain.of_blocks(point), chain.of_blocks(row)
-            fastest = self.blocks.fastest(poses, motion)
-            if fastest > _MOVES:
+            motion = chain.of_blocks(row)
+            if (fastest := self.blocks.fastest(chain.of_blocks(point), motion)) > _MOVES:
                 sense = 1.0 if (motion * hint).sum() >= 0 else -1.0
                 return _Stretch(chain, point, sense * self.size / fastest * row)
         return None
@@ -177,18 +171,16 @@ class HingingPath:
     def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
         """Go on to the next event: the last state before it."""
         step = self._first_step(stretch)
-        while True:
+        while step >= _SHORTEST:
             event, ahead = self._try(stretch, step)
-            if event is None and ahead is not None:
-                stretch = ahead
-                step = min(2 * step, self._first_step(stretch))
-                self._add(stretch, stretch.touch)
-            elif event is None:
-                step /= 4
-                if step < _SHORTEST:
-                    raise _PathEnded(reason(Code.LOCKS))
-            else:
+            if event is not None:
                 return self._enclosed(stretch, step, event)
+            if ahead is None:
+                step /= 4
+            else:
+                stretch, step = ahead, min(2 * step, self._first_step(ahead))
+                self._add(stretch, stretch.chain.touch)
+        raise _PathEnded(reason(Code.LOCKS))
 
     def _first_step(self, stretch: _Stretch) -> float:
         """What changes λ by its share of the onset's, along the tangent."""
@@ -208,12 +200,12 @@ class HingingPath:
         poses, load_factor = ahead.poses, float(ahead.point[-1])
         if load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO)
-        closed = self.blocks.opening_angle(ahead.touch, poses) < -_CLOSED
+        closed = self.blocks.opening_angle(ahead.chain.touch, poses) < -_CLOSED
         if closed.any():
             return _PathEvent(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
         if over := self.blocks.overlap(poses):
             return _PathEvent(Code.BLOCKS_MEET, tuple(over))
-        borne = optimum(self.blocks, ahead.touch, poses, load_factor, self.effort)
+        borne = optimum(self.blocks, ahead.chain.touch, poses, load_factor, self.effort)
         if borne is None:
             raise _PathEnded(reason(Code.FORCES_UNDECIDED))
         if borne.value > BORNE:
@@ -246,7 +238,7 @@ class HingingPath:
         if event.code in (Code.REACHES_ZERO, Code.BLOCKS_MEET):
             blocks = self.assembly.names(np.array(event.which, dtype=int))
             said = reason(event.code, **({"blocks": blocks} if blocks else {}))
-            self._add(before, before.touch, said)
+            self._add(before, before.chain.touch, said)
             raise _PathEnded(said)
         return before, event
 

@@ -31,9 +31,8 @@ def capacity_picture(scene: Scene, table: pd.DataFrame, of: str, note: str) -> P
     heading, along = f"after the onset at λ = {numeral(onset, '.5f')}", f"displacement of {of}"
     with style():
         made, axes = curve_axes(scene, heading, f"{along}, in the length unit of the case")
-        axes.plot(table["displacement"], table["load_factor"], color=BLACK, zorder=3)
-        if len(table) == 1:  # A line through one state is nothing to see.
-            axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker="o", zorder=3)
+        marker = "o" if len(table) == 1 else ""  # a line through one state is nothing to see
+        axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker=marker, zorder=3)
         axes.axhline(0.0, color=HATCH, linewidth=0.6)
         axes.set_ylim(bottom=min(0.0, -0.02 * onset))
         handles: list[Handle] = []
@@ -54,20 +53,17 @@ def displaced_picture(
     geometry, marks, dimension = assembly.geometry, [], assembly.scene.dimension
     there = replace(assembly, geometry=displaced(geometry, poses))
     if dimension == 2:
-        tail, tip, owner = geometry.edges
-        own = np.isin(owner, assembly.movable)
-        ends = np.stack([tail[own], tip[own]], axis=1)
-        marks.append(Marks("rest", "at rest", "line", AT_REST, 0.5, ends))
+        *ends, owner = geometry.edges
+        sides = np.stack(ends, axis=1)[np.isin(owner, assembly.movable)]
+        marks.append(Marks("rest", "at rest", "line", AT_REST, 0.5, sides))
     if (hinged := joints["state"] == "hinged").any():
         at = joints.loc[hinged, ["x", "y", "z"][:dimension]].to_numpy() - geometry.origin
         marks.append(Marks("hinges", "hinging joint", "dot", HINGES, 5.2, at[:, None]))
     if dimension == 2 and (apart := (joints["state"] == "separated").to_numpy()).any():
         ends = np.stack([assembly.joints.start, assembly.joints.end], axis=1)[apart]
         blocks = assembly.joints.first[apart], assembly.joints.second[apart]
-        sides = [placed(ends, poses[own][:, None]) for own in blocks]
-        marks.append(Marks("separates", "separated joint", "line", SEPARATES, 1.6, np.concatenate(sides)))
-    heading = (
-        f"λ = {numeral(state['load_factor'], '.5f')} at a displacement of "
-        f"{numeral(state['displacement'], '.4g')}, to scale"
-    )
+        sides = np.concatenate([placed(ends, poses[own][:, None]) for own in blocks])
+        marks.append(Marks("separates", "separated joint", "line", SEPARATES, 1.6, sides))
+    load_factor, displacement = numeral(state["load_factor"], ".5f"), numeral(state["displacement"], ".4g")
+    heading = f"λ = {load_factor} at a displacement of {displacement}, to scale"
     return elements_picture(Elements(there, heading, "", 0 * poses, [], {"mechanism": marks}))

@@ -63,14 +63,10 @@ def least_missed(
     matrix = sp.hstack([conditions, sp.csr_array(column[:, None])], format="csc")
     cost = np.zeros(matrix.shape[1])
     cost[-1] = 1.0
-    program = LinearProgram(
-        cost=cost,
-        matrix=matrix,
-        row_lower=np.concatenate([-load, np.full(rows, -np.inf), -problem.face_cohesion]),
-        row_upper=np.concatenate([np.full(rows, np.inf), -load, np.full(faces, np.inf)]),
-        low=np.where(cost > 0, 0.0, -np.inf),
-        high=np.full(len(cost), np.inf),
-    )
+    row_lower = np.concatenate([-load, np.full(rows, -np.inf), -problem.face_cohesion])
+    row_upper = np.concatenate([np.full(rows, np.inf), -load, np.full(faces, np.inf)])
+    low, high = np.where(cost > 0, 0.0, -np.inf), np.full(len(cost), np.inf)
+    program = LinearProgram(cost, matrix, row_lower, row_upper, low, high)
     for presolve in ("choose", "off"):  # of what presolve leaves HiGHS' simplex may end in an error
         session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12, presolve=presolve)
         if session.solve() is Verdict.OPTIMAL:

@@ -24,26 +24,25 @@ from masonry_opt.solvers.registry import find_solver
 
 CLOSE = 1e-9  #: (upper − lower) / |λ| that is close enough: until then the next solver is asked.
 
-#: Solvers whose answers are made exact, in turn until the bounds are close. HiGHS: small scenes in the plane.
+#: Solvers whose answers are made exact, in turn until the bounds are close; the last: of small plane scenes.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
 
 _SMALL = 1000  #: Scenes with fewer joints are small. For larger ones HiGHS takes minutes.
 _UNBOUNDED = 3  #: Status of scipy's linprog: optimum unlimited.
 _MARGIN = 1e-9  #: Least slack of an interior point.
 
-#: Limits, shape (k, x), and what they limit of two components each, (2, k, x): limit · x + c ≥ |two · x|.
+#: Limits, shape (k, x), and what they limit of two components each, (2, k, x): limit · x + c ≥ |two · x|. In
+#: the plane there are none.
 _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 
 
 @dataclass(frozen=True)
 class CertifiedBounds:
-    """lower ≤ λ ≤ upper; infinite where nothing feasible was found.
+    """lower ≤ λ ≤ upper; infinite where nothing feasible was found. Both −∞: the dead load alone has no state
+    of equilibrium. Both +∞: λ is unlimited."""
 
-    Both −∞: the dead load alone has no state of equilibrium. Both +∞: λ is unlimited.
-    """
-
-    lower: float
-    upper: float
+    lower: float = -np.inf
+    upper: float = np.inf
 
     @property
     def middle(self) -> float:
@@ -60,12 +59,10 @@ class CertifiedBounds:
 
     @property
     def unstable(self) -> bool:
-        """Whether the scene does not stand."""
         return self.upper == -np.inf
 
     @property
     def unlimited(self) -> bool:
-        """Whether every λ has a state of equilibrium."""
         return self.lower == np.inf
 
 
@@ -78,37 +75,25 @@ class _Convex:
     G: sp.csr_array
     g: np.ndarray
     cost: np.ndarray
-    cones: _Cones | None = None
+    cones: _Cones
 
     def slack(self, x: np.ndarray) -> np.ndarray:
         """Of each inequality and cone, concave in x: at a mean of two points no less than the mean."""
-        flat = self.G @ x + self.g
-        if self.cones is None:
-            return flat
         limit, constant, two = self.cones
-        return np.concatenate([flat, limit @ x + constant - np.hypot(*(each @ x for each in two))])
+        of_cones = limit @ x + constant - np.hypot(*(each @ x for each in two))
+        return np.append(self.G @ x + self.g, of_cones)
 
     def dual(self, norm: float) -> "_Convex":
         """Of eq. (9) eq. (10), over (d, p): Aᵀd = Gᵀp + (0, norm), p ≥ 0, whose points bound λ from above; of
         cones with p = (…, γ, w): γ ≥ |w|."""
-        equations, k = len(self.b), 0
-        rates, constants = [self.G.T], [self.g]
-        if self.cones is not None:
-            limit, constant, two = self.cones
-            k = len(constant)
-            rates += [limit.T, *(each.T for each in two)]
-            constants += [constant, np.zeros(2 * k)]
-        A = sp.hstack([self.A.T, *(-each for each in rates)], format="csr")
-        at, signed = equations + len(self.g) + np.arange(k), len(self.g)
+        limit, constant, two = self.cones
+        equations, signed, k = len(self.b), len(self.g), len(constant)
+        A = sp.hstack([self.A.T, *(-rates.T for rates in (self.G, limit, *two))], format="csr")
+        at = equations + signed + np.arange(k)
         speed, first, second = (selection(at + number * k, A.shape[1]) for number in range(3))
-        return _Convex(
-            A=A,
-            b=norm * self.cost,
-            G=selection(equations + np.arange(signed), A.shape[1]),
-            g=np.zeros(signed),
-            cost=np.concatenate([self.b, *constants]) / norm,
-            cones=(speed, np.zeros(k), (first, second)) if k else None,
-        )
+        G = selection(equations + np.arange(signed), A.shape[1])
+        cost = np.concatenate([self.b, self.g, constant, np.zeros(2 * k)]) / norm
+        return _Convex(A, norm * self.cost, G, np.zeros(signed), cost, (speed, np.zeros(k), (first, second)))
 
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
         """Bound of a feasible point next to x; NaN if there is none."""
@@ -135,8 +120,8 @@ class _Convex:
 
         x, margin = cp.Variable(self.G.shape[1]), cp.Variable()
         room = [self.A @ x == self.b, self.G @ x + self.g >= margin, margin <= 1]
-        if self.cones is not None:
-            limit, constant, two = self.cones
+        limit, constant, two = self.cones
+        if len(constant):
             room.append(cp.SOC(limit @ x + constant - margin, cp.vstack([each @ x for each in two]), axis=0))
         program = cp.Problem(cp.Maximize(margin), room)
         program.solve(solver=cp.CLARABEL)
@@ -163,13 +148,11 @@ class _Convex:
 
 
 def certified_bounds(problem: Problem) -> CertifiedBounds:
-    """Bounds of λ from feasible points of eqs (9) and (10), in space of cones of friction.
-
-    Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities exactly. Where no
-    point lies inside the inequalities there may be no bound. The analysis' own check decides whether a scene
+    """Bounds of λ from feasible points of eqs (9) and (10), in space of cones of friction. Feasible:
+    equations to 1e-11 in units of the load and of the mean velocity, inequalities exactly. Where no point
+    lies inside the inequalities there may be no bound. The analysis' own check decides whether a scene
     stands. HiGHS decides whether λ of a small scene is limited: in space by the sides inside the cones, so
-    that one which is not, by these, is by no law.
-    """
+    that one which is not, by these, is by no law."""
     from masonry_opt.standing.diagnosis import falling_mechanism  # with modelling languages, as above
 
     scaled = in_units_of_load(problem)
@@ -181,12 +164,9 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     statics = _by_cones(by_sides, problem) if conic else by_sides
     kinematics = statics.dual(problem.live_norm)
     within, opening = statics.interior(), kinematics.interior()
-    bounds = CertifiedBounds(-np.inf, np.inf)
-    for language, name, tolerance in _SOURCES:
-        if name == "highs" and (conic or not small):
-            continue
-        solver = find_solver(language, name, tolerance)
-        driver = Driver(problem, "static", solver, Effort(), of_load=True)
+    bounds = CertifiedBounds()
+    for source in _SOURCES if small and not conic else _SOURCES[:-1]:
+        driver = Driver(problem, "static", find_solver(*source), Effort(), of_load=True)
         state = driver.solve(nearly=conic).state
         if state is None:
             continue
@@ -203,13 +183,11 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
 
 def _statics(problem: Problem) -> _Convex:
     """Eq. (9) over (q, λ): equilibrium; the slacks of the faces as forces."""
-    return _Convex(
-        A=sp.hstack([problem.B, problem.live[:, None]], format="csr"),
-        b=-problem.dead,
-        G=sp.hstack([problem.true_yield, sp.csr_array((problem.faces, 1))], format="csr"),
-        g=problem.face_cohesion,
-        cost=np.append(np.zeros(problem.B.shape[1]), 1.0),
-    )
+    A = sp.hstack([problem.B, problem.live[:, None]], format="csr")
+    G = sp.hstack([problem.true_yield, sp.csr_array((problem.faces, 1))], format="csr")
+    cost = np.append(np.zeros(problem.B.shape[1]), 1.0)
+    none = sp.csr_array((0, A.shape[1]))
+    return _Convex(A, -problem.dead, G, problem.face_cohesion, cost, (none, np.zeros(0), (none, none)))
 
 
 def _by_cones(by_sides: _Convex, problem: Problem) -> _Convex:

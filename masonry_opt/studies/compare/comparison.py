@@ -103,14 +103,9 @@ def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
 
 def write_report(comparison: frames.Comparison, folder: Path) -> list[Path]:
     """Write results.csv, summary.csv and, where the extra "studies" is installed, charts (PNG and SVG) and
-    report.html; returns their paths.
-
-    Raises OutputError if the folder cannot be written.
-    """
-    files: dict[str, str | bytes] = {
-        "results.csv": csv_text(comparison.results),
-        "summary.csv": csv_text(comparison.summary),
-    }
+    report.html; returns their paths. Raises OutputError if the folder cannot be written."""
+    tables = {"results.csv": comparison.results, "summary.csv": comparison.summary}
+    files: dict[str, str | bytes] = {name: csv_text(of) for name, of in tables.items()}
     with contextlib.suppress(OptionError):  # the tables need no extra
         # Charts and pages are slow to import: only when they are needed.
         from masonry_opt.studies.charts import pictures
@@ -133,9 +128,7 @@ def run_plan(
     Coulomb states by scene name, beside those of the runs."""
     notes: list[str] = []
     made = _JournalRuns(Journal(folder, {"columns": digest(runs.COLUMNS)}), limits, progress, notes)
-    bounds: dict[str, CertifiedBounds] = {}
-    rows: list[dict[str, Any]] = []
-    interrupted = False
+    bounds, rows, interrupted = dict[str, CertifiedBounds](), list[dict[str, Any]](), False
     try:
         for scene in scenes:
             # Without one there is no λ to bound.
@@ -186,8 +179,7 @@ class _JournalRuns:
             if (scene.name, pair) in long:
                 continue
             which = (scene.name, scene.content, made_by, *astuple(pair), repeat)
-            columns = dict(zip(runs.KEY, which, strict=True))
-            key = " · ".join(map(str, columns.values()))
+            key = " · ".join(map(str, which))
             row = self.journal.find(key)
             # What was killed at a limit that is higher now is made again.
             if (
@@ -195,10 +187,12 @@ class _JournalRuns:
                 or (row["ended"] == TIME_LIMIT and row["time_limit"] < limits.time)
                 or (row["ended"] == MEMORY_LIMIT and row["memory_limit"] < limits.memory)
             ):
-                tolerance = "" if pair.tolerance is None else f" · {pair.tolerance:.0e}"
-                self.progress(f"{number}/{len(asked)} {scene.name} · {pair.label}{tolerance}")
+                *names, tolerance = astuple(pair)
+                names += [] if tolerance is None else [f"{tolerance:.0e}"]
+                self.progress(f"{number}/{len(asked)} {' · '.join([scene.name, *names])}")
                 run = partial(runs.run_pair, scene.path, pair, limits.time)
                 end = run_alone(run, limits.time, limits.memory)
+                columns = dict(zip(runs.KEY, which, strict=True))
                 row = runs.row_of(columns, end, limits.time, limits.memory)
                 if end.how != DIED:  # the system may have killed it
                     self.journal.add(key, row)

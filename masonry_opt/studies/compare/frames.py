@@ -22,19 +22,20 @@ _PAIR = ["method", "model", "solver", "tolerance"]
 _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]
 
+#: Numbers of a run, and columns of a summary.
+_NUMBERS = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "load_factor", "bound", "joints", "blocks"]
+_SUMMARY = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error", "below"]
+_SUMMARY += [*_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS]
+_SUMMARY += ["bound", "ended", "status", "kind", "message"]
+
 #: Columns of the success table, and headings that are not their names.
 SUCCESS = ["tolerance", "success", *judge.VERDICTS, "time", "largest error", "peak_memory"]
 HEADINGS = {"time": "median time (s)", "peak_memory": "peak (MB)"}
 
 #: How numbers are written, by column.
-FORMATS = {
-    "success": "{:.0%}",
-    "load_factor": "{:.9g}",
-    "time": "{:.3g}",
-    **dict.fromkeys(("error", "largest error"), "{:.1e}"),
-    **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
-    "peak_memory": "{:.0f}",
-}
+FORMATS = {"success": "{:.0%}", "load_factor": "{:.9g}", "time": "{:.3g}", "peak_memory": "{:.0f}"}
+FORMATS |= dict.fromkeys(("error", "largest error"), "{:.1e}")
+FORMATS |= dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}")
 
 REPEATED_BELOW = 5.0  #: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
 
@@ -46,10 +47,8 @@ def summary(
     expected: Mapping[str, Mapping[str, str]],
 ) -> pd.DataFrame:
     """One row a scene and pair: medians of the repeats' times, and the worst verdict of the repeats.
-
     ``bounds``, ``best`` and ``expected`` are by scene name (see :func:`~.judge.judge`). ``time``: seconds of
-    the solve without the parts that all pairs share: reading the scene, checking its dead load.
-    """
+    the solve without the parts that all pairs share: reading the scene, checking its dead load."""
     judged = []
     for row in rows:
         shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
@@ -58,17 +57,13 @@ def summary(
         judged.append(row | {"time": row["wall"] - shared} | verdict)
     frame = pd.DataFrame(judged, columns=[*COLUMNS, "time", *judge.JUDGED])
     frame["pair"] = frame["method"] + " · " + frame["model"] + " · " + frame["solver"]
-    numbers = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "load_factor", "bound"]
-    numbers += ["joints", "blocks"]
-    frame[numbers] = frame[numbers].astype(float)
+    frame[_NUMBERS] = frame[_NUMBERS].astype(float)
     repeats = frame.groupby(["scene", *_PAIR], dropna=False, sort=False)
     frame["of"], frame["badness"] = repeats.ngroup(), frame["verdict"].map(judge.VERDICTS.index)
     frame["repeats"] = repeats["scene"].transform("size")
     frame[_MEDIANS] = repeats[_MEDIANS].transform("median")
     worst = frame.sort_values(["of", "badness"], kind="stable").drop_duplicates("of", keep="last")
-    columns = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error"]
-    columns += ["below", *_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS]
-    return worst[[*columns, "bound", "ended", "status", "kind", "message"]].reset_index(drop=True)
+    return worst[_SUMMARY].reset_index(drop=True)
 
 
 def answers(frame: pd.DataFrame) -> pd.DataFrame:
@@ -88,25 +83,14 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """How the scenes ended, one row a pair and tolerance.
-
-    ``success``: share that is certified or named correctly. Median time and largest error are those of the
-    certified answers; peak_memory (MB) is that of all.
-    """
-    certified = frame["verdict"] == judge.CERTIFIED
-    marked = frame.assign(
-        **{verdict: (frame["verdict"] == verdict).astype(int) for verdict in judge.VERDICTS},
-        success=frame["verdict"].isin((judge.CERTIFIED, judge.NAMED)),
-        **{name: frame[name].where(certified) for name in ("time", "error")},
-    )
-    columns: dict[str, Any] = {
-        "scenes": ("scene", "size"),
-        **{verdict: (verdict, "sum") for verdict in judge.VERDICTS},
-        "success": ("success", "mean"),
-        "time": ("time", "median"),
-        "largest error": ("error", "max"),
-        "peak_memory": ("peak_memory", "max"),
-    }
+    """How the scenes ended, one row a pair and tolerance. ``success``: share that is certified or named
+    correctly. Median time and largest error are those of the certified answers; peak_memory (MB) of all."""
+    ended = {verdict: frame["verdict"] == verdict for verdict in judge.VERDICTS}
+    of_certified = {name: frame[name].where(ended[judge.CERTIFIED]) for name in ("time", "error")}
+    marked = frame.assign(**ended, success=ended[judge.CERTIFIED] | ended[judge.NAMED], **of_certified)
+    columns: dict[str, Any] = {verdict: (verdict, "sum") for verdict in judge.VERDICTS}
+    columns |= {"scenes": ("scene", "size"), "success": ("success", "mean"), "time": ("time", "median")}
+    columns |= {"largest error": ("error", "max"), "peak_memory": ("peak_memory", "max")}
     return marked.groupby(["pair", *_PAIR], dropna=False, sort=False).agg(**columns).reset_index()
 
 
@@ -151,12 +135,12 @@ class Comparison:
         """The success table, combinations left out, notes."""
         lines = []
         if len(self.summary):
-            lines.append(self.told.to_string(index=False))
-            lines.append(
-                f"\n{counted(len(self.scenes), 'scene')}; success: certified or named correctly;\n"
+            lines += [
+                self.told.to_string(index=False),
+                f"\n{counted(len(self.scenes), 'scene')}; success: certified or named correctly;",
                 "median time and largest error: of the certified answers, each a median of "
-                f"{counted(self.limits.repeats, 'run')} (of one where a run takes over {REPEATED_BELOW:g} s)"
-            )
+                f"{counted(self.limits.repeats, 'run')} (of one where a run takes over {REPEATED_BELOW:g} s)",
+            ]
         if self.plan.left_out:
             lines.append("\nnot applicable:")
             lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]

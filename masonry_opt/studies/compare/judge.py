@@ -62,10 +62,8 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
 
 
 def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
-    """The lowest exact Coulomb states, by scene name: those known, or of runs, in space by the cone.
-
-    A single pass ends in any exact state: it counts only where a low one is known or was searched for.
-    """
+    """The lowest exact Coulomb states, by scene name: those known, or of runs, in space by the cone. A single
+    pass ends in any exact state: it counts only where a low one is known or was searched for."""
     able = (row for row in rows if row["load_factor"] is not None and row["kind"] in _EXACT_KINDS)
     exact = [row for row in able if not by_sides(row) and not residuals_over_limit(row, Kind.EXACT)]
     low = {*known, *(row["scene"] for row in exact if row["kind"] != Kind.ONE_PASS)}
@@ -77,20 +75,13 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
     return best
 
 
-def known_claims(
-    question: str, bounds: CertifiedBounds | None, expected: Mapping[str, str]
-) -> dict[str, bool]:
+def known_claims(question: str, bounds: CertifiedBounds, expected: Mapping[str, str]) -> dict[str, bool]:
     """Whether each claim is right, by bounds of the associative load factor, or as derived by hand (the
-    failure atlas); unknown ones are left out.
-
-    The bounds decide the associative question. Coulomb's law has the same states of equilibrium within yield:
-    if the dead load has none, the scene does not stand; if their load factors are bounded, λ is limited. It
-    has other mechanisms, so nothing else follows.
-    """
+    failure atlas); unknown ones are left out. The bounds decide the associative question. Coulomb's law has
+    the same states of equilibrium within yield: if the dead load has none, the scene does not stand; if their
+    load factors are bounded, λ is limited. It has other mechanisms, so nothing else follows."""
     if question in expected:
         return {claim: claim == expected[question] for claim in CLAIMS}
-    if bounds is None:
-        return {}
     right: tuple[str, ...] = ()
     if bounds.unstable:
         right = (Status.UNSTABLE,)
@@ -112,22 +103,21 @@ def question_of(method: str) -> str:
 def judge(
     row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown | None, expected: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Verdict and errors of one run, by name (see :func:`known_claims` for ``expected``).
-
-    ``verdict``: one of VERDICTS. ``reason``: why, in words; "" if it is certified. ``error``: relative
-    distance of λ from the middle of the bounds (half their width at least) or from the best exact Coulomb
-    state (GAP_FLOOR at least). ``below``: whether λ is below that state. A missing number is None.
+    """Verdict and errors of one run, by name (see :func:`known_claims` for ``expected``). ``verdict``: one of
+    VERDICTS. ``reason``: why, in words; "" if it is certified. ``error``: relative distance of λ from the
+    middle of the bounds (half their width at least) or from the best exact Coulomb state (GAP_FLOOR at
+    least). ``below``: whether λ is below that state. A missing number is None.
 
     The bounds are those with crushing by chords, and in space by cones: not applied to a run with the
     parabola; of one by the sides of cones the lower does not hold, nor that λ is unlimited.
     """
-    question = question_of(row["method"])
-    if row["crushing"] == "parabola" or (bounds and by_sides(row) and not bounds.finite):
-        bounds = None
+    question, bounds = question_of(row["method"]), bounds or CertifiedBounds()
+    if row["crushing"] == "parabola" or (by_sides(row) and not bounds.finite):
+        bounds = CertifiedBounds()
     known = known_claims(question, bounds, expected)
     verdict, reason = _verdict(row, bounds, known)
     load_factor, error, below = row["load_factor"], None, False
-    if load_factor is not None and question == ASSOCIATIVE and bounds is not None and bounds.finite:
+    if load_factor is not None and question == ASSOCIATIVE and bounds.finite:
         error = max(abs(_relative(load_factor, bounds.middle)), bounds.width / 2, 1e-16)
     elif load_factor is not None and question == COULOMB and best is not None:
         gap = _relative(load_factor, best.load_factor)
@@ -135,9 +125,7 @@ def judge(
     return dict(zip(JUDGED, (question, verdict, reason, error, below), strict=True))
 
 
-def _verdict(
-    row: dict[str, Any], bounds: CertifiedBounds | None, known: Mapping[str, bool]
-) -> tuple[str, str]:
+def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, bool]) -> tuple[str, str]:
     """The verdict, and why, in words; "" if it is certified."""
     load_factor, ended = row["load_factor"], row["ended"]
     claim = ended if ended != FINISHED else row["status"] if load_factor is None else ANSWER
@@ -152,7 +140,7 @@ def _verdict(
         limits = LIMITS[Kind(row["kind"])].as_dict()
         large = [f"{name} {of:.1e} > {limits[name]:.0e}" for name, of in over.items() if of is not None]
         return WRONG, ", ".join(large) or "no certificate"
-    if bounds is not None and bounds.finite:
+    if bounds.finite:
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"

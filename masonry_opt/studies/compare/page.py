@@ -27,9 +27,6 @@ _RUNS += ["iterations", "lp_solves", "peak_memory", "blocks", "joints", *RESIDUA
 _HEADINGS = {"pair": "method · model · solver", "reason": "why", "lp_solves": "LPs"}
 _HEADINGS |= frames.HEADINGS
 
-#: Of what stands behind the marks.
-_GREY = "#777777"
-
 #: Letters of runs that are not certified, by their verdict or the limit that ended them.
 _LETTERS = {TIME_LIMIT: "T", MEMORY_LIMIT: "M", judge.WRONG: "W", judge.NAMED: "N", judge.FAILED: "F"}
 
@@ -42,6 +39,7 @@ _ERRORS = {
     judge.COULOMB: ("gap to the best exact state", "relative gap to the best exact state known"),
 }
 
+_GREY = "#777777"  #: Of what stands behind the marks.
 _STEPS = 7  #: Most steps between the ticks of a logarithmic axis.
 
 #: Columns in the tooltip of a mark, and their names there.
@@ -89,37 +87,29 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
         front=rows.index.isin(np.concatenate(front)),
         below=certified & rows["below"],
     )
-    notes = [
-        f"{letter}: {_MEANS.get(letter, what)}"
-        for what, letter in _LETTERS.items()
-        if (marks["letter"] == letter).any()
-    ]
+    shown = {what: letter for what, letter in _LETTERS.items() if letter in {*marks["letter"]}}
+    notes = [f"{letter}: {_MEANS.get(letter, what)}" for what, letter in shown.items()]
     what, label = _ERRORS[question]
     if question == judge.COULOMB and math.isclose(low, judge.GAP_FLOOR):
         notes.append(f"gaps below {low:g} are none, drawn there")
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
         notes.append("grey triangles: below the best exact state (|gap|)")
-    places = {
-        "x": _log(alt.X("time:Q"), "time (s)", (first / 1.25, last * 1.25), (first, last)),
-        "y": _log(alt.Y("height:Q"), label, (low / 3, top), (low, high)),
-    }
-    known, steps, below, letters = (
-        alt.Chart().transform_filter(which)
-        for which in ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")
-    )
+    x = _log(alt.X("time:Q"), "time (s)", (first / 1.25, last * 1.25), (first, last))
+    places = {"x": x, "y": _log(alt.Y("height:Q"), label, (low / 3, top), (low, high))}
+    of_layers = ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")
+    known, steps, below, letters = (alt.Chart().transform_filter(which) for which in of_layers)
     once = alt.Chart().transform_aggregate(rows="count()")
     told = [alt.Tooltip(f"{column}:N") for column in (*_TOLD, *_RENAMED.values())]
     raw = alt.Color("colour:N", scale=None)
+    words = {"x": alt.value(5), "y": alt.value(9), "text": alt.value("not certified")}
+    lines = {"color": raw, "detail": "pair:N", "opacity": _FADED, "order": "rung:Q"}
+    lettered = {"text": "letter:N", "color": raw, "opacity": _FADED, "tooltip": told}
     layers = [
         once.mark_rect(color="#EDEDED").encode(y=alt.datum(band), y2=alt.datum(top)),
-        once.mark_text(align="left", color=_GREY).encode(
-            x=alt.value(5), y=alt.value(9), text=alt.value("not certified")
-        ),
+        once.mark_text(align="left", color=_GREY).encode(**words),
         steps.mark_line(interpolate="step-after", color=_GREY).encode(**places),
-        known.mark_line(strokeWidth=1.2).encode(
-            **places, color=raw, detail="pair:N", opacity=_FADED, order="rung:Q"
-        ),
+        known.mark_line(strokeWidth=1.2).encode(**places, **lines),
         below.mark_point(shape="triangle-down", filled=True, size=160, color=_GREY).encode(**places),
         # The only layer with a legend: of several its names could not be chosen.
         known.mark_point(size=80, filled=True)
@@ -131,9 +121,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
             tooltip=told,
         )
         .add_params(*_CHOSEN),
-        letters.mark_text(fontWeight="bold", fontSize=13).encode(
-            **places, text="letter:N", color=raw, opacity=_FADED, tooltip=told
-        ),
+        letters.mark_text(fontWeight="bold", fontSize=13).encode(**places, **lettered),
     ]
     title = f"{question.capitalize()} λ: time against {what}"
     chart = alt.layer(*layers, data=marks)
@@ -161,9 +149,9 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
     ended, columns = frames.success(summary), ("pair", *frames.SUCCESS)
-    residuals = [
-        (kind, *(f"{limit.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limit in LIMITS.items()
-    ]
+    limits = {kind: limit.as_dict() for kind, limit in LIMITS.items()}
+    residuals = [(kind, *(f"{of[name]:g}" for name in RESIDUALS)) for kind, of in limits.items()]
+    numbers = {"outside": OUTSIDE, "gap_floor": judge.GAP_FLOOR, "repeated_below": REPEATED_BELOW}
     return render(
         "comparison.html",
         title="Comparison of methods and solvers",
@@ -175,10 +163,8 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
         script=script(),
         left_out=table(("method", "model", "solver", "why"), comparison.plan.left_out),
         residuals=table(("", *RESIDUALS), residuals, RESIDUALS),
-        outside=f"{OUTSIDE:g}",
-        gap_floor=f"{judge.GAP_FLOOR:g}",
-        repeated_below=f"{REPEATED_BELOW:g}",
         about=table(("", ""), [*about.items()]),
+        **{name: f"{value:g}" for name, value in numbers.items()},
     )
 
 
@@ -189,11 +175,10 @@ def load_factors(comparison: Comparison) -> dict[str, Any]:
     methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
     known = {name: _lambda(of.middle) for name, of in comparison.bounds.items() if of.finite}
     best = {name: f"{_lambda(of.load_factor)}, {of.method}" for name, of in comparison.best.items()}
-    rows = [
-        [name, known.get(name, "–"), best.get(name, "–")]
-        + [told.get((name, method), "not run") for method in methods]
-        for name in (scene.name for scene in comparison.scenes)
-    ]
+    rows = []
+    for name in (scene.name for scene in comparison.scenes):
+        found = (told.get((name, method), "not run") for method in methods)
+        rows.append([name, known.get(name, "–"), best.get(name, "–"), *found])
     headings = [f"{judge.question_of(method)} λ, {method}" for method in methods]
     return table(["scene", "associative λ, certified", "lowest exact Coulomb λ", *headings], rows)
 

@@ -57,10 +57,8 @@ class CaseScene:
 
 def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
     """Read and name the scenes of a comparison: paths of case files, or names of those in a folder
-    ("ferris_tinloi/wall_1" or "wall_1").
-
-    Raises CaseError if a case file is missing or wrong, OptionError if two different files have one name.
-    """
+    ("ferris_tinloi/wall_1" or "wall_1"). Raises CaseError if a case file is missing or wrong, OptionError if
+    two different files have one name."""
     scenes: dict[str, CaseScene] = {}
     for case in cases:
         path = _path(case, folder)
@@ -76,11 +74,9 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 
 def content_of(scene: Scene) -> str:
-    """Hash of what a scene's answer depends on, 12 hexadecimal digits.
-
-    Keys at their defaults do not count: a key that a later version adds changes no hash. A live load given as
-    a multiple of the block's weight has the hash of its force.
-    """
+    """Hash of what a scene's answer depends on, 12 hexadecimal digits. Keys at their defaults do not count: a
+    key that a later version adds changes no hash. A live load given as a multiple of the block's weight has
+    the hash of its force."""
     keys = scene.model_dump(exclude=_NAMING, exclude_defaults=True)
     # Not beside loads: one may give another weight, which the multiple follows.
     for block in [] if scene.loads else keys["blocks"]:
@@ -114,11 +110,6 @@ class Pair:
     solver: str
     tolerance: float | None
 
-    @property
-    def label(self) -> str:
-        """The pair without its tolerance."""
-        return f"{self.method} · {self.model} · {self.solver}"
-
 
 @dataclass(frozen=True)
 class RunPlan:
@@ -131,12 +122,9 @@ class RunPlan:
 def plan(
     methods: Sequence[str], models: Sequence[str], solvers: Sequence[str], tolerances: Sequence[float]
 ) -> RunPlan:
-    """The admissible combinations, by the registries METHODS and SOLVERS.
-
-    A method with tolerances of its own runs once, with its default solver if none of its solvers is named.
-
-    Raises OptionError if a name is unknown, a tolerance is out of range, or nothing is left to run.
-    """
+    """The admissible combinations, by the registries METHODS and SOLVERS. A method with tolerances of its own
+    runs once, with its default solver if none of its solvers is named. Raises OptionError if a name is
+    unknown, a tolerance is out of range, or nothing is left to run."""
     named = {"method": (methods, METHODS), "model": (models, MODELS), "solver": (solvers, names())}
     for what, (asked, known) in named.items():
         if unknown := [name for name in asked if name not in known]:
@@ -145,15 +133,15 @@ def plan(
         find_solver(LANGUAGES[0], None, tolerance)  # refuses what is out of range
     pairs: list[Pair] = []
     left_out: list[tuple[str, str, str, str]] = []
-    for method in methods:
-        for model, solver in _combinations(method, models, solvers):
-            try:
-                how = HowToSolve(method, model, solver)
-            except OptionError as error:
-                left_out.append((method, model, solver, str(error)))
-                continue
-            takes_one = how.engine.entry.options and not how.chosen.own_tolerances
-            pairs += [Pair(method, model, solver, t) for t in (tolerances if takes_one else [None])]
+    combinations = [(one, *rest) for one in methods for rest in _combinations(one, models, solvers)]
+    for combination in combinations:
+        try:
+            how = HowToSolve(*combination)
+        except OptionError as error:
+            left_out.append((*combination, str(error)))
+            continue
+        takes_one = how.engine.entry.options and not how.chosen.own_tolerances
+        pairs += [Pair(*combination, t) for t in (tolerances if takes_one else [None])]
     if not pairs:
         why = "; ".join(f"{', '.join(names)}: {reason}" for *names, reason in left_out)
         raise OptionError(f"nothing to compare: {why}")
@@ -175,12 +163,10 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     _take_one_core()
     chosen: dict[str, Any] = {"model": pair.model, "solver": pair.solver, "tolerance": pair.tolerance}
     method = METHODS[pair.method]
-    options: dict[str, Any] = {}
-    if method.options and "time_limit" in method.options.model_fields:
-        options["time_limit"] = _OWN_LIMIT * time_limit
+    limited = method.options and "time_limit" in method.options.model_fields
+    options: dict[str, Any] = {"time_limit": _OWN_LIMIT * time_limit} if limited else {}
     with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):
-        # A solver that fails here fails again below, where it counts.
-        small = case_folder() / _WARM_UP
+        small = case_folder() / _WARM_UP  # a solver that fails here fails again below, where it counts
         if method.own_tolerances:
             for model in LANGUAGES:
                 solve(small, "static", model=model)

@@ -100,7 +100,7 @@ class Crossing(StudyAnswer):
     def resolution(self) -> float | None:
         """How finely the worst position was sought: the larger distance from it to the next positions solved
         on either side."""
-        return self.least.resolution(self.least.position) if self.least else None
+        return self.least.resolution if self.least else None
 
     @property
     def bound(self) -> float | None:
@@ -199,20 +199,20 @@ class Crossing(StudyAnswer):
         if worst.load_factor is not None:
             found = numeral(worst.load_factor, ".6f")
         first, *others = (numeral(x, ".6g") for x in self.at)
-        source = least.passage.axles.group.source
+        passage, group = least.passage, least.passage.axles
+        source = f" ({group.group.source})" if group.group.source else ""
         positions, away = counted(len(self.governing), "position"), numeral(self.resolution or 0.0, ".3g")
         told |= {
             "least λ": found,
             "at": f"axles at x = {first}{' (first)' if others else ''}{''.join(f', {x}' for x in others)}",
-            "axles": f"'{self.axles}', travelling {self.direction}{f' ({source})' if source else ''}",
-            "width": f"{least.passage.across:.4g} of each load: effective width {least.passage.axles.width:g}"
-            if least.passage.axles.width
-            else "",
-            "solved": f"at {positions}; spacing at the worst position {away}",
+            "axles": f"'{self.axles}', travelling {self.direction}{source}",
         }
-        if self.default or self.no_default:
-            told["first look"] = self._first_look(self.default)
-        if least.passage.assembly.problem.live.any():
+        if group.width:
+            told["width"] = f"{passage.across:.4g} of each load: effective width {group.width:g}"
+        told["solved"] = f"at {positions}; spacing at the worst position {away}"
+        if said := self._first_look():
+            told["first look"] = said
+        if passage.assembly.problem.live.any():
             told["beside them"] = "the scene's other live loads, which λ multiplies too"
         if self.bound is not None:
             told["bound"] = f"λ is nowhere on the road less than {numeral(self.bound, '.6f')}"
@@ -222,19 +222,18 @@ class Crossing(StudyAnswer):
             named = some([at.format(**one) for one in self.undecided_at])
             told["undecided"] = f"{counted(self.undecided, 'position')}, at which λ may be less: {named}"
         if self.interrupted:
-            told["interrupted"] = "λ may be less at positions that were not solved" + (
-                f", and in load cases not reached: {missed}" if missed else ""
-            )
-        return {name: words for name, words in told.items() if words}
+            not_reached = f", and in load cases not reached: {missed}" if missed else ""
+            told["interrupted"] = f"λ may be less at positions that were not solved{not_reached}"
+        return told
 
-    def _first_look(self, default: Result | None) -> str:
-        """By how much the default method differs at the worst position."""
-        if default is None:
-            return f"not compared with the default method: {self.no_default}"
-        found, most = default.load_factor, self.load_factor
-        said = f"method '{default.method}', the default, finds"
+    def _first_look(self) -> str:
+        """By how much the default method differs at the worst position; "" where it was not asked."""
+        if self.default is None:
+            return self.no_default and f"not compared with the default method: {self.no_default}"
+        found, most = self.default.load_factor, self.load_factor
+        said = f"method '{self.default.method}', the default, finds"
         if found is None or most is None:
-            return f"{said} there: {default.status}"
+            return f"{said} there: {self.default.status}"
         less = 1 - found / most
         much = f"λ = {numeral(found, '.6f')} there, {less:.2%} less" if less > WITHIN else "the same λ there"
         return f"{said} {much}; at other positions it may find less"
@@ -252,19 +251,21 @@ class Crossing(StudyAnswer):
 
     def plot(self) -> Picture:
         """Draw the load factor over the position of the first axle, and below it, in the same scale, the
-        mechanism at the worst, as a matplotlib figure; a notebook shows it.
-
-        Raises OptionError of a scene that does not stand.
-        """
+        mechanism at the worst, as a matplotlib figure; a notebook shows it. Raises OptionError of a scene
+        that does not stand."""
         least, worst = self.least, self.worst
         if least is None:
             raise OptionError(f"{worst.case}: {worst.status}: no axle was moved, none can be drawn")
-        passage = least.passage
+        passage, heading = least.passage, str(worst.status)
         with style():
             made = Picture()
             chart, bridge = made.subplots(2)
             if worst.load_factor is not None:
                 draw_mechanism(worst, bridge)
+                heading = printable(
+                    f"least λ = {numeral(worst.load_factor, '.5g')} with '{passage.axles.name}' at "
+                    f"{numeral(least.position, '.4g')}, travelling {passage.direction}"
+                )
             low, high = bridge.get_xlim()
             positions = np.concatenate([one.positions for one in self.passages])
             low, high = min(low, positions.min()), max(high, positions.max())
@@ -277,18 +278,11 @@ class Crossing(StudyAnswer):
             for axes, foot, height in ((bridge, _BELOW, tall), (chart, _BELOW + tall + _BETWEEN, _HIGH)):
                 axes.set_position((_LEFT / size[0], foot / size[1], _WIDTH / size[0], height / size[1]))
                 axes.set_xlim(low, high)
-            bridge.set_ylim(bottom, top)
-            bridge.set_xlabel("x, y in the length unit of the case")
+            bridge.set(ylim=(bottom, top), xlabel="x, y in the length unit of the case")
             self._draw_load_factors(chart, least.position)
-            heading = str(worst.status)
-            if worst.load_factor is not None:
-                heading = printable(
-                    f"least λ = {numeral(worst.load_factor, '.5g')} with '{passage.axles.name}' at "
-                    f"{numeral(least.position, '.4g')}, travelling {passage.direction}"
-                )
             chart.set_title(f"{title_of(worst.assembly.scene)}\n{heading}", parse_math=False, fontsize=10.5)
-            handles, labels = chart.get_legend_handles_labels()
-            made.legend(handles, labels, loc="lower center", ncols=3, frameon=False, fontsize=8.5)
+            named = chart.get_legend_handles_labels()
+            made.legend(*named, loc="lower center", ncols=3, frameon=False, fontsize=8.5)
         return made
 
     def _draw_load_factors(self, axes: Axes, position: float) -> None:
@@ -308,27 +302,23 @@ class Crossing(StudyAnswer):
             axes.plot(rows["position"], rows["load_factor"], color=colour, label=name, zorder=3, **look)
         if below:
             axes.plot([], [], color=HATCH, linewidth=0.8, label=", ".join(below))
-        axes.set_ylabel("load factor λ")
-        axes.set_xlabel("position of the first axle")
+        axes.set(xlabel="position of the first axle", ylabel="load factor λ")
         axes.grid(color="#E4E4E4", linewidth=0.6)
         if self.load_factor is not None:
-            ring: dict[str, Any] = {"marker": "o", "markersize": 11, "fillstyle": "none", "linestyle": "none"}
-            axes.plot(position, self.load_factor, color=MARKED, label="worst", zorder=4, **ring)
+            ring: dict[str, Any] = {"color": MARKED, "markersize": 11, "fillstyle": "none"}
+            axes.plot(position, self.load_factor, "o", label="worst", zorder=4, **ring)
             most = 1.1 * float(self.governing["load_factor"].max())
             axes.set_ylim(0.0, min(_SHOWN_UP_TO * self.load_factor, most) or 1.0)
 
     def save(self, path: str | Path, force: bool = False) -> None:
         """Write the picture (.png, .svg, .pdf), or a page with it, the worst position's result and the table
-        (.html), whole or not at all.
-
-        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
-        replaces what was not written here), or the scene does not stand.
-        """
+        (.html), whole or not at all. Raises OptionError if the file's name has another ending, it cannot be
+        written or replaced (``force`` replaces what was not written here), or the scene does not stand."""
         save_as(path, force, self._page, self.plot)
 
     def _page(self) -> str:
-        title, at_worst = title_of(self.worst.assembly.scene), notebook_html(self.worst)
-        parts = {"At the worst position": at_worst}
+        title = title_of(self.worst.assembly.scene)
+        parts = {"At the worst position": notebook_html(self.worst)}
         return render("study.html", title=title, answer=self, pictures=self.pictures(), parts=parts)
 
     def pictures(self) -> dict[str, Picture]:
@@ -340,12 +330,8 @@ class Crossing(StudyAnswer):
 
 
 def _place(passage: Passage, position: float) -> dict[str, Any]:
-    return {
-        "load_case": passage.case,
-        "axles": passage.axles.name,
-        "direction": passage.direction,
-        "position": position,
-    }
+    place = (passage.case, passage.axles.name, passage.direction, position)
+    return dict(zip(("load_case", *_PLACE), place, strict=True))
 
 
 def _axles(axes: Axes, passage: Passage, position: float, arrow: float) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -74,7 +75,7 @@ def crossing(
     scene = as_scene(scene, load_case)
     scene.in_plane()  # which refuses solids
     ways, left_out = _ways(scene, axles)
-    cases = tuple(one.case for one in ways[0] if one.case)
+    told = partial(Crossing, cases=tuple(one.case for one in ways[0] if one.case), left_out=left_out)
     effort, moving = Effort(), dict[str | None, search.MovingLoad]()
     for first in ways[0]:
         ends = np.array(first.pieces(_longest(first)))
@@ -82,7 +83,7 @@ def crossing(
         result = session.solve(first.scene(start))
         undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
         if undecided or result.status is Status.UNSTABLE:
-            return Crossing(worst=result, passages=(), cases=cases, left_out=left_out)
+            return told(worst=result, passages=())
         loaded = replace(first.assembly.problem, live=first.live(start))
         moving[first.case] = search.MovingLoad(loaded, effort)
     crossed: list[search.PassageTrials] = []
@@ -90,15 +91,14 @@ def crossing(
     own = session.how.model is None and session.how.solver is None
     try:
         for way in ways:
-            together = []
             for passage in way:
                 associative = moving[passage.case]
                 plain = own and proves and not len(passage.assembly.problem.crushing)
                 solve = associative if plain else _solve(many, passage, effort)
                 beside = None if proves else search.PassageTrials(passage, associative)
-                together.append(search.PassageTrials(passage, solve, progress, beside))
-                crossed.append(together[-1])
-                search.least_associative(together[-1].associative, _longest(passage), WITHIN)
+                crossed.append(search.PassageTrials(passage, solve, progress, beside))
+                search.least_associative(crossed[-1].associative, _longest(passage), WITHIN)
+            together = crossed[-len(way) :]
             _at_the_same([one.associative for one in together])
             if not proves:
                 for one in together:
@@ -123,14 +123,9 @@ def crossing(
         interrupted = True
         known = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=at_worst)
         result = session.result(known, worst.answers[worst.position], effort)
-    return Crossing(
-        worst=result,
-        passages=tuple(crossed),
-        interrupted=interrupted,
-        cases=cases,
-        left_out=left_out,
-        default=default,
-        no_default=no_default,
+    passages = tuple(crossed)
+    return told(
+        worst=result, passages=passages, interrupted=interrupted, default=default, no_default=no_default
     )
 
 
@@ -172,22 +167,19 @@ def _ways(
     ways = []
     for group in groups:
         road = Road(scene, assembly.geometry, _line(scene, group), f"the road of axles '{group.name}'")
-        for direction in group.directions:
-            ways.append([Passage(group, direction, one, road) for one in assemblies])
+        ways += [[Passage(group, way, one, road) for one in assemblies] for way in group.directions]
     crossed = [one.load_case for one in inside]
     return ways, tuple(case.name for case in cases if case not in crossed)
 
 
 def _groups(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> list[Axles]:
-    if isinstance(axles, Axles):
-        return [axles]
     if isinstance(axles, str):
         named = [group for group in scene.axles if group.name == axles]
         if not named:
             known = ", ".join(repr(group.name) for group in scene.axles) or "none"
             raise OptionError(f"{scene.origin}: no axles '{axles}'; known: {known}")
         return named
-    groups = list(scene.axles if axles is None else axles)
+    groups = [axles] if isinstance(axles, Axles) else list(scene.axles if axles is None else axles)
     if not groups:
         raise CaseError(f"{scene.origin}: has no axles: give [[axles]], or in Python axles=mo.Axles(...)")
     if not all(isinstance(group, Axles) for group in groups):

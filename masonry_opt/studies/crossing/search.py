@@ -27,8 +27,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-#: The answer under a live load, shape (3b,).
-SolveLive = Callable[[np.ndarray], Solution]
+SolveLive = Callable[[np.ndarray], Solution]  #: The answer under a live load, shape (3b,).
 
 #: Share of the road's length beside a break of the loads at which they are taken there, on either side: at
 #: the break itself they may jump.
@@ -88,8 +87,7 @@ class Passage:
         scene, shapes = self.assembly.scene, self.assembly.geometry
         loads, group = list(scene.loads), None
         changed: dict[str, Any] = {"loads": loads, "axles": []}
-        case = scene.load_case
-        if case is not None:
+        if (case := scene.load_case) is not None:
             group = f"axles '{self.axles.name}'"
             live = {name: factor for name, factor in case.live.items() if name != "axles"}
             case = case.replace(live=live | {group: scene.factor_of_axles})
@@ -99,9 +97,8 @@ class Passage:
             _, down, moment = forces[block]
             x = shapes.centroid[block, 0] + moment / down
             _, low, _, high = shapes.polygons[block].bounds
-            met = shapely.intersection(
-                shapes.polygons[block], shapely.linestrings([[x, low - 1.0], [x, high + 1.0]])
-            )
+            line = shapely.linestrings([[x, low - 1.0], [x, high + 1.0]])
+            met = shapely.intersection(shapes.polygons[block], line)
             at = np.array([x, high if met.is_empty else met.bounds[3]]) + shapes.origin
             where = {"block": scene.blocks[block].name, "at": tuple(map(float, at))}
             loads.append(Load(**where, live=(0.0, float(down)), group=group))
@@ -115,8 +112,7 @@ class Passage:
         found: list[tuple[float, float]] = []
         for start, end in zip(breaks[:-1] + beside, breaks[1:] - beside, strict=True):
             if end - start > beside:
-                ends = np.linspace(start, end, 1 + int(np.ceil((end - start) / longest))).tolist()
-                found += pairwise(ends)
+                found += pairwise(np.linspace(start, end, 1 + int(np.ceil((end - start) / longest))).tolist())
         return [ends for ends in found if any(self.carried(x) for x in (*ends, sum(ends) / 2))]
 
     def carried(self, position: float) -> bool:
@@ -160,8 +156,7 @@ class MovingLoad:
             found = certified(problem, load_factor, q, d * problem.live_norm / (live @ d), problem.friction)
             return replace(solution, found=found).accepted()
         if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
-            # The scene stands: the program has a state, at λ = 0.
-            return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)
+            return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)  # it stands: it has a state, at λ = 0
         return solution.ended(Status.SOLVER_FAILED, Code.SOLVER_STOPPED, word=verdict.value)
 
 
@@ -209,16 +204,17 @@ class PassageTrials:
     @property
     def load_factors(self) -> np.ndarray:
         """λ at these."""
-        return np.array([self.at(position) for position in sorted(self.answers)])
+        return np.array([self.at(position) for position in self.positions])
 
     @property
     def associative(self) -> "PassageTrials":
         return self.beside or self
 
-    def resolution(self, position: float) -> float:
-        """The larger distance from a position to the next ones on either side that were solved, other than
-        those across a jump of the loads."""
-        aside = self.positions - position
+    @property
+    def resolution(self) -> float:
+        """The larger distance from where λ is least to the next positions on either side that were solved,
+        other than those across a jump of the loads."""
+        aside = self.positions - self.position
         aside = aside[np.abs(aside) > _FINEST**2 * np.ptp(self.positions)]
         sides = aside[aside < 0], aside[aside > 0]
         return max((float(np.abs(side).min()) for side in sides if len(side)), default=0.0)
@@ -232,11 +228,9 @@ class PassageTrials:
     def position(self) -> float:
         """Where it is least, the first of several with an axle on a block that can move."""
 
-        def least_first(position: float) -> tuple[float, bool]:
-            found = self.at(position)
-            return (found, False) if math.isfinite(found) else (math.inf, not self.passage.carried(position))
-
-        return min(sorted(self.answers), key=least_first)
+        if math.isfinite(self.least):
+            return float(self.positions[np.nanargmin(self.load_factors)])
+        return next(filter(self.passage.carried, sorted(self.answers)), min(self.answers))
 
 
 def least_associative(solved: PassageTrials, longest: float, within: float) -> None:
@@ -266,9 +260,8 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:
     """What 1/λ does not exceed between two positions; NaN where a load that says so has no answer."""
-    first, quarter, middle, last = (
-        solved.passage.live(start + share * (end - start)) for share in (0.0, 0.25, 0.5, 1.0)
-    )
+    positions = [start + share * (end - start) for share in (0.0, 0.25, 0.5, 1.0)]
+    first, quarter, middle, last = map(solved.passage.live, positions)
     corner, mean = 2 * middle - (first + last) / 2, (first + last) / 2
     off = quarter - (9 * first + 6 * corner + last) / 16
     scale = _ROUNDING * np.abs(middle).max()
@@ -287,12 +280,10 @@ def _inverse(known: float) -> float:
 
 
 def least_coulomb(solved: PassageTrials, within: float) -> None:
-    """Look for the least load factor of a method that nothing bounds from below, where it may be.
-
-    It is asked at a few positions, and then wherever it could be the least if its share of the associative
-    load factor, known at all of them, were between two positions little less than at both; last beside the
-    least. That is no proof.
-    """
+    """Look for the least load factor of a method that nothing bounds from below, where it may be. It is asked
+    at a few positions, and then wherever it could be the least if its share of the associative load factor,
+    known at all of them, were between two positions little less than at both; last beside the least. That is
+    no proof."""
     at, most = solved.associative.positions, solved.associative.load_factors
     first = {*np.linspace(0, len(at) - 1, min(_FIRST, len(at))).round().astype(int).tolist()}
     if np.isfinite(most).any():

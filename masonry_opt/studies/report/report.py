@@ -35,8 +35,7 @@ from masonry_opt.words.page import answer as in_full
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.summary import facts, known_least, told_factor
 
-#: What can be reported.
-Answer = Result | Crossing | Cases | Settlement | Capacity
+Answer = Result | Crossing | Cases | Settlement | Capacity  #: What can be reported.
 
 _NAMED = 60  #: Blocks whose names are written into the drawing, at most.
 _BELOW = 0.08  #: Height below a drawing for its scale bar, over its width.
@@ -73,6 +72,10 @@ def report(
     (in space axes), results by load case and position, mechanism and thrust, the case, versions and date. It
     needs no network, and prints whole on A4; browsers write it as PDF.
 
+    Raises OptionError if there is no such answer, answers are of different scenes, units are not two names,
+    the name does not end in .html, the file cannot be written or replaced, or Jinja2, of the extra "studies",
+    is not installed; OSError if the file cannot be written.
+
     Parameters
     ----------
     answer: of ``solve``, ``crossing``, ``solve_cases``, ``directions``, ``settle`` or ``capacity``, or
@@ -80,15 +83,6 @@ def report(
     path: of the page.
     units: of length and force, as in "m, kN", which case files do not say (default: not named).
     force: whether to replace a file that was not written here.
-
-    Raises
-    ------
-    OptionError
-        If there is no such answer, answers are of different scenes, units are not two names, the name does
-        not end in .html, the file cannot be written or replaced, or Jinja2, of the extra "studies", is not
-        installed.
-    OSError
-        If the file cannot be written.
     """
     refuse_report(path, units, force)
     parts = [_part(one) for one in (answer if isinstance(answer, list | tuple) else [answer])]
@@ -119,13 +113,11 @@ def _refuse_others(parts: Sequence[Part]) -> None:
 
 def _told_apart(parts: Sequence[Part]) -> list[Part]:
     """Parts with numbers in headings that repeat."""
-    every = [part.heading for part in parts]
-    return [
-        replace(part, heading=f"{part.heading} ({every[: place + 1].count(part.heading)})")
-        if every.count(part.heading) > 1
-        else part
-        for place, part in enumerate(parts)
-    ]
+    every, told = [part.heading for part in parts], []
+    for number, part in enumerate(parts, start=1):
+        again = f" ({every[:number].count(part.heading)})" if every.count(part.heading) > 1 else ""
+        told.append(replace(part, heading=part.heading + again))
+    return told
 
 
 def _units(units: str | None) -> dict[str, str]:
@@ -203,18 +195,14 @@ def _(answer: Cases) -> Part:
 
 @_part.register
 def _(answer: Settlement) -> Part:
-    known = answer.facts()
+    known, ends = answer.facts(), answer.ends.items()
     said = [f"{end} reaction {known[end].partition(';')[0]}" for end in answer.ends]
     return Part(
         heading=f"Settlement, {known['settles']}",
         says="; ".join(said) or known["reaction"],
         assembly=answer.assembly,
         told={"how it falls": answer.fallen} if answer.fallen else {},
-        others={
-            f"{end} reaction, {kind}": of
-            for end, one in answer.ends.items()
-            for kind, of in one.results.items()
-        },
+        others={f"{end} reaction, {kind}": of for end, one in ends for kind, of in one.results.items()},
         facts=known,
         pictures=answer.pictures() if answer.ends else {},
         tables=answer.page_tables(),
@@ -262,34 +250,27 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
     acting += [f"earthquake {scene.shaken_by}"] if scene.shaken_by else []
     found = {name: of for name, of in results.items() if of.certificate is not None}
     low, high = movable_box(assembly)
+    given_in = {"scene": scene, "problem": problem, "units": units, "loads": loads, "axles": axles}
+    answers = {"parts": parts, "results": results, "proven": proven, "pushed": pushed}
+    makers = {"pictures_of": _pictures, "tables_of": of_result, "in_full": in_full, "printable": printable}
     return render(
         "report.html",
+        **given_in,
+        **answers,
+        **makers,
         title=title_of(scene.with_load_case(None)),
         day=date.today().isoformat(),
         versions=versions(),
-        parts=parts,
-        pictures_of=_pictures,
-        tables_of=of_result,
-        in_full=in_full,
         drawn_as="png" if len(scene.blocks) > MOST_BLOCKS else "svg",
-        printable=printable,
         angle=lambda tangent: math.degrees(math.atan(tangent)),
         residuals=table(["answer", *RESIDUALS], [[name, *_residuals(of)] for name, of in found.items()]),
         meaning=RESIDUALS,
         stands=list(found) if len(found) < len(results) else [],
-        proven=proven,
         unproven={name: facts(of)["how sure"] for name, of in factors.items() if not proven[name]},
-        results=results,
-        pushed=pushed,
         acting=", ".join(acting),
         solved={of.load_case for of in results.values()} | {name for part in parts for name in part.crossed},
-        scene=scene,
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
-        problem=problem,
-        units=units,
-        loads=loads,
-        axles=axles,
         given=given(scene, axles),
         drawing=_drawing(assembly, units["length"] or "units"),
         case=case_text(scene),

@@ -19,15 +19,8 @@ from masonry_opt.studies.writing import frame_table, table
 _ROWS, _LINES = 150, 600  #: Rows of a table, and lines of a case, that are printed at most.
 
 #: Lists of a scene's records, by what their tables are headed.
-_RECORDS = {
-    "Joints that differ": "exceptions",
-    "Fill": "fills",
-    "Loads on blocks": "loads",
-    "Loads along edges": "edge_loads",
-    "Ties": "ties",
-    "Props": "props",
-    "Load cases": "load_cases",
-}
+_RECORDS = {"Joints that differ": "exceptions", "Fill": "fills", "Loads on blocks": "loads"}
+_RECORDS |= {"Loads along edges": "edge_loads", "Ties": "ties", "Props": "props", "Load cases": "load_cases"}
 
 #: Columns of the table of joints, in the plane and in space.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")

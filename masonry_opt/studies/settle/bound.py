@@ -79,10 +79,8 @@ class Bound:
 
     def rows(self) -> list[dict[str, Any]]:
         """Reaction, status and moving blocks of each of the results."""
-        rows = (
-            (kind, self._reaction(of.load_factor), str(of.status), moving(of))
-            for kind, of in self.results.items()
-        )
+        results = self.results.items()
+        rows = ((kind, self._reaction(of.load_factor), str(of.status), moving(of)) for kind, of in results)
         return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
 
     def _reaction(self, load_factor: float | None) -> float | None:
@@ -120,10 +118,8 @@ def joint_openings(result: Result) -> pd.DataFrame:
     first, second = np.array(assembly.pairs_of(moves), dtype=object).reshape(-1, 2).T
     at = (joints.point[widest] + assembly.geometry.origin)[moves]
     frame = pd.DataFrame(dict(zip(columns, (moves, first, second, *at.T, opens, slides), strict=True)))
-    widths = frame[["opening", "sliding"]].max(axis=1)
-    return unsigned(frame.loc[widths.sort_values(ascending=False, kind="stable").index]).reset_index(
-        drop=True
-    )
+    widths = frame[["opening", "sliding"]].max(axis=1).sort_values(ascending=False, kind="stable")
+    return unsigned(frame.loc[widths.index]).reset_index(drop=True)
 
 
 def opening_marks(result: Result, elements: Elements) -> list[Marks]:

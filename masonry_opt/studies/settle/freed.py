@@ -62,13 +62,10 @@ def freed(
     assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float | None, turns: bool
 ) -> Assembly:
     """Assembly in which supports, by their indices (k,), move in one direction (a unit vector) at a common
-    rate, or turn about their centroids at most.
-
-    The supports are blocks without weight, held by forces without limits: across the direction, against
-    rotation, and, of several, on each other along it. The live load is the push, along the direction, shared
-    by them, in the case's unit of force: the scene's own live loads are left out. Without a push they are
-    held along the direction too.
-    """
+    rate, or turn about their centroids at most. The supports are blocks without weight, held by forces
+    without limits: across the direction, against rotation, and, of several, on each other along it. The live
+    load is the push, along the direction, shared by them, in the case's unit of force: the scene's own live
+    loads are left out. Without a push they are held along the direction too."""
     force = (push or 0.0) / len(supports) * direction
     restraints = _restraints(assembly, supports, direction, turns, held=push is None)
     return with_supports_freed(assembly, _pushed(assembly.scene, supports, force), force, restraints)
@@ -81,13 +78,9 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
     if scene.dimension == 3:
         still["live_moment"] = none
     moves = still | {"fixed": False, "weight": 0.0, "unit_weight": None, "live": tuple(force.tolist())}
-    blocks = [
-        block.replace(**(moves if number in supports else still)) for number, block in enumerate(scene.blocks)
-    ]
-    loads = [
-        load.replace(**{key: none for key in ("live", "live_moment") if getattr(load, key)})
-        for load in scene.loads
-    ]
+    numbered, acting = enumerate(scene.blocks), ("live", "live_moment")
+    blocks = [block.replace(**(moves if number in supports else still)) for number, block in numbered]
+    loads = [load.replace(**{key: none for key in acting if getattr(load, key)}) for load in scene.loads]
     edge_loads = [
         load if load.kind == "dead" else load.replace(pressure=None, force=(0.0, 0.0))
         for load in scene.edge_loads

@@ -79,9 +79,8 @@ class Settlement(StudyAnswer):
     @property
     def usable(self) -> bool:
         """Whether some reaction holds the scene, and the method found both ends, or that there is none."""
-        return not self.fallen and all(
-            end.reaction is not None or end.unlimited for end in self.ends.values()
-        )
+        found = (end.reaction is not None or end.unlimited for end in self.ends.values())
+        return not self.fallen and all(found)
 
     @property
     def table(self) -> pd.DataFrame:
@@ -104,7 +103,7 @@ class Settlement(StudyAnswer):
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
         rate = ", at a common rate" if len(self.supports) > 1 else ""
         turning = "and each can turn" if self.turns else "without turning"
-        settles = f"{some([repr(name) for name in self.supports])} along ({along}){rate}, {turning}"
+        settles = f"{some([*map(repr, self.supports)])} along ({along}){rate}, {turning}"
         told = {"case": self.case, "method": self.method, "settles": settles}
         if self.fallen:
             return told | {"reaction": f"none holds the scene ({self.status}): {self.fallen.message}"}
@@ -140,27 +139,25 @@ class Settlement(StudyAnswer):
     ) -> Picture:
         """Draw what moves at the "least" or the "greatest" reaction, with an arrow on each support in the
         direction in which it moves, as a matplotlib figure; how the scene falls, where no reaction holds it.
+        Raises OptionError if there is no such end or kind, or the view is none.
 
         Parameters
         ----------
         kind: one of ``Bound.results``; by default the first.
         names: whether to write each block's name into it.
         view: of solids, as of :meth:`Result.plot`.
-
-        Raises OptionError if there is no such end or kind, or the view is none.
         """
         if end not in ("least", "greatest"):
             raise OptionError(f"there is no end '{end}': choose from least, greatest")
         if self.fallen:
             return _drawn(self.fallen, "no reaction holds it: how it falls", names, view, settles=False)
-        bound = self.ends[end]
-        kind = kind or next(iter(bound.results))
-        if kind not in bound.results:
-            raise OptionError(f"there is no answer of kind '{kind}': choose from {', '.join(bound.results)}")
-        row = next(row for row in bound.rows() if row["kind"] == kind)
-        said = f"none ({row['status']})" if row["reaction"] is None else numeral(row["reaction"], ".6g")
-        of = printable(some([repr(name) for name in self.supports]))
-        return _drawn(bound.results[kind], f"{end} reaction of {of}: {said} ({kind})", names, view)
+        rows = {row["kind"]: row for row in self.ends[end].rows()}
+        kind = kind or next(iter(rows))
+        if kind not in rows:
+            raise OptionError(f"there is no answer of kind '{kind}': choose from {', '.join(rows)}")
+        reaction, of = rows[kind]["reaction"], printable(some([*map(repr, self.supports)]))
+        said = f"none ({rows[kind]['status']})" if reaction is None else numeral(reaction, ".6g")
+        return _drawn(self.ends[end].results[kind], f"{end} reaction of {of}: {said} ({kind})", names, view)
 
     def save(
         self,
@@ -171,11 +168,8 @@ class Settlement(StudyAnswer):
         view: ViewAngles | None = None,
     ) -> None:
         """Write one picture (.png, .svg, .pdf; ``end``, ``kind`` and ``view`` as in ``plot``), or a page with
-        both ends (.html), whole or not at all.
-
-        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
-        replaces what was not written here), or as ``plot``.
-        """
+        both ends (.html), whole or not at all. Raises OptionError if the file's name has another ending, it
+        cannot be written or replaced (``force`` replaces what was not written here), or as ``plot``."""
         save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
 
     def _page(self, view: ViewAngles | None) -> str:
@@ -265,15 +259,8 @@ def settle(
     unit = problem.force_unit * (float(problem.force_sizes(problem.dead).sum()) or 1.0)
     settling, pushed_back = (freed(assembly, supports, along, push, turns) for push in (unit, -unit))
     refuse_idle(assembly, settling, supports)
-    told = partial(
-        Settlement,
-        case=scene.called,
-        supports=tuple(scene.blocks[number].name for number in supports),
-        direction=tuple(along.tolist()),
-        turns=turns,
-        method=method,
-        assembly=assembly,
-    )
+    told = partial(Settlement, case=scene.called, turns=turns, method=method, assembly=assembly)
+    told = partial(told, supports=tuple(assembly.names(supports)), direction=tuple(along.tolist()))
     held = freed(assembly, supports, along, None, turns) if turns else assembly
     if fallen := session.falls(held, effort):
         return told(fallen=fallen)
@@ -293,17 +280,15 @@ def settle(
         results = [each.push(begun, lambda _: None, Effort(phases)) for each in sessions]
         return Bound(results[0], results[-1], start=unit * start, per_load_factor=-sign * unit)
 
-    return told(
-        at_rest=None if rest is None else unit * begins[0][0],
-        least=bound(settling, 1.0, *begins[0]),
-        greatest=bound(pushed_back, -1.0, *begins[1]),
-    )
+    at_rest = None if rest is None else unit * begins[0][0]
+    least, greatest = bound(settling, 1.0, *begins[0]), bound(pushed_back, -1.0, *begins[1])
+    return told(at_rest=at_rest, least=least, greatest=greatest)
 
 
 def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
     """Forces under the dead load of contacts that give while the supports are held, as those of supports that
-    settle, shape (3c + t,); None if these do not come to carry it. The first, so
-    many, are the scene's own; the others hold supports."""
+    settle, shape (3c + t,); None if these do not come to carry it. The first, so many, are the scene's own;
+    the others hold supports."""
     if held.joints > PUSHED_UP_TO or held.dilatancy_depends_on_stress:
         return None
     q = Elastic(held).settled
