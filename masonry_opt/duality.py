@@ -66,25 +66,19 @@ class DualityReport:
     def __str__(self) -> str:
         agree = "agree" if self.passed else "do NOT agree: see differences and residuals below"
         middle = numeral(float(self.table["load_factor"].median()), ".7f")
-        gap, missed = self._beside_cones
         lines = [
             "static and kinematic, CVXPY and Pyomo " + agree,
             f"associative load factor {middle}, to {self.table['difference'].max():.1e}",
             *([f"joints crush by {BY_CHORDS}"] if self.crushing else []),
             *([f"friction {self.friction}"] if self.friction else []),
             *(f"fill {said}" for said in self.fills),
-            *(
-                [
-                    f"by the cone {numeral(self.cones[0], '.7f')}, static and kinematic to {gap:.1e}; "
-                    f"the polygon has {missed:.2%} less"
-                ]
-                if self.cones and self.friction
-                else []
-            ),
-            "",
-            frame_text(self.table, "each with what is left of its conditions"),
-            *(f"warning: {sentence}" for sentence in self.warning_sentences),
         ]
+        if self.cones and self.friction:
+            (gap, missed), by_cone = self._beside_cones, numeral(self.cones[0], ".7f")
+            held = f"by the cone {by_cone}, static and kinematic to {gap:.1e}"
+            lines.append(f"{held}; the polygon has {missed:.2%} less")
+        lines += ["", frame_text(self.table, "each with what is left of its conditions")]
+        lines += [f"warning: {sentence}" for sentence in self.warning_sentences]
         return printable("\n".join(lines)).rstrip("\n")
 
 

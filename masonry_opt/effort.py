@@ -7,29 +7,21 @@ from contextlib import contextmanager
 #: Called with the name of each phase as it begins, such as "finding joints" or "sub-problem 3".
 Phases = Callable[[str], None]
 
-#: The parts, in the order in which they happen.
+#: The parts, in the order in which they happen: reading, joints and matrices; does the scene stand?; the load
+#: to expect beside a Coulomb answer; declaring the model; to solver data, updates included; the solver's own
+#: time; its answer to arrays; the program beside a Coulomb answer.
 PARTS = ("scene", "dead_load", "expected", "build", "compile", "solve", "read", "associative")
 
 
 class Effort:
-    """Counts of an analysis, added up.
-
-    Attributes
-    ----------
-    seconds: by part: ``scene`` (reading, joints, matrices), ``dead_load`` (does the scene stand?),
-        ``expected`` (the load to expect beside a Coulomb answer), ``build`` (declaring the model),
-        ``compile`` (to solver data, updates included), ``solve`` (the solver's own time), ``read`` (its
-        answer to arrays), ``associative`` (the program beside a Coulomb answer).
-    lp_solves, nlp_solves: linear programs solved, cone programs in space among them, and nonlinear ones.
-    iterations: of the solvers, summed.
-    solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".
-    begins: called with the name of each phase as it begins.
-    """
+    """Counts of an analysis, added up: linear programs solved, cone programs in space among them, nonlinear
+    ones, and iterations of the solvers. ``begins`` is called with the name of each phase as it begins."""
 
     def __init__(self, begins: Phases = lambda _: None) -> None:
         self.begins = begins
-        self.seconds = dict.fromkeys(PARTS, 0.0)
+        self.seconds = dict.fromkeys(PARTS, 0.0)  #: by part
         self.lp_solves = self.nlp_solves = self.iterations = 0
+        #: Names of the solvers by what they did, such as "dead load" or "sub-problems".
         self.solvers: dict[str, list[str]] = {}
 
     def uses(self, solver: str, purpose: str) -> None:

@@ -53,15 +53,8 @@ class ConeMechanism(Mechanism):
 
         Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    f_L·d = Σ|f_L|
 
-    Parameters
-    ----------
-    slope: opening per unit slip, as a parameter or numbers.
-    senses: in place of γ ≥ |w|: γ ≥ e·w for each sense e (inside), or w = Σ e p, γ = Σ p with p ≥ 0 (round).
-
-    Attributes
-    ----------
-    slip, sliding: γ of each point that can slide, and w, shape (2, k).
-    opening, yielding: u of each point, and v of each limit of a force.
+    The slope, opening per unit slip, is a parameter or numbers. With senses, in place of γ ≥ |w|: γ ≥ e·w for
+    each sense e (inside), or w = Σ e p, γ = Σ p with p ≥ 0 (round).
     """
 
     def __init__(
@@ -70,9 +63,9 @@ class ConeMechanism(Mechanism):
         self._problem = problem
         table, limits = problem.table, problem.face_constant[problem.table.limits]
         self.d = cp.Variable(problem.B.shape[0], name="d")
-        self.opening = cp.Variable(problem.joints, nonneg=True, name="u")
-        self.yielding = cp.Variable(limits.size, nonneg=True, name="v")
-        self.sliding = cp.Variable((2, slope.size), name="w")
+        self.opening = cp.Variable(problem.joints, nonneg=True, name="u")  #: of each point
+        self.yielding = cp.Variable(limits.size, nonneg=True, name="v")  #: of each limit of a force
+        self.sliding = cp.Variable((2, slope.size), name="w")  #: of each point that can slide
         self.slip = cp.Variable(slope.size, name="gamma")
         normal, *shears = (selection(of_kind, table.width).T for of_kind in problem.columns_of_sliding)
         flow = selection(np.arange(problem.joints), table.width).T @ self.opening

@@ -20,13 +20,8 @@ class CvxpyForces:
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
-    ``room`` is infinite here. A solver that stays loaded is given other costs a and b, and room 0 on the
-    faces that are held at yield.
-
-    Parameters
-    ----------
-    costs: a, and b of shape (3c,); zeros by default.
-    within: the interval.
+    Costs are a, and b of shape (3c,), zeros by default. ``room`` is infinite here. A solver that stays loaded
+    is given other costs, and room 0 on the faces that are held at yield.
     """
 
     def __init__(
@@ -48,14 +43,9 @@ class CvxpyMotion:
 
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
-    ``most`` is infinite here. A solver that stays loaded is given other costs, and most 0 on the faces that
-    must not move.
-
-    Parameters
-    ----------
-    cost: such as the slacks z ≥ 0 of a state, shape (faces,); zeros by default.
-    slope: opening per unit slip, shape (k,); the joints' own by default.
-    raising: largest work against the dead load.
+    The cost, shape (faces,), is such as the slacks z ≥ 0 of a state, zeros by default; the slope, opening per
+    unit slip, shape (k,), by default the joints' own. ``most`` is infinite here. A solver that stays loaded
+    is given other costs, and most 0 on the faces that must not move.
     """
 
     def __init__(
@@ -79,10 +69,7 @@ class CvxpyAtYield:
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 
-    Parameters
-    ----------
-    at_yield: which faces take part in the mechanism, shape (faces,).
-    near: the load factor to stay near.
+    ``at_yield`` tells which faces take part in the mechanism, shape (faces,).
     """
 
     def __init__(self, problem: Problem, at_yield: np.ndarray, near: float) -> None:
@@ -98,13 +85,8 @@ class CvxpyNoMotion:
         min  Σ v    s.t.    B q + f_L = 0,    C(slope) q + v ≥ 0,    0 ≤ v ≤ most
 
     Every mechanism Bᵀ d = D(slope) p has f_L·d = −(C(slope) q)·p, and so f_L·d ≤ 0 unless a face with v > 0
-    moves. With the slope of the true friction the forces are a ray along which λ grows without end.
-
-    ``most`` is infinite here; a solver that stays loaded is given 0 for the faces that may move.
-
-    Parameters
-    ----------
-    slope: opening per unit slip, shape (k,).
+    moves. With the slope, shape (k,), of the true friction the forces are a ray along which λ grows without
+    end. ``most`` is infinite here; a solver that stays loaded is given 0 for the faces that may move.
     """
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:

@@ -10,19 +10,13 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 class _Sized:
     """Cones of crushing for normal forces of the size N: those of numbers far from one, or from each other,
-    cost a solver its last digits.
-
-    Attributes
-    ----------
-    per_size: 1 / N, shape (l,).
-    most_lost: N² / (f_c L), what forces of that size take off 2 n₁ and 2 n₂, shape (l,).
-    """
+    cost a solver its last digits."""
 
     def __init__(self, problem: Problem) -> None:
-        self._problem = problem
-        self.per_size, self.most_lost = (
-            cp.Parameter(len(problem.crushing), name=name) for name in ("1/N", "lost")
-        )
+        self._problem, crushing = problem, len(problem.crushing)
+        self.per_size = cp.Parameter(crushing, name="1/N")
+        #: N² / (f_c L): what forces of that size take off 2 n₁ and 2 n₂.
+        self.most_lost = cp.Parameter(crushing, name="lost")
         self.resize(None)
 
     def resize(self, q: np.ndarray | None) -> None:

@@ -61,9 +61,7 @@ class CvxpyDriven:
         max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
         min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0
 
-    Parameters
-    ----------
-    senses: of slips in space, as of :class:`~.cvxpy_cone.ConeMechanism`; cones by default.
+    In space by cones, or by senses of slips, as of :class:`~.cvxpy_cone.ConeMechanism`.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:

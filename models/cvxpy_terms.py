@@ -9,12 +9,8 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class ShearParameters:
-    """Shear limits as parameters: all that changes between the sub-problems of the loop.
-
-    Attributes
-    ----------
-    slope, cohesion: parameters, shape (k,).
-    """
+    """Shear limits as parameters ``slope`` and ``cohesion``, shape (k,) each: all that changes between the
+    sub-problems of the loop."""
 
     def __init__(self, limits: ShearLimits) -> None:
         self.slope, self.cohesion = (cp.Parameter(limits.slope.size, name=name) for name in ("slope", "c"))
@@ -30,10 +26,7 @@ class Statics:
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
-    Parameters
-    ----------
-    limits: the shear limits, as parameters or numbers.
-    load_factor: λ; a variable unless given.
+    Shear limits are parameters or numbers; λ is a variable unless given.
     """
 
     def __init__(
@@ -74,28 +67,22 @@ class Mechanism:
 
         Bᵀ d = D(slope) p
 
-    Parameters
-    ----------
-    slope: opening per unit slip, as a parameter or numbers.
-
-    Attributes
-    ----------
-    slip: sliding of either sense, shape (k,).
-    resisted: energy that the chords of crushing and limits of forces dissipate.
-    rows: its conditions, but that the live load does work.
+    The slope, opening per unit slip, is a parameter or numbers.
     """
 
     def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
         self._problem = problem
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
-        self.slip = problem.limit_factors.T @ self.p
+        self.slip = problem.limit_factors.T @ self.p  #: sliding of either sense, shape (k,)
         constant = problem.face_constant
+        #: Energy that the chords of crushing and limits of forces dissipate.
         self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
         # With 0 to the right: Python may swap the sides of == between expressions (when the right
         # one's class is derived from the left one's), and with them the sign of the dual.
         self.compatibility = problem.B.T @ self.d - flow == 0
+        #: Its conditions, but that the live load does work.
         self.rows: list[cp.Constraint] = [self.compatibility]
         self.live_work = problem.live @ self.d == problem.live_norm
 

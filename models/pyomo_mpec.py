@@ -29,18 +29,14 @@ class PyomoRelaxed:
         z = C(μ) q + c,    z ≥ 0,    p ≥ 0,    z p ≤ ε    for each face
 
     At ε = 0 its feasible points are the states of the MCP.
-
-    Attributes
-    ----------
-    epsilon: ε, a parameter of the program.
-    complementarity_rows: the rows z p ≤ ε, whose bound is all that changes between solves.
     """
 
     def __init__(self, model: PyomoMcp) -> None:
         self._model = model
         self.program = model.program
         self.z = with_slack_variables(model, "mpec.simple_nonlinear")
-        self.epsilon = self.program.mpec_bound
+        self.epsilon = self.program.mpec_bound  #: ε, a parameter
+        #: The rows z p ≤ ε, whose bound is all that changes between solves.
         self.complementarity_rows = list(pyo.Reference(self.program.complementarity[:].ccon).values())
 
     def start_from(self, state: State) -> None:
@@ -63,12 +59,8 @@ class PyomoGlobal(PyomoMpec):
         p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
 
     Exact as long as the bounds P and Z cut nothing off. The last row bounds rates and cuts nothing off:
-    sliding dissipates, so what the live load does covers at least the raising of the blocks.
-
-    Parameters
-    ----------
-    most_slack, most_rate: Z and P, shape (faces,).
-    highest: Λ, an upper bound of λ ≥ 0, such as the associative load factor.
+    sliding dissipates, so what the live load does covers at least the raising of the blocks. Z and P have the
+    shape (faces,); Λ is an upper bound of λ ≥ 0, such as the associative load factor.
     """
 
     def __init__(

@@ -36,17 +36,9 @@ class PyomoProducts:
     Every row that the products kept suffice for is declared, so the least λ never exceeds that of a Coulomb
     state with λ₀ ≤ λ ≤ Λ and n ≤ n̂, whichever products are kept; more of them can only raise it.
 
-    Parameters
-    ----------
-    within: λ₀ ≥ 0 and Λ.
-    largest: n̂ of each joint, ``inf`` where there is none, shape (c,).
-    rates: joints (i, j) whose y v are kept, shape (c, c).
-    velocities: joints and blocks (i, e) whose y d are kept, shape (c, b).
-
-    Attributes
-    ----------
-    factors: the numbers of factors and the linear forms of both sides.
-    product: the variable of each product, by the numbers of its factors of statics and of kinematics.
+    ``within`` are λ₀ ≥ 0 and Λ, ``largest`` n̂ of each joint, ``inf`` where there is none, shape (c,). y v are
+    kept of the joints (i, j) in ``rates``, shape (c, c), y d of the joints and blocks (i, e) in
+    ``velocities``, shape (c, b).
     """
 
     def __init__(
@@ -60,9 +52,9 @@ class PyomoProducts:
         self.problem = problem
         factors = self.factors = EdgeFactors(problem)
         model = self.program = pyo.ConcreteModel()
+        #: The variable of each product, by the numbers of its factors of statics and of kinematics.
         self.product: dict[tuple[int, int], Any] = {}
-        one, unit = factors.load_factor + 1, factors.velocities.stop
-        self._one, self._unit = one, unit
+        one, unit = factors.one, factors.unit
         self._declare("force", [(i, unit) for i in factors.forces])
         self._declare("load_factor", [(factors.load_factor, unit)])
         self._declare("rate", [(one, k) for k in factors.rates])
@@ -91,15 +83,14 @@ class PyomoProducts:
         self.product.update(variable)
 
     def _rows(self, within: tuple[float, float], largest: np.ndarray) -> None:
-        model, factors, one, unit = self.program, self.factors, self._one, self._unit
+        model, factors, one, unit = self.program, self.factors, self.factors.one, self.factors.unit
         force, motion = {one: 1.0}, {unit: 1.0}
         all_forces = [{i: 1.0} for i in factors.forces]
         all_rates = [{k: 1.0} for k in factors.rates]
         all_velocities = [{e: 1.0} for e in factors.velocities]
         room = [
             {one: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)}
-            for j in range(self.problem.joints)
-            if np.isfinite(largest[j])
+            for j in np.flatnonzero(np.isfinite(largest)).tolist()
         ]
         slack = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
@@ -108,13 +99,12 @@ class PyomoProducts:
         nothing = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
         # Statics times compatibility is a sum of other rows: of the rates of a joint one slip is enough.
         model.statics = self._constraint(every(equilibrium, [motion, *all_velocities]))
-        model.statics_rate = self._constraint(
-            (
-                (form, {rate: 1.0})
-                for form, rate in every(equilibrium, factors.rates)
-                if rate % 4 == 2 or not self._follows(form, rate)
-            )
+        with_rates = (
+            (form, {rate: 1.0})
+            for form, rate in every(equilibrium, factors.rates)
+            if rate % 4 == 2 or not self._follows(form, rate)
         )
+        model.statics_rate = self._constraint(with_rates)
         on_forces = [force, {factors.load_factor: 1.0}, *all_forces]
         model.kinematics = self._constraint(every(on_forces, motions))
         model.complementary = self._constraint(nothing)
@@ -151,7 +141,7 @@ class PyomoProducts:
 
     def _expanded(self, pairs: Iterable[tuple[Form, Form]]) -> Iterator[tuple[Any, float]]:
         """Each product as a linear expression and a constant, left out where a product in it is not kept."""
-        known, at_rest, one, unit = self.product, self.factors.at_rest, self._one, self._unit
+        known, at_rest, constants = self.product, self.factors.at_rest, (self.factors.one, self.factors.unit)
         for statics, motion in pairs:
             coefficients, variables, constant = [], [], 0.0
             for (i, a), (k, b) in every(statics.items(), motion.items()):
@@ -159,7 +149,7 @@ class PyomoProducts:
                 if variable is not None:
                     coefficients.append(a * b)
                     variables.append(variable)
-                elif (i, k) == (one, unit):
+                elif (i, k) == constants:
                     constant += a * b
                 elif (i, k) not in at_rest:
                     break

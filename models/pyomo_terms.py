@@ -13,13 +13,9 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 def rows(matrix: sp.csr_array, variables: Sequence[Any], together: int = 0) -> Iterator[Any]:
-    """Each row of ``matrix @ variables`` as a linear expression.
-
-    Parameters
-    ----------
-    together: number of joints, to write the terms n, s, m of a joint next to each other. The order of the
-        terms is that of HiGHS's columns, and decides which of many optimal vertices its simplex ends in.
-    """
+    """Each row of ``matrix @ variables`` as a linear expression, its terms in order, or ``together`` joint by
+    joint, given their number. The order of the terms is that of HiGHS's columns, and decides which of many
+    optimal vertices its simplex ends in."""
     for row in range(matrix.shape[0]):
         span = slice(matrix.indptr[row], matrix.indptr[row + 1])
         columns, entries = matrix.indices[span], matrix.data[span]
@@ -53,18 +49,9 @@ def put(variable: pyo.Var, numbers: np.ndarray) -> None:
         data.set_value(number, skip_validation=True)
 
 
-def store(parameter: pyo.Param, numbers: np.ndarray) -> None:
-    """Give an indexed mutable parameter these values, in order."""
-    parameter.store_values(dict(enumerate(numbers.tolist())))
-
-
 class ShearParameters:
-    """Shear limits as mutable parameters of a model: all that changes between the sub-problems of the loop.
-
-    Attributes
-    ----------
-    slope, cohesion: parameters, over the k joints that can slide.
-    """
+    """Shear limits as mutable parameters ``slope`` and ``cohesion`` of a model, over the k joints that can
+    slide: all that changes between the sub-problems of the loop."""
 
     def __init__(self, model: pyo.ConcreteModel, limits: ShearLimits) -> None:
         joints = range(len(limits.slope))
@@ -74,8 +61,8 @@ class ShearParameters:
 
     def set(self, limits: ShearLimits) -> None:
         """Change the shear limits."""
-        store(self.slope, limits.slope)
-        store(self.cohesion, limits.cohesion)
+        self.slope.store_values(dict(enumerate(limits.slope.tolist())))
+        self.cohesion.store_values(dict(enumerate(limits.cohesion.tolist())))
 
 
 class Statics:
@@ -83,26 +70,14 @@ class Statics:
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
-    Parameters
-    ----------
-    limits: the shear limits, as parameters or numbers.
-    load_factor: λ; a variable unless given.
-
-    Attributes
-    ----------
-    slacks: expressions, one a face.
+    Shear limits are parameters or numbers; ``slacks`` are expressions, one a face.
     """
 
     def __init__(
-        self,
-        model: pyo.ConcreteModel,
-        problem: Problem,
-        limits: ShearParameters | ShearLimits,
-        load_factor: float | None = None,
+        self, model: pyo.ConcreteModel, problem: Problem, limits: ShearParameters | ShearLimits
     ) -> None:
-        if load_factor is None:
-            model.load_factor = pyo.Var()
-        self.load_factor: Any = model.load_factor if load_factor is None else load_factor
+        self.load_factor: Any = pyo.Var()
+        model.load_factor = self.load_factor
         self.q = model.q = pyo.Var(range(problem.B.shape[1]))
         q, slope, cohesion = list(self.q.values()), limits.slope, limits.cohesion
         internal = list(rows(problem.B, q, together=problem.joints))
@@ -131,14 +106,7 @@ class Mechanism:
 
         Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|
 
-    Parameters
-    ----------
-    slope: opening per unit slip, as parameters or numbers.
-
-    Attributes
-    ----------
-    slip: expressions: sliding of either sense, one a joint that can slide.
-    resisted: energy that the chords of crushing and limits of forces dissipate.
+    The slope, opening per unit slip, is of parameters or numbers.
     """
 
     def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any) -> None:
@@ -147,7 +115,9 @@ class Mechanism:
         d, p = list(self.d.values()), list(self.p.values())
         motion = list(rows(problem.B.T.tocsr(), d))
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
+        #: Expressions: sliding of either sense, one a joint that can slide.
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
+        #: Energy that the chords of crushing and limits of forces dissipate.
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
             row: slope[i] * self.slip[i]

@@ -64,14 +64,14 @@ def failing(monkeypatch):
 
         from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
         from masonry_opt.solvers.highs import HighsSession
-        from masonry_opt.solvers.ipopt import CasadiIpopt, NlpAnswer
+        from masonry_opt.solvers.ipopt import CasadiIpopt
         from masonry_opt.solvers.registry import Solved, Verdict
 
         owner, name, failure = {
             "cvxpy": (CvxpyEngine, "solve", Solved(Verdict.FAILED, "stopped", 0.0)),
             "highs": (HighsSession, "run", Verdict.FAILED),
             "ray": (HighsSession, "contradiction", (1.0, np.array([1e-8]))),
-            "ipopt": (CasadiIpopt, "solve", NlpAnswer("Gave_Up", False, 7)),
+            "ipopt": (CasadiIpopt, "solve", (False, "Gave_Up", 7)),
         }[solver]
         function = getattr(owner, name)
         monkeypatch.setattr(owner, name, lambda *given: failure if when(*given) else function(*given))

@@ -14,15 +14,9 @@ from masonry_opt.standing.diagnosis import no_optimum
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
-    """Load factor, forces and mechanism under associative flow, by the dual program where the solver ends
-    short in this one.
-
-    Parameters
-    ----------
-    formulation: "static", eq. (9), or "kinematic", eq. (10).
-    by_chords: whether joints crush by chords, as in every Coulomb answer, also where the solver takes the
-        parabola.
-    """
+    """Load factor, forces and mechanism under associative flow, by the "static" formulation, eq. (9), or the
+    "kinematic" one, eq. (10); by the dual program where the solver ends short in this one. Joints crush by
+    chords, as in every Coulomb answer, if so asked or the solver does not take the parabola."""
     problem = task.problem
     if task.solver.entry.conic:
         problem = problem.by_cone if by_chords else problem.by_cone.by_parabola
@@ -40,22 +34,15 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
         status = Status.OPTIMAL
         if answer.solved.failed:
             reasons.append(reason(Code.STOPPED_SHORT, word=answer.solved.status))
-    return Solution(
-        status,
-        Kind.ASSOCIATIVE,
-        tuple(reasons),
-        found or Found(forms=problem.forms),
-        size=size,
-        solver=task.solver,
-    )
+    state = found or Found(forms=problem.forms)
+    return Solution(status, Kind.ASSOCIATIVE, tuple(reasons), state, size=size, solver=task.solver)
 
 
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:
     """What a solver ends with, with its certificate if it is a state, and the program's size."""
-    repeats = task.kept.keeps
 
     def declared() -> Driver:
-        return Driver(problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats)
+        return Driver(problem, formulation, task.solver, task.effort, of_load=True, repeats=task.kept.keeps)
 
     def certificate(state: State | None) -> Answer | None:
         if state is None:

@@ -87,10 +87,9 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
     path, epsilon = _Path(task, start), options.epsilon
     while not path.follow(epsilon, options.epsilon_min):
         epsilon *= _SMALLER_START
-        if start is None or epsilon < options.epsilon_min or epsilon < _SMALLEST_START:
+        if start is None or epsilon < max(options.epsilon_min, _SMALLEST_START):
             return _stopped(task, path, start)
         # A smaller ε is easier to follow, but leaves less room to find a lower λ.
-        path.begin_again()
     state = path.last
     assert state is not None
     found = certified(task.problem, state.load_factor, state.q, state.d)
@@ -98,26 +97,19 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
 
 
 class _Path:
-    """The relaxation for one ε after the other.
-
-    Attributes
-    ----------
-    history: a record of each.
-    last: state of the last that was solved; None before one is.
-    """
+    """The relaxation for one ε after the other."""
 
     def __init__(self, task: Task, start: State | None) -> None:
         problem, effort = task.problem, task.effort
         self._task, self._scaled = task, in_units_of_live_load(problem)
         self.history: list[RelaxationStep] = []
-        self.last: State | None = None
+        self.last: State | None = None  #: of the last that was solved
         with effort.measure("build"):
             self._model = PyomoRelaxed(PyomoMpec(self._scaled.problem))
             q, d, p = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
             if start is not None:
                 start = replace(start, load_factor=start.load_factor / self._scaled.load_factor)
             self._start = start or State(0.0, q, d, p)
-            self._model.start_from(self._start)
         with effort.measure("compile"):
             self._ipopt = CasadiIpopt(self._model)
         effort.uses(task.solver.name, "relaxation")
@@ -127,33 +119,28 @@ class _Path:
         history, solver = tuple(self.history), self._task.solver
         return Solution(status, Kind.RELAXED, tuple(reasons), found, history=history, solver=solver)
 
-    def begin_again(self) -> None:
-        """Return to where it began."""
-        self._model.start_from(self._start)
-        self._ipopt.forget()
-
     def follow(self, epsilon: float, smallest: float) -> bool:
-        """Solve for a falling ε, down to the smallest, from where the model is; whether all were solved."""
+        """Solve for a falling ε, down to the smallest, from the start; whether all were solved."""
         task = self._task
+        self._model.start_from(self._start)
+        self._ipopt.multipliers = {}
         while True:
             began = time.perf_counter()
-            answer = self._ipopt.solve(epsilon)
+            solved, word, iterations = self._ipopt.solve(epsilon)
             seconds = time.perf_counter() - began
             task.effort.add("solve", seconds)
-            task.effort.iterations += answer.iterations
+            task.effort.iterations += iterations
             task.effort.nlp_solves += 1
             load_factor, largest, gap = math.nan, math.nan, math.nan
-            if answer.solved:
+            if solved:
                 self.last, products = self._scaled.state(self._model.read()), self._model.products()
                 load_factor, largest = self.last.load_factor, float(products.max())
                 gap = float(products.sum()) / task.problem.live_norm
-            step = RelaxationStep(
-                epsilon, load_factor, answer.status, answer.iterations, largest, gap, seconds
-            )
+            step = RelaxationStep(epsilon, load_factor, word, iterations, largest, gap, seconds)
             self.history.append(step)
             task.progress(step)
-            if not answer.solved or epsilon <= smallest:
-                return bool(answer.solved)
+            if not solved or epsilon <= smallest:
+                return solved
             epsilon *= _FALL
             if epsilon < 2 * smallest:
                 epsilon = smallest

@@ -50,14 +50,9 @@ _LOAD_FACTORS = {"load_factor", "bound", "least", "most", "lowest", "highest"}
 def without_work(
     task: Task, run: Callable[[Task], Solution], before: Solution | None = None
 ) -> Solution | None:
-    """What a method finds where the live load does no work; None if it finds nothing, or the associative
-    forces go with no such mechanism.
-
-    Parameters
-    ----------
-    run: the method.
-    before: what it found of the scene as it is, if it was asked: no load factor.
-    """
+    """What a method finds where the live load does no work, given what it found ``before`` of the scene as it
+    is, if it was asked: no load factor. None if it finds nothing, or the associative forces go with no such
+    mechanism."""
     given = _associative_and_work(task)
     if given is None:
         return None
@@ -159,12 +154,6 @@ def _as_of_scene(
         if leave and all(alike and value >= 0 for value in values.values()):
             values = said.values | values | dict.fromkeys({"fall"} & said.values.keys())
             reasons.append(reason(said.code, **values))
-    return replace(
-        solution,
-        status=Status.CONVERGED,
-        reasons=tuple(reasons),
-        found=found,
-        history=tuple(replace(step, **told(vars(step))) for step in solution.history),
-        bound=None,
-        bound_derived=False,
-    )
+    history = tuple(replace(step, **told(vars(step))) for step in solution.history)
+    solution = replace(solution, bound=None, bound_derived=False, history=history)
+    return replace(solution, status=Status.CONVERGED, reasons=tuple(reasons), found=found)

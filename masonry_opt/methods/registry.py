@@ -4,7 +4,7 @@ import difflib
 import reprlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from pydantic import ValidationError
@@ -14,50 +14,25 @@ from masonry_opt.methods.task import Method
 from masonry_opt.solvers.registry import MATRICES, MODELS, SOLVERS, TOLERANCE, Solver, capable, find_solver
 
 _VARYING = frozenset({"dilatancy"})  #: What methods of a constant dilatancy refuse.
+_MOST = _VARYING | {"strength", "forces", "space"}  #: What the bracket does.
+
+#: A vertex has joints without normal force, which the loop then locks: it prefers interior points.
+_OF_LOOP = {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")}
+_NEWTON = {MATRICES: ("newton",)}
+_NONLINEAR = {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)}
+_PYOMO = {"pyomo": ("highs",)}
+
+_own = partial(Method, own_tolerances=True, refuses=_VARYING)
 
 _ALL = (
     Method("static", "associative:associative", associative=True),
     Method("kinematic", "associative:kinematic", associative=True),
-    Method(
-        "nonassociative",
-        "loop.nonassociative:nonassociative",
-        "loop.options:LoopOptions",
-        # A vertex has joints without normal force, which the loop then locks: prefer interior points.
-        {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")},
-    ),
-    Method("mcp", "mcp.method:mcp", "mcp.method:McpOptions", {MATRICES: ("newton",)}, own_tolerances=True),
-    Method(
-        "compliant",
-        "push.compliant:compliant",
-        "push.compliant:CompliantOptions",
-        {MATRICES: ("newton",)},
-        own_tolerances=True,
-        refuses=_VARYING,
-    ),
-    Method(
-        "mpec",
-        "mpec:mpec",
-        "mpec:MpecOptions",
-        {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)},
-        own_tolerances=True,
-        refuses=_VARYING,
-    ),
-    Method(
-        "refined",
-        "refined:refined",
-        "refined:RefinedOptions",
-        {"cvxpy": ("highs",)},
-        own_tolerances=True,
-        refuses=_VARYING,
-    ),
-    Method(
-        "global",
-        "bracket.bracket:global_search",
-        "bracket.bracket:GlobalOptions",
-        {"pyomo": ("highs",)},
-        own_tolerances=True,
-        refuses=_VARYING | {"strength", "forces", "space"},
-    ),
+    Method("nonassociative", "loop.nonassociative:nonassociative", "loop.options:LoopOptions", _OF_LOOP),
+    _own("mcp", "mcp.method:mcp", "mcp.method:McpOptions", _NEWTON, refuses=frozenset()),
+    _own("compliant", "push.compliant:compliant", "push.compliant:CompliantOptions", _NEWTON),
+    _own("mpec", "mpec:mpec", "mpec:MpecOptions", _NONLINEAR),
+    _own("refined", "refined:refined", "refined:RefinedOptions", {"cvxpy": ("highs",)}),
+    _own("global", "bracket.bracket:global_search", "bracket.bracket:GlobalOptions", _PYOMO, refuses=_MOST),
 )
 
 METHODS = {method.name: method for method in _ALL}
@@ -172,7 +147,6 @@ def _instead(option: str, known: Iterable[str]) -> str:
 
 
 def _homes(option: str) -> list[str]:
-    """Methods that have an option."""
     return [name for name, has in METHODS.items() if has.options and option in has.options.model_fields]
 
 

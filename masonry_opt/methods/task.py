@@ -56,25 +56,18 @@ def of_same_scene(solution: Solution, problem: Problem) -> Solution:
 
 @dataclass(frozen=True)
 class Method:
-    """Description of a method.
-
-    Attributes
-    ----------
-    runs, takes: the analysis and the class of its options, as module:name within ``methods``; "" for none.
-    solvers: by model (one of ``MODELS``) names of those it can use, its default first; empty for any of
-        linear programs. The first model is the method's default.
-    associative: whether its answer is that of associative flow.
-    own_tolerances: whether it sets the tolerances of its solvers itself.
-    refuses: what it does not know: "dilatancy" that falls with stress, joints of limited "strength", limited
-        "forces", such as ties, scenes in "space".
-    """
+    """Description of a method."""
 
     name: str
-    runs: str
-    takes: str = ""
+    runs: str  #: the analysis, as module:name within ``methods``
+    takes: str = ""  #: the class of its options, alike; "" for none
+    #: By model (one of ``MODELS``) names of those it can use, its default first; empty for any of linear
+    #: programs. The first model is the method's default.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
-    associative: bool = False
-    own_tolerances: bool = False
+    associative: bool = False  #: whether its answer is that of associative flow
+    own_tolerances: bool = False  #: whether it sets the tolerances of its solvers itself
+    #: What it does not know: "dilatancy" that falls with stress, joints of limited "strength", limited
+    #: "forces", such as ties, scenes in "space".
     refuses: frozenset[str] = frozenset()
 
     @property

@@ -110,11 +110,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
 
 
 def _with_limited(
-    scene: Scene,
-    problem: Problem,
-    limited: tuple[LimitedForce, ...],
-    centroid: np.ndarray,
-    movable: np.ndarray,
+    scene: Scene, problem: Problem, limited: Sequence[LimitedForce], centroid: np.ndarray, movable: np.ndarray
 ) -> Problem:
     """A problem of joints, with limited forces beside these; the same if there are none. Raises CaseError if
     one is limited by more than solvers can set beside the loads."""
@@ -134,8 +130,7 @@ def _with_limited(
     return replace(problem, matrices=matrices, law=_limiting(problem.law, limited, problem.force_unit))
 
 
-def _limiting(law: Law, limited: tuple[LimitedForce, ...], force_unit: float) -> Law:
-    """A law with the limits of these forces."""
+def _limiting(law: Law, limited: Sequence[LimitedForce], force_unit: float) -> Law:
     lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
     return replace(law, lowest=lowest / force_unit, highest=highest / force_unit)
 
@@ -219,7 +214,6 @@ def with_supports_freed(
 
 
 def _law(joints: Joints, thickness: float, force_unit: float) -> Law:
-    """Law of the problem's joints."""
     joint, _ = joints.parts
     # The area that stresses act on. A corner has none: its dilatancy does not depend on stress.
     section = shares(joints, joint) * thickness

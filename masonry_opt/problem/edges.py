@@ -17,17 +17,18 @@ class EdgeFactors:
 
     Statics: x₂ = n₁, x₃ = n₂ and z₀ (the shear s where a joint cannot slide) of each joint, then λ, then 1.
     Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1, with u = 2 p of rocking rates p; only joints
-    that slide have p₀ and p₁. ``forces``, ``load_factor``, ``rates`` and ``velocities`` number them.
-    ``signed`` are the factors of statics that may be negative, ``at_rest`` pairs whose product is zero in
-    every Coulomb state.
+    that slide have p₀ and p₁. ``forces``, ``load_factor``, ``one`` and ``rates``, ``velocities``, ``unit``
+    number them. ``signed`` are the factors of statics that may be negative, ``at_rest`` pairs whose product
+    is zero in every Coulomb state.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         c = problem.joints
         self.forces = range(3 * c)
-        self.load_factor = 3 * c
+        self.load_factor, self.one = 3 * c, 3 * c + 1
         self.velocities = range(4 * c, 4 * c + problem.B.shape[0])
+        self.unit = self.velocities.stop
         self._of_block = problem.layout.rows
         self._touches = problem.matrices.ends.toarray()
         slides = np.zeros(c, dtype=bool)
@@ -67,27 +68,25 @@ class EdgeFactors:
     @cached_property
     def other_slacks(self) -> dict[int, Form]:
         """z₁ = 2 (c + μ n) − z₀ ≥ 0 by the rate p₁ that it is complementary to."""
-        one = self.load_factor + 1
         forms = {}
         for j in self.problem.sliding.tolist():
             first, second, slack = self.forces_of(j)
             shared = 2 * self._friction[j]
-            form = {first: shared, second: shared, slack: -1.0, one: 2 * self._cohesion[j]}
+            form = {first: shared, second: shared, slack: -1.0, self.one: 2 * self._cohesion[j]}
             forms[4 * j + 3] = {i: a for i, a in form.items() if a}
         return forms
 
     def equilibrium(self) -> Iterator[Form]:
         """B q + λ f_L + f_D = 0, a row for each component of each block."""
-        one = self.load_factor + 1
         x2, x3, s = self._columns
-        for row in range(self.problem.B.shape[0]):
-            form: Form = {self.load_factor: float(self.problem.live[row]), one: float(self.problem.dead[row])}
+        for row, (live, dead) in enumerate(zip(self.problem.live, self.problem.dead, strict=True)):
+            form: Form = {self.load_factor: float(live), self.one: float(dead)}
             for j in np.flatnonzero(self._touches[row // self._of_block]).tolist():
                 first, second, third = self.forces_of(j)
                 shear = float(s[row, j])
                 form[first], form[second] = (float(x[row, j]) + self._friction[j] * shear for x in (x2, x3))
                 form[third] = -shear if self._slides[j] else shear
-                form[one] += self._cohesion[j] * shear
+                form[self.one] += self._cohesion[j] * shear
             yield {i: a for i, a in form.items() if abs(a) > _NOTHING or (i >= self.load_factor and a)}
 
     def compatibility(self) -> Iterator[Form]:
@@ -114,7 +113,7 @@ class EdgeFactors:
         """f_L·d − Σ|f_L| = 0."""
         live = self.problem.live
         form = {self.velocities.start + int(row): float(live[row]) for row in np.flatnonzero(live)}
-        return {**form, self.velocities.stop: -self.problem.live_norm}
+        return {**form, self.unit: -self.problem.live_norm}
 
     def _motion(self, joint: int, kind: int) -> Form:
         column = self._columns[kind][:, joint]

@@ -143,6 +143,10 @@ def space(sides: int) -> Layout:
     return SpaceLayout(senses, float(np.cos(np.pi / sides)), f"polygon of {sides} sides")
 
 
+#: Which of the limited forces are bounded below, and which above, shape (t,) each.
+Bounded = tuple[np.ndarray, np.ndarray]
+
+
 class Faces:
     """Yield conditions of c joints, of which k can slide and l can crush, and of t limited forces, whatever
     their friction and limits are.
@@ -150,20 +154,15 @@ class Faces:
     A *face* is one yield condition, and every array over faces has this order: sliding (+) of the k joints
     that can slide, sliding (−) of them, rocking (n₁ ≥ 0) of all c joints, rocking (n₂ ≥ 0) of them, then
     chords of crushing (``CHORDS``) at the first point and at the second of the joints of limited strength,
-    then T not below its lowest, and T not above its highest value of the limited forces that have one
-    (``bounded`` says which are so below, and which above, shape (t,) each). The slack of each is a force.
+    then T not below its lowest, and T not above its highest value of the limited forces that have one. The
+    slack of each is a force.
 
     ``count`` is the number of faces; ``slides``, ``rocks``, ``chords`` and ``limits`` say where each of the
     four kinds is, ``rest`` where all but those that slide are.
     """
 
     def __init__(
-        self,
-        layout: Layout,
-        joints: int,
-        sliding: np.ndarray,
-        crushing: np.ndarray,
-        bounded: tuple[np.ndarray, np.ndarray],
+        self, layout: Layout, joints: int, sliding: np.ndarray, crushing: np.ndarray, bounded: Bounded
     ) -> None:
         self.layout, self.joints, self.sliding, self.crushing = layout, joints, sliding, crushing
         self._of_chord = np.repeat(crushing, len(CHORDS.slope))

@@ -67,14 +67,12 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
         touched = [*below, *_beside(profile, shapes)]
         zones = scene.fills[number].zones
         owner, weight = shapes.edges[2].tolist(), zones[0].unit_weight
-        pieces = [
-            piece
+        whole = (
+            FilledPiece(number, owner[edge], edge, ends, depth, weight * depth)
             for edge, ends, depth in touched
             if depth.max() > shapes.tolerance
-            for piece in _in_zones(
-                FilledPiece(number, owner[edge], edge, ends, depth, weight * depth), zones, shapes
-            )
-        ]
+        )
+        pieces = [piece for one in whole for piece in _in_zones(one, zones, shapes)]
         if all(scene.blocks[piece.block].fixed for piece in pieces):
             raise CaseError(
                 f"{scene.origin}: fill no. {number + 1} touches no movable block: its road lies on "

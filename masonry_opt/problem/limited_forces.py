@@ -82,16 +82,13 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
         points = [np.array(point) - shapes.origin for point in strut.at]
         for name, block, point, given in zip(strut.between, ends, points, strut.at, strict=True):
             if block >= 0 and shapes.away(block, point) > shapes.tolerance:
-                here = [
-                    f"'{other.name}'"
-                    for row, other in enumerate(scene.blocks)
-                    if shapes.away(row, point) <= shapes.tolerance
-                ]
+                rows = range(len(scene.blocks))
+                inside = (row for row in rows if shapes.away(row, point) <= shapes.tolerance)
+                here = " and ".join(f"'{scene.blocks[row].name}'" for row in inside)
                 raise CaseError(
                     f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
-                    f"{list(given)} of 'at' does not lie in block '{name}' but in "
-                    f"{' and '.join(here) or 'none'}: give a point inside '{name}' or on its outline, or in "
-                    "'between' the block that it lies in"
+                    f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'none'}: give a "
+                    f"point inside '{name}' or on its outline, or in 'between' the block that it lies in"
                 )
         along = points[1] - points[0]
         length = np.linalg.norm(along)

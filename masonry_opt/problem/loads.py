@@ -191,17 +191,13 @@ class Segments:
 def edge_forces(
     scene: Scene, shapes: Any, joints: Joints
 ) -> tuple[dict[str, np.ndarray], tuple[float, ...], tuple[LoadedPiece, ...]]:
-    """Resolve the scene's edge loads.
+    """What edge loads are: force and moment about the centroid of each of the scene's blocks, by kind "dead"
+    and "live", shape (blocks, 3), in the scene's units; of each load's line the length that meets no free
+    edge of a movable block, where it does nothing; the loaded pieces of edges.
 
     A line's load acts on the edges of movable blocks that lie on it within the tolerance, less what joints
-    cover of them, with its exact resultant and moment on each.
-
-    Raises CaseError if a load's line is shorter than the tolerance, or meets no free edge of a movable block;
-    the message says what lies there instead.
-
-    Returns force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live",
-    shape (blocks, 3), in the scene's units; the length of each load's line that meets no free edge of a
-    movable block, where it does nothing; the loaded pieces of edges.
+    cover of them, with its exact resultant and moment on each. Raises CaseError if a load's line is shorter
+    than the tolerance, or meets no free edge of a movable block, with what lies there instead.
     """
     forces = no_loads(shapes)
     if not scene.edge_loads:

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.problem.faces import KINDS, PLANE, Faces, Layout, selection, space
+from masonry_opt.problem.faces import KINDS, PLANE, Bounded, Faces, Layout, selection, space
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents
@@ -15,8 +15,6 @@ from masonry_opt.scene.geometry import Extents
 #: Sides of the polygon inside the cone of friction: associative load factors of corner walls are some .2 %
 #: lower than by cones, loads to expect as much. (With 12 sides 1 %, with 16 .5 %; steps are as many.)
 SIDES = 24
-
-_LAYOUTS = {2: lambda: PLANE, 3: lambda: space(SIDES)}  #: Layouts by dimension.
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
@@ -43,12 +41,10 @@ class Matrices:
 
     @classmethod
     def of(cls, joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: float) -> "Matrices":
-        """B with lengths in ``length_unit``: rows forces, then moments about each movable block's centroid.
-        Columns are wrenches of unit forces: n₁ at the start of all joints, n₂ at their end, then s along
-        their tangent; in space n at all contact points, then s along the joint's tangent, then t along
-        normal × tangent. They act on the first block as they are, on the second reversed. Movable blocks are
-        given by their indices in the scene, shape (b,)."""
-        layout = _LAYOUTS[joints.point.shape[1]]()
+        """B with lengths in ``length_unit``. Columns are wrenches of unit forces, s along a joint's tangent,
+        in space t along normal × tangent; they act on the first block as they are, on the second reversed.
+        Movable blocks are given by their indices in the scene, shape (b,)."""
+        layout = PLANE if joints.point.shape[1] == 2 else space(SIDES)
         joint, pressed = joints.parts
         at, count, (normal, *tangents) = joints.point[pressed], len(joint), joints.axes[:, joint]
         forces = [*((place, normal) for place in at), *((at.mean(axis=0), along) for along in tangents)]
@@ -92,11 +88,9 @@ class Matrices:
         """Columns of B that are of limited forces, shape (3b, t)."""
         return self.B[:, KINDS * self.joints :]
 
-    def faces(
-        self, sliding: np.ndarray, crushing: np.ndarray, bounded: tuple[np.ndarray, np.ndarray]
-    ) -> Faces:
+    def faces(self, sliding: np.ndarray, crushing: np.ndarray, bounded: Bounded) -> Faces:
         """Table of the faces of joints of which these slide and these crush, and of limited forces of which
-        these are bounded below and these above, shape (t,) each; one for all laws that agree."""
+        these are bounded; one for all laws that agree."""
         key = tuple(of.tobytes() for of in (sliding, crushing, *bounded))
         if key not in self._tables:
             self._tables[key] = Faces(self.layout, self.joints, sliding, crushing, bounded)

@@ -223,11 +223,9 @@ class Problem:
         return self.C(self.friction)
 
     def D(self, slope: np.ndarray) -> sp.csr_array:
-        """Flow rule that opens joints by that slope, shape (k,), per unit slip: shape (3c, faces).
-
-        Normality is C = D: with the friction as slope the flow is normal to the yield surface. (Dᵀ is C and
-        not −C: with the sign of B used here the resultant forces do the work −c·p on the joint velocities.)
-        """
+        """Flow rule that opens joints by that slope, shape (k,), per unit slip: shape (3c, faces). C = D is
+        normality: with the friction as slope the flow is normal to the yield surface. (Dᵀ is C and not −C:
+        with the sign of B used here the resultant forces do the work −c·p on the joint velocities.)"""
         return self.C(slope).T.tocsr()
 
     @cached_property
@@ -271,15 +269,14 @@ class Problem:
         return sliding + crushing + float(others.sum())
 
     def rates(self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None) -> np.ndarray:
-        """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
+        """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,): block
+        velocities d, shape (3b,), openings per unit slip, shape (k,), and forces q under which contacts give,
+        shape (3c,), if they do.
 
         Slip gives the sliding rates, of one sense only, in space of the two next to its direction; what
         points open beyond what sliding explains gives the rocking rates. Where that is negative,
         ``Bᵀd − D p`` is the violation of the flow rule. Rates of sliding are slips, as velocities are; of
         rocking half the openings, in space openings.
-
-        They follow block velocities d, shape (3b,), with openings per unit slip, shape (k,), and forces q
-        under which contacts give, shape (3c,), if they do.
         """
         opening, slip = self._motion(d, q)
         slides = self.layout.rates(slip[:, self.sliding])

@@ -52,18 +52,13 @@ class Road:
             breaks = np.r_[breaks[(breaks <= start) | (breaks >= end)], start, end]
         self.breaks = np.unique(breaks)
 
-    def under(self, x: np.ndarray) -> np.ndarray:
-        """Index of the movable block straight below each abscissa, shape (loads,); -1 where there is none.
-        Where two meet it is the block to the right."""
-        piece = np.searchsorted(self._starts, x, side="right") - 1
-        on = (piece >= 0) & (x <= self._starts[-1])
-        block = np.where(on, self._block[np.clip(piece, 0, len(self._block) - 1)], -1)
-        return np.where((block >= 0) & self._movable[block], block, -1)
-
     def on_blocks(self, x: np.ndarray, load: np.ndarray) -> np.ndarray:
         """Sums of the forces fx and fy and of their moment about the centroid on each of the scene's blocks,
         shape (blocks, 3), of vertical loads (down > 0) at abscissae x, shape (loads,) each."""
-        total, block = np.zeros((len(self._centroid), 3)), self.under(x)
+        total = np.zeros((len(self._centroid), 3))
+        # Straight below each load; where two pieces meet, that to the right.
+        piece = np.searchsorted(self._starts, x, side="right") - 1
+        block = self._block[np.clip(piece, 0, len(self._block) - 1)]
         at, force = x - self._origin, -np.asarray(load, dtype=float)
         left = (x >= self.ends[0]) & (x <= self.ends[1])
 
@@ -76,7 +71,7 @@ class Road:
                 shares, moments = spread(below, at[on], tangent)
                 add(below.block, force[on] @ shares, force[on] @ moments)
                 left[on] = False
-        straight = left & (block >= 0)
+        straight = left & (piece >= 0) & (x <= self._starts[-1]) & (block >= 0)
         add(block[straight], force[straight], at[straight] * force[straight])
         return np.where(self._movable[:, None], total, 0.0)
 

@@ -3,6 +3,7 @@
 import time
 import warnings
 from collections.abc import Callable
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.effort import Effort
+from masonry_opt.solvers.highs import iterations_of
 from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict
 
 _VERDICTS = {
@@ -27,13 +29,10 @@ _TOO_LARGE = 3000
 
 
 class CvxpyEngine:
-    """A declared program and the solver that answers it.
+    """A declared program and the solver that answers it, which the effort records under the purpose. What
+    ``repeats``, solved again and again with other parameters, is compiled only once."""
 
-    Parameters
-    ----------
-    purpose: what it is solved for, under which the effort records the solver.
-    repeats: whether it is solved again and again with other parameters; it is then compiled only once.
-    """
+    size: LpSize  #: as last compiled
 
     def __init__(
         self, program: cp.Problem, solver: Solver, effort: Effort, purpose: str, repeats: bool = False
@@ -42,34 +41,27 @@ class CvxpyEngine:
         effort.uses(solver.name, purpose)
         self._as_constants = not repeats or program.size_metrics.num_scalar_variables >= _TOO_LARGE
         self._purpose = purpose
-        self._size: LpSize | None = None
 
     def restart(self, effort: Effort) -> None:
         """Count in another effort; solves use nothing of earlier ones."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
 
-    def size(self) -> LpSize:
-        """Rows, columns and non-zeros as compiled."""
-        if self._size is None:
-            self._compiled()
-        assert self._size is not None
-        return self._size
-
     def solve(self) -> Solved:
         """Compile, solve and unpack."""
-        effort, program = self.effort, self.program
+        effort, program, engine = self.effort, self.program, self.solver.entry.engine
+        options = self.solver.options
         with effort.measure("compile"):
-            data, chain, inverse = self._compiled()
+            data, chain, inverse = program.get_problem_data(
+                engine, ignore_dpp=self._as_constants, solver_opts=dict(options)
+            )
+        (rows, columns), nonzeros = data["A"].shape, data["A"].nnz
+        self.size = LpSize(rows, columns, nonzeros)
         effort.lp_solves += 1
-        balances = self.solver.entry.engine == cp.CLARABEL
-
-        def handed_over(given: dict[str, Any]) -> Any:
-            return chain.solve_via_data(program, given, solver_opts=dict(self.solver.options))
-
+        handed_over = partial(chain.solve_via_data, program, solver_opts=dict(options))
         start = time.perf_counter()
         try:
-            raw: Any = solve_balanced(handed_over, data) if balances else handed_over(data)
+            raw: Any = solve_balanced(handed_over, data) if engine == cp.CLARABEL else handed_over(data)
         except (cp.SolverError, ValueError) as error:  # ValueError: HiGHS's "unknown", without values
             return Solved(Verdict.FAILED, str(error), 0.0)
         elapsed = time.perf_counter() - start
@@ -85,29 +77,15 @@ class CvxpyEngine:
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
         effort.add("compile", max(elapsed - seconds, 0.0))  # handing the matrices over
-        effort.iterations += _highs_iterations(raw["info"]) if of_highs else int(stats.num_iters or 0)
+        effort.iterations += iterations_of(raw["info"]) if of_highs else int(stats.num_iters or 0)
         return Solved(_VERDICTS.get(program.status, Verdict.FAILED), status or program.status, seconds)
-
-    def _compiled(self) -> Any:
-        compiled = self.program.get_problem_data(
-            self.solver.entry.engine, ignore_dpp=self._as_constants, solver_opts=dict(self.solver.options)
-        )
-        matrix = compiled[0]["A"]
-        self._size = LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)
-        return compiled
 
 
 def has_optimum(
     program: cp.Problem, solver: Solver, effort: Effort, purpose: str, *, nearly: bool = False
 ) -> bool:
-    """Solve a program once; whether there is an optimum to read. ``nearly``: or a point at which the solver
-    stopped short of its tolerance."""
-    solved = CvxpyEngine(program, solver, effort, purpose).solve()
-    return solved.optimal or (nearly and solved.verdict is Verdict.NEARLY)
-
-
-def _highs_iterations(info: Any) -> int:
-    return max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)
+    """Solve a program once; whether there is an optimum to read, see :meth:`~.registry.Solved.readable`."""
+    return CvxpyEngine(program, solver, effort, purpose).solve().readable(nearly)
 
 
 #: Larger entries than this: their inequalities, then variables, are scaled to it. An entry of 1e6 then stands
@@ -116,13 +94,8 @@ _LARGE = 1e3
 
 
 def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any]) -> Any:
-    """What a solver ends with, in the program's own units.
-
-    Parameters
-    ----------
-    solve: of min c·x + ½ x·P x with b − A x in cones.
-    data: c, A, b and perhaps P, and the cones' dimensions, as CVXPY has them for Clarabel.
-    """
+    """What a solver of min c·x + ½ x·P x with b − A x in cones ends with, in the program's own units. Of the
+    data it takes c, A, b, P, if any, and the cones' dimensions, as CVXPY has them for Clarabel."""
     A, dims = data["A"], data["dims"]
     if not A.nnz or abs(A).max() <= _LARGE:
         return solve(data)

@@ -9,7 +9,7 @@ import numpy as np
 from masonry_opt.effort import Effort
 from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits, State
-from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict
+from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
@@ -40,16 +40,12 @@ class LpAnswer:
 
 
 class Driver:
-    """A declared formulation, at first with the joints' own shear limits, and the solver that answers it.
-    Limits and states are in the problem's units.
+    """A declared formulation, "static" or "kinematic", at first with the joints' own shear limits, and the
+    solver that answers it (see :class:`~.cvxpy_engine.CvxpyEngine`). Problems by the cone or the parabola
+    are for CVXPY alone, and for solvers of conic programs.
 
-    Parameters
-    ----------
-    problem: by the cone or the parabola in CVXPY alone, for a solver of conic programs.
-    formulation: "static" or "kinematic".
-    of_load: whether the program is declared in units of the load, in which it is solved more accurately, not
-        in those of the live load alone.
-    purpose, repeats: as of :class:`~.cvxpy_engine.CvxpyEngine`.
+    Limits and states are in the problem's units. A program ``of_load`` is declared in units of the load, in
+    which it is solved more accurately, not in those of the live load alone.
     """
 
     def __init__(
@@ -69,7 +65,6 @@ class Driver:
             scaled = self._scaled.problem
             self.model = models[formulation](scaled, ShearLimits.true(scaled))
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
-        self._resizes = problem.by_strength.conic
 
     def again_for(self, problem: Problem, effort: Effort) -> "Driver":
         """The same program with the shear limits of another problem (see :class:`Kept`)."""
@@ -84,24 +79,19 @@ class Driver:
             self.model.limits.set(self._scaled.limits(limits))
 
     def solve(self, nearly: bool = False, near: np.ndarray | None = None) -> LpAnswer:
-        """Solve with the present shear limits.
-
-        Parameters
-        ----------
-        nearly: as of :func:`~.cvxpy_engine.has_optimum`.
-        near: forces by whose size parabolas are scaled, shape (3c,), if any are known.
-        """
-        if self._resizes:
+        """Solve with the present shear limits; ``nearly`` as of :meth:`~.registry.Solved.readable`. Parabolas
+        are scaled by the size of the forces that a state is near, shape (3c,), if any are known."""
+        if self._scaled.problem.by_strength.conic:
             self.model.resize(None if near is None else near / self._scaled.force)
         solved = self._engine.solve()
-        if not (solved.optimal or (nearly and solved.verdict is Verdict.NEARLY)):
+        if not solved.readable(nearly):
             return LpAnswer(solved, None)
         with self.effort.measure("read"):
             return LpAnswer(solved, self._scaled.state(self.model.read()))
 
     def size(self) -> LpSize:
-        """Rows, columns and non-zeros of the linear program."""
-        return self._engine.size()
+        """Rows, columns and non-zeros of the linear program, which has been solved."""
+        return self._engine.size
 
 
 _T = TypeVar("_T")
@@ -114,21 +104,17 @@ class Kept:
 
     What is kept may change the time of an analysis, never its load factor: every solve begins cold. (Forces
     kept of another scene may show that a scene stands, where a solver alone would not decide.)
-
-    Parameters
-    ----------
-    keeps: whether anything is kept for other problems.
     """
 
     def __init__(self, keeps: bool = False) -> None:
-        self.keeps = keeps
+        self.keeps = keeps  #: whether anything is kept for other problems
         self._held: dict[Hashable, tuple[Problem | None, Any]] = {}
 
     def of(
         self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T], own: bool = False
     ) -> _T:
         """What is kept under a key, for this problem; built where there is nothing, or it is of other
-        matrices, loads or strengths. ``own``: whether it is kept for this very problem in any case."""
+        matrices, loads or strengths. What is the problem's ``own`` is kept for it in any case."""
         before, held = self._held.get(key, (None, None))
         again = before is problem or (self.keeps and before is not None and problem.same_program(before))
         found = cast(_T, held.again_for(problem, effort)) if again else build()

@@ -20,22 +20,15 @@ _UNIT_ROUNDOFF = 2.0**-53  #: Rounding of one addition or product in double prec
 
 @dataclass(frozen=True)
 class LinearProgram:
-    """min cost·x with lower ≤ A x ≤ upper of the rows and low ≤ x ≤ high of the columns.
+    """min cost·x with lower ≤ A x ≤ upper of the rows and low ≤ x ≤ high of the columns."""
 
-    Attributes
-    ----------
-    cost, low, high: shape (columns,).
-    matrix: A, shape (rows, columns).
-    row_lower, row_upper: shape (rows,).
-    columns, rows: of each variable, and of each constraint in CVXPY, in order, by its identity, or by name.
-    """
-
-    cost: np.ndarray
-    matrix: sp.csc_array
-    row_lower: np.ndarray
+    cost: np.ndarray  #: shape (columns,)
+    matrix: sp.csc_array  #: A, shape (rows, columns)
+    row_lower: np.ndarray  #: shape (rows,)
     row_upper: np.ndarray
-    low: np.ndarray
+    low: np.ndarray  #: shape (columns,)
     high: np.ndarray
+    #: Those of each variable, and of each constraint in CVXPY, in order, by its identity, or by name.
     columns: Mapping[int | str, np.ndarray] = field(default_factory=dict)
     rows: Mapping[int | str, np.ndarray] = field(default_factory=dict)
 
@@ -51,8 +44,8 @@ class LinearProgram:
         )
         # Equations come first, in the order of their declaration.
         declared = sorted(program.constraints, key=lambda row: not isinstance(row, cp.constraints.Zero))
-        ends = np.cumsum([0, *(row.size for row in declared)])
-        assert ends[-1] == len(rhs)
+        *ends, last = np.cumsum([row.size for row in declared])
+        assert last == len(rhs)
         return cls(
             cost=np.asarray(data["c"], dtype=float),
             matrix=sp.csc_array(data["A"]),
@@ -64,10 +57,7 @@ class LinearProgram:
                 id(variable): offset[variable.id] + np.arange(variable.size, dtype=np.int32)
                 for variable in program.variables()
             },
-            rows={
-                id(row): np.arange(start, end, dtype=np.int32)
-                for row, start, end in zip(declared, ends, ends[1:], strict=False)
-            },
+            rows=dict(zip(map(id, declared), np.split(np.arange(last, dtype=np.int32), ends), strict=True)),
         )
 
     @classmethod
@@ -129,15 +119,9 @@ _VERDICTS = {
 
 
 class HighsSession:
-    """A linear program in HiGHS, as declared in CVXPY or compiled before. After a change of costs or bounds
-    simplex starts from the last basis.
-
-    Parameters
-    ----------
-    purpose: what it is solved for, under which the effort records the solver.
-    solver: one of HiGHS's; simplex by default.
-    options: of HiGHS, beside the solver's own.
-    """
+    """A linear program in HiGHS, as declared in CVXPY or compiled before, and one of HiGHS's solvers, simplex
+    by default, with options beside its own; the effort records it under the purpose. After a change of costs
+    or bounds simplex starts from the last basis."""
 
     def __init__(
         self, program: Any, effort: Effort, purpose: str, solver: Solver | None = None, **options: Any
@@ -221,8 +205,7 @@ class HighsSession:
         self._highs.setOptionValue("time_limit", start + seconds)
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
-        info = self._highs.getInfo()
-        self.effort.iterations += max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)
+        self.effort.iterations += iterations_of(self._highs.getInfo())
         return _VERDICTS.get(self._highs.getModelStatus(), Verdict.FAILED)
 
     def values(self, variable: Any) -> np.ndarray:
@@ -255,14 +238,14 @@ class HighsSession:
     def _as_it_stands(self) -> LinearProgram:
         """The program with the costs and bounds that it has in HiGHS now."""
         lp = self._highs.getLp()
-        return replace(
-            self.lp,
-            cost=np.array(lp.col_cost_),
-            row_lower=np.array(lp.row_lower_),
-            row_upper=np.array(lp.row_upper_),
-            low=np.array(lp.col_lower_),
-            high=np.array(lp.col_upper_),
-        )
+        low, high, lower, upper = map(np.array, (lp.col_lower_, lp.col_upper_, lp.row_lower_, lp.row_upper_))
+        cost = np.array(lp.col_cost_)
+        return replace(self.lp, cost=cost, low=low, high=high, row_lower=lower, row_upper=upper)
+
+
+def iterations_of(info: Any) -> int:
+    """Iterations of a run of HiGHS; counts of what did not run are negative."""
+    return max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)
 
 
 def _loaded(program: LinearProgram) -> highspy.HighsLp:

@@ -1,7 +1,6 @@
 """IPOPT, the library in CasADi's wheel, for models declared in Pyomo."""
 
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,15 +26,6 @@ _OPTIONS: dict[str, Any] = {
 }
 
 
-@dataclass(frozen=True)
-class NlpAnswer:
-    """One solve: IPOPT's status, whether it found a local optimum, and its iterations."""
-
-    status: str
-    solved: bool
-    iterations: int
-
-
 class CasadiIpopt:
     """IPOPT through CasADi, which reads the program once from Pyomo's ``.nl``. The values of the program's
     variables are the start of a solve, and afterwards its end."""
@@ -52,33 +42,26 @@ class CasadiIpopt:
         self._variables = written.variables
         row_of = {id(row): index for index, row in enumerate(written.constraints)}
         self._products = [row_of[id(row)] for row in model.complementarity_rows]
-        self._bounds = {
-            "lbx": np.array(problem.x_lb),
-            "ubx": np.array(problem.x_ub),
-            "lbg": np.array(problem.g_lb),
-            "ubg": np.array(problem.g_ub),
-        }
+        bounds = {"lbx": problem.x_lb, "ubx": problem.x_ub, "lbg": problem.g_lb, "ubg": problem.g_ub}
+        self._bounds = {name: np.array(of) for name, of in bounds.items()}
         functions = {"x": casadi.vertcat(*problem.x), "f": problem.f, "g": casadi.vertcat(*problem.g)}
         # Expanded to scalar operations the derivatives take a thirtieth of the time.
         quiet = {"expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
         options = {f"ipopt.{name}": value for name, value in _OPTIONS.items()} | quiet
         self._solver = casadi.nlpsol("program", "ipopt", functions, options)
-        self._multipliers: dict[str, Any] = {}
+        self.multipliers: dict[str, Any] = {}  #: of the last solve, with which the next begins
 
-    def solve(self, epsilon: float) -> NlpAnswer:
-        """Solve with z p ≤ ``epsilon``, from the variables' values and the last solve's multipliers."""
+    def solve(self, epsilon: float) -> tuple[bool, str, int]:
+        """Solve with z p ≤ ``epsilon``, from the variables' values and the last solve's multipliers: whether
+        IPOPT found a local optimum, its status and its iterations."""
         self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])
-        found = self._solver(x0=start, **self._bounds, **self._multipliers)
+        found = self._solver(x0=start, **self._bounds, **self.multipliers)
         stats = self._solver.stats()
         solved = stats["return_status"] in ("Solve_Succeeded", "Solved_To_Acceptable_Level")
         if solved:
-            self._multipliers = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
+            self.multipliers = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
             end = np.array(found["x"]).ravel().tolist()
             for variable, value in zip(self._variables, end, strict=True):
                 variable.set_value(value, skip_validation=True)
-        return NlpAnswer(stats["return_status"], solved, int(stats["iter_count"]))
-
-    def forget(self) -> None:
-        """Begin the next solve without multipliers."""
-        self._multipliers = {}
+        return solved, stats["return_status"], int(stats["iter_count"])

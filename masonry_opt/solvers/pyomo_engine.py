@@ -44,8 +44,9 @@ class PyomoEngine:
         effort.uses(self.solver.name, self._purpose)
         self._highs._solver_model.clearSolver()
 
+    @property
     def size(self) -> LpSize:
-        """Rows, columns and non-zeros as HiGHS holds them."""
+        """As HiGHS holds it."""
         lp = self._highs._solver_model.getLp()
         return LpSize(lp.num_row_, lp.num_col_, len(lp.a_matrix_.value_))
 

@@ -81,10 +81,13 @@ def _clarabel(tolerance: float) -> dict[str, Any]:
     return options
 
 
-def _highs_simplex(tolerance: float) -> dict[str, Any]:
-    # HiGHS takes no less.
+def _feasibility(tolerance: float) -> dict[str, Any]:
     names = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
-    return {"solver": "simplex", **dict.fromkeys(names, max(tolerance, 1e-10))}
+    return dict.fromkeys(names, max(tolerance, 1e-10))  # HiGHS takes no less
+
+
+def _highs_simplex(tolerance: float) -> dict[str, Any]:
+    return {"solver": "simplex", **_feasibility(tolerance)}
 
 
 def _highs_interior(tolerance: float) -> dict[str, Any]:
@@ -101,9 +104,7 @@ def _highs_hipo(tolerance: float) -> dict[str, Any]:
 
 
 def _scipy(tolerance: float) -> dict[str, Any]:
-    own = _highs_simplex(tolerance)
-    del own["solver"]
-    return {"scipy_options": own}
+    return {"scipy_options": _feasibility(tolerance)}
 
 
 def _first_order(**most: int) -> Options:
@@ -155,13 +156,8 @@ def capable(language: str, of: Callable[[SolverEntry], bool]) -> tuple[str, ...]
 
 def find_entry(language: str, name: str | None) -> SolverEntry:
     """The solver of that name in that language, or the language's default. CVXPY drives any further solver
-    that it finds installed, with tolerances of its own.
-
-    Raises
-    ------
-    OptionError
-        If the language is unknown, or the solver unknown there or not installed.
-    """
+    that it finds installed, with tolerances of its own. Raises OptionError if the language is unknown, or the
+    solver unknown there or not installed."""
     if language not in MODELS:
         raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(MODELS)}")
     known = capable(language, lambda entry: not entry.nonlinear)
@@ -180,13 +176,8 @@ def find_entry(language: str, name: str | None) -> SolverEntry:
 
 
 def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
-    """The solver of that name in that language, or the language's default, with a tolerance.
-
-    Raises
-    ------
-    OptionError
-        As :func:`find_entry`, or if the tolerance is no number between 0 and 0.1.
-    """
+    """The solver of that name in that language, or the language's default, with a tolerance. Raises
+    OptionError as :func:`find_entry`, or if the tolerance is no number between 0 and 0.1."""
     entry = find_entry(language, name)
     if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):
         raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
@@ -213,11 +204,9 @@ class Verdict(Enum):
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
-    #: A presolve that stops at "infeasible or unbounded".
-    INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
+    INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"  #: what presolve may stop at
     FAILED = "solver failed"
-    #: A point short of the solver's tolerance, which a certificate must judge.
-    NEARLY = "nearly optimal"
+    NEARLY = "nearly optimal"  #: a point short of the solver's tolerance, which a certificate must judge
 
 
 @dataclass(frozen=True)
@@ -228,10 +217,9 @@ class Solved:
     status: str
     seconds: float
 
-    @property
-    def optimal(self) -> bool:
-        """Whether there is an optimum to read."""
-        return self.verdict is Verdict.OPTIMAL
+    def readable(self, nearly: bool) -> bool:
+        """Whether there is an optimum to read; or, where what is ``nearly`` one will do, such a point."""
+        return self.verdict is Verdict.OPTIMAL or (nearly and self.verdict is Verdict.NEARLY)
 
     @property
     def failed(self) -> bool:

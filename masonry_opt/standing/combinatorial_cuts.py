@@ -58,9 +58,6 @@ class _BranchAndCut:
         )
         # The cuts again, as rows over the faces: as many as there may be programs, each of which finds one.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (False, True)}
-        ones = np.ones(problem.faces)
-        self._kinematics.set_costs(self._no_motion.v, ones)
-        self._statics.set_costs(self._no_forces.r, ones)
 
     def exclude(self, choice: _Choice) -> None:
         """Return if no Coulomb state agrees with a choice; raise _Undecided if that is not shown."""

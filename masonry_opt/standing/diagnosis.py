@@ -31,16 +31,12 @@ _SIMPLEX_UP_TO = 2000
 
 
 class DeadLoadUndecided(Exception):
-    """Neither forces that carry the dead load nor a mechanism that it drives were borne out.
-
-    Attributes
-    ----------
-    values: of the reason: the last solver's status, and the largest dead load of a block over the least.
-    """
+    """Neither forces that carry the dead load nor a mechanism that it drives were borne out."""
 
     def __init__(self, problem: Problem, word: str) -> None:
         super().__init__(word)
         size = problem.force_sizes(problem.dead)
+        #: Of the reason: the last solver's status, and the largest dead load of a block over the least.
         self.values = {"word": word, "ratio": float(size.max() / size[size > 0].min(initial=np.inf))}
 
 
@@ -66,14 +62,8 @@ def falling_mechanism(
 
     The scene stands if eq. (9) without live load has a state. Else the mechanism is the bounded dual ray.
     Every analysis asks first, since a largest λ may exist where λ = 0 is no equilibrium. A scene stands at
-    its limit, and beyond it by as little as ``DRIVES``.
-
-    Raises DeadLoadUndecided if neither is borne out.
-
-    Parameters
-    ----------
-    solver: what the analysis was asked to use; see :func:`~masonry_opt.solvers.registry.in_cvxpy`.
-    kept: programs of the analyses before this one.
+    its limit, and beyond it by as little as ``DRIVES``. The solver is that of the analysis (see
+    :func:`~masonry_opt.solvers.registry.in_cvxpy`). Raises DeadLoadUndecided if neither is borne out.
     """
     by_cone, kept = problem.by_cone, kept or Kept()
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
@@ -115,10 +105,8 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
-    """Block velocities (3b,) with which a scene begins to fall; the given ones if the solver fails.
-
-    The given mechanism, of most power, may lift blocks off corners that they turn about.
-    """
+    """Block velocities (3b,) with which a scene begins to fall; the given ones, of most power, which may lift
+    blocks off corners that they turn about, if the solver fails."""
     problem = assembly.problem
     low, high = assembly.geometry.boxes
     square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
@@ -134,11 +122,9 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
 
 
 def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
-    """Status and reason where eq. (9) or (10) has no optimum, of a scene that stands.
-
-    The program is unlimited if the live load drives no mechanism; else its solver failed, whatever the
-    solver's own status. The effort is told the solver, and no programs.
-    """
+    """Status and reason where eq. (9) or (10) has no optimum, of a scene that stands: unlimited if the live
+    load drives no mechanism; else the solver failed, whatever its own status. The effort is told the solver,
+    and no programs."""
     effort.begins("why there is no load factor")
     with suppress(DeadLoadUndecided), effort.beside() as own:
         own_flow, associative = (
@@ -156,12 +142,10 @@ def locking_joints(
     problem: Problem, status: Status, q: np.ndarray | None, solver: Solver, effort: Effort
 ) -> np.ndarray:
     """Indices of the joints that keep the live load from causing collapse, most important first; empty if
-    the solver fails.
-
-    Locked: joints that slide in the mechanism under the joints' own flow rule, by how far they cannot open as
-    associative flow demands. Unlimited, jammed: joints that carry the live load alone, with shear limited by
-    dilatancy or by friction, by normal force; if none do in a jammed scene, those whose force ``q`` grew.
-    """
+    the solver fails. Locked: joints that slide in the mechanism under the joints' own flow rule, by how far
+    they cannot open as associative flow demands. Unlimited, jammed: joints that carry the live load alone,
+    with shear limited by dilatancy or by friction, by normal force; if none do in a jammed scene, those whose
+    force ``q`` grew."""
     none = np.array([], dtype=int)
     if status is Status.LOCKED:
         d = None
@@ -194,13 +178,12 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Block velocities (3b,) of a mechanism that the dead load drives; None if forces carry that load.
+    """Block velocities (3b,) of a mechanism that the dead load drives; None if forces carry that load. Raises
+    DeadLoadUndecided if neither is borne out.
 
     By the solver first, then by simplex, in space with polygons in place of the circles of friction: inside
     them, which bears out forces, and round them, which bears out mechanisms, in turn. Each gets corners and
     sides where the last slips and shears point to, so that the two meet.
-
-    Raises DeadLoadUndecided if neither is borne out.
     """
     problem, senses = problem.by_cone, None
     solver = in_cvxpy(solver, problem.by_friction.conic)

@@ -18,7 +18,7 @@ from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
-from masonry_opt.standing.combinatorial_cuts import Cuts, combinatorial_cuts
+from masonry_opt.standing.combinatorial_cuts import combinatorial_cuts
 from masonry_opt.standing.diagnosis import locking_joints
 
 #: Joints up to which rays are looked for, and up to which mechanisms are excluded by branching; and the
@@ -31,14 +31,9 @@ _PURPOSE = "existence"  #: What a solver does here, as a result tells it.
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """Proof for a scene that stands, as far as there is one; None if it has too many joints.
-
-    Parameters
-    ----------
-    effort: is told the solver, and neither programs nor iterations.
-    of_mechanism: whether the load factor depends on the joints' own flow rule, so that mechanisms are to be
-        excluded. (An associative one depends on statics alone.)
-    """
+    """Proof for a scene that stands, as far as there is one; None if it has too many joints. Mechanisms are
+    excluded too where the load factor depends on the joints' own flow rule. (An associative one depends on
+    statics alone.) The effort is told the solver, and neither programs nor iterations."""
     if problem.joints > _RAYS_UP_TO:
         return None
     effort.begins("is there a load factor at all?")
@@ -64,20 +59,15 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         order = np.argsort(-n, kind="stable")
         stressed = tuple(order[n[order] > NAMED * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
-    cuts = Cuts()
     # Cuts are of faces, which in space are sides inside the cone: they would prove nothing of it.
-    of_faces = of_mechanism and not falls and not problem.by_cone.by_friction.conic
-    if of_faces and problem.joints <= _CUTS_UP_TO:
-        cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
+    of_cone = problem.by_cone.by_friction.conic
+    if not of_mechanism or falls or of_cone or problem.joints > _CUTS_UP_TO:
+        return certificate
+    cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
     if not cuts.exclude:
         return certificate
-    return replace(
-        certificate,
-        existence=Existence.NO_STATE,
-        static_cuts=len(cuts.static),
-        kinematic_cuts=len(cuts.kinematic),
-        cut_residual=cuts.residual,
-    )
+    certificate = replace(certificate, existence=Existence.NO_STATE, cut_residual=cuts.residual)
+    return replace(certificate, static_cuts=len(cuts.static), kinematic_cuts=len(cuts.kinematic))
 
 
 def _ray(

@@ -32,16 +32,10 @@ _BEARS = 1e-6
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Reasons that tell what would hold a scene that falls under its dead load: HANGS, if any of the blocks
-    that fall do; then NO_FRICTION_HOLDS, FRICTION_WOULD_HOLD or STRENGTH_WOULD_HOLD, if the solver can tell.
-
-    To hold means that eq. (9) without live load has a state, perhaps of wedging alone.
-
-    Parameters
-    ----------
-    falling: block velocities of the falling mechanism, shape (3b,).
-    solver: the one that decided that the scene falls.
-    """
+    """Reasons that tell what would hold a scene that falls under its dead load, with block velocities (3b,):
+    HANGS, if any of the blocks that fall do; then NO_FRICTION_HOLDS, FRICTION_WOULD_HOLD or
+    STRENGTH_WOULD_HOLD, if the solver, which decided that the scene falls, can tell. To hold means that
+    eq. (9) without live load has a state, perhaps of wedging alone."""
     problem = assembly.problem
     hanging = _hanging(assembly, moving_blocks(assembly, falling))
     found = [reason(Code.HANGS, blocks=assembly.names(assembly.movable[hanging]))] if len(hanging) else []

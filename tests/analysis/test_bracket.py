@@ -189,10 +189,10 @@ def test_where_lower_states_are_left_out_the_same_products_prove_more():
     problem, least = assemble(small_wall(4, 1)).problem, 0.479263
     highest, effort = least * 1.0001, Effort()
     of = bounds_of(problem, highest, 100.0, effort)
-    near, moves = Distances(problem).within((0, 0))
-    first = relaxed(problem, highest, of, near, moves, 10.0, effort)[0]
+    kept = Distances(problem).within((0, 0))
+    first = relaxed(problem, highest, of, kept, 10.0, effort)[0]
     above = tightened(of, problem, 0.5 * least, highest, effort)
-    second = relaxed(problem, highest, above, near, moves, 10.0, effort)[0]
+    second = relaxed(problem, highest, above, kept, 10.0, effort)[0]
     assert first + 0.05 * least < second <= least
 
 

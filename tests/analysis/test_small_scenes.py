@@ -9,7 +9,7 @@ from scenes import solved, two_blocks, values_of
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.rising import Rising
+from masonry_opt.methods.bracket.relaxation import Rising
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble
 

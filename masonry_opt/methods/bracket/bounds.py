@@ -21,28 +21,15 @@ _BEYOND = 1e9  #: A mechanism that only rates and velocities this large could ma
 
 @dataclass(frozen=True)
 class StateBounds:
-    """Largest forces and rates of all states with lowest ≤ λ ≤ Λ.
-
-    Attributes
-    ----------
-    normal: normal force of each joint, shape (c,).
-    forces: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,).
-    rates: sum of all slips and edge openings.
-    forces_derived, rates_derived: whether statics and kinematics imply them; else some are assumed, and what
-        follows holds below them only.
-    """
+    """Largest forces and rates of all states with lowest ≤ λ ≤ Λ."""
 
     lowest: float
-    normal: np.ndarray
-    forces: np.ndarray
-    rates: float
+    normal: np.ndarray  #: normal force of each joint, shape (c,)
+    forces: np.ndarray  #: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,)
+    rates: float  #: sum of all slips and edge openings
+    #: Whether statics and kinematics imply them; else some are assumed, and what follows holds below only.
     forces_derived: bool
     rates_derived: bool
-
-    @property
-    def derived(self) -> bool:
-        """Whether nothing is assumed."""
-        return self.forces_derived and self.rates_derived
 
     def allow(self, q: np.ndarray, rates: float) -> bool:
         """Whether a state's forces (3c,) and the sum of its rates stay below what is assumed."""
@@ -53,13 +40,11 @@ class StateBounds:
 
 
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
-    """Bounds over all states with 0 ≤ λ ≤ ``highest``.
-
-    Forces: the largest that statics allow. Rates: the largest that kinematics allow each face while raising
-    the blocks takes no more than the live load gives; sliding with the other sense at rest. Nothing is lost
-    by that where dilatancy is not negative: at yield in both senses a joint carries nothing and may open
-    instead (without friction and cohesion it must not dilate).
-    """
+    """Bounds over all states with 0 ≤ λ ≤ ``highest``: the largest forces that statics allow, and the largest
+    rates that kinematics allow each face while raising the blocks takes no more than the live load gives;
+    sliding with the other sense at rest. Nothing is lost by that where dilatancy is not negative: at yield in
+    both senses a joint carries nothing and may open instead (without friction and cohesion it must not
+    dilate)."""
     normal, forces, derived = _force_limits(problem, (0.0, highest), effort)
     rates = _most_rates(problem, highest, effort)
     slips_either_way = (problem.dilatancy > 0) & (problem.friction == 0) & (problem.cohesion == 0)
@@ -84,11 +69,8 @@ def tightened(
 def _force_limits(
     problem: Problem, within: tuple[float, float], effort: Effort
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Largest normal forces, the magnitudes of all edge forces, and whether none of them is assumed.
-
-    Programs find the largest of the forces that limit all others: n of every joint, and s where a joint
-    cannot slide.
-    """
+    """Largest normal forces, the magnitudes of all edge forces, and whether none of them is assumed. Programs
+    find the largest of those that limit all others: n of every joint, and s where a joint cannot slide."""
     forces = CvxpyForces(problem, within=within)
     session, q = HighsSession(forces.program, effort, _PURPOSE), forces.statics.q
     c, highest = problem.joints, within[1]

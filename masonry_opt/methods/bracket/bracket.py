@@ -12,8 +12,7 @@ from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.bounds import StateBounds
-from masonry_opt.methods.bracket.relaxation import BoundStep
-from masonry_opt.methods.bracket.rising import Rising, a_little_above, assumed_rates, closed, sum_of_rates
+from masonry_opt.methods.bracket.relaxation import Rising, a_little_above, assumed_rates, closed, sum_of_rates
 from masonry_opt.methods.exact.refiner import refiner_of
 from masonry_opt.methods.exact.search import lower_of
 from masonry_opt.methods.push.push import elastic_of
@@ -63,15 +62,9 @@ def global_search(task: Task) -> Solution:
     best = min(load_factor for load_factor in above if load_factor is not None)
     if a_little_above(best) <= 0:
         return start  # there is no load factor λ ≥ 0
-    solution = Solution(
-        Status.SOLVER_FAILED,
-        Kind.EXACT,
-        found=start.found if exact else Found(),
-        flow_rule_matters=start.flow_rule_matters,
-        associative=upper.load_factor,
-        bound=min(best, 0.0),
-        solver=task.solver,
-    )
+    found = start.found if exact else Found()
+    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, (), found, bound=min(best, 0.0), solver=task.solver)
+    solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
         solution = _raised(task, solution, rising, began)
@@ -83,9 +76,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Sol
     """A solution with its bound raised, and on scenes of few joints the lowest state that the programs are
     near."""
     problem, refiner, ends = task.problem, refiner_of(task), began + task.options.time_limit
-    history: list[BoundStep] = []
     for step, size, forces in rising.programs(ends, began):
-        history.append(step)
         task.progress(step)
         solution = replace(solution, size=size)
         for q in forces if problem.joints <= _MANY_JOINTS else []:
@@ -96,7 +87,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Sol
             if elastic_of(task).tells(answer.load_factor, answer.d):
                 rising.best = min(rising.best, answer.load_factor)
                 solution = replace(solution, found=answer)
-    return replace(solution, bound=rising.bound, history=tuple(history))
+    return replace(solution, bound=rising.bound, history=tuple(rising.history))
 
 
 def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> Solution:
@@ -105,15 +96,16 @@ def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: G
     if answer is None:
         return solution.ended(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
     bound = min(solution.bound or 0.0, answer.load_factor)
-    solution = replace(solution, bound=bound, bound_derived=of.derived)
+    derived = of.forces_derived and of.rates_derived
+    solution = replace(solution, bound=bound, bound_derived=derived)
     said: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
     said |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     if not of.allow(answer.q, sum_of_rates(problem, answer.d)):
         # What holds among some states only, and not this one, is no bound.
         return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
     if not closed(bound, answer.load_factor):
-        code = Code.OUT_OF_TIME if of.derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
+        code = Code.OUT_OF_TIME if derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
         return solution.ended(Status.CONVERGED, code, **said, time_limit=options.time_limit)
-    if of.derived:
+    if derived:
         return solution.ended(Status.OPTIMAL, Code.PROVEN, **said)
     return solution.ended(Status.CONVERGED, Code.WITHIN_IMPOSED, **said)

@@ -1,15 +1,20 @@
-"""Lower bounds of λ from products of statics and kinematics, near ones first."""
+"""Lower bounds of λ from products of statics and kinematics, raised by programs of more and more of them,
+near ones first."""
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Any
 
 import numpy as np
 from scipy.sparse.csgraph import shortest_path
 
+from masonry_opt.answer.acceptance import CLOSED, SMALLEST
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.bounds import StateBounds, velocities_by_rates
+from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of, tightened, velocities_by_rates
 from masonry_opt.models.pyomo_products import PyomoProducts
+from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
@@ -37,6 +42,17 @@ LEAST_TIME = 1.0  #: Seconds that a program is given at least.
 #: next are taken where the last leave a gap and time.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
+_ABOVE = 1e-4  #: The programs take this share more than the best λ known, so that they have an interior.
+
+#: A program that closes more than this share of the gap is followed by another of the same products, with the
+#: limits of forces that it leaves; else by one of more products, which takes three to ten times as long.
+_WORTH_REPEATING = 0.5
+
+#: What rates are assumed to sum to, at least, and over those of the state known (on walls 30 to 140).
+_LEAST_RATES, _OVER_KNOWN = 100.0, 10.0
+
+_MOST_PRODUCTS = 400_000  #: No program keeps more products than this (memory).
+
 
 @dataclass(frozen=True)
 class BoundStep:
@@ -61,6 +77,10 @@ class BoundStep:
     seconds: float
 
 
+#: Joints whose products of forces and rates are kept, shape (c, c), and joints and blocks, shape (c, b).
+Pairs = tuple[np.ndarray, np.ndarray]
+
+
 class Distances:
     """Between joints, shape (c, c), and from joints to blocks, shape (c, b), in blocks that touch."""
 
@@ -71,70 +91,59 @@ class Distances:
         self.to_blocks = np.array([between[blocks].min(axis=0) for blocks in of_joint])
         self.to_joints = np.array([self.to_blocks[:, blocks].min(axis=1) for blocks in of_joint]).T
 
-    def within(self, radii: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    def within(self, radii: tuple[int, int]) -> Pairs:
         """Whether joints, and joints and blocks, are no further apart than the first and second radius."""
         return self.to_joints <= radii[0], self.to_blocks <= radii[1]
 
 
 def relaxed(
-    problem: Problem,
-    highest: float,
-    of: StateBounds,
-    near: np.ndarray,
-    moves: np.ndarray,
-    seconds: float,
-    effort: Effort,
+    problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
     """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, joint forces (3c,) that may
-    be next to low states, and its program's size.
-
-    ``near`` and ``moves`` are the joints and joints, joints and blocks, whose products are kept. The bound is
-    what the solver's multipliers prove, however far it came in its ``seconds``.
-    """
+    be next to low states, and its program's size. The bound is what the solver's multipliers prove, however
+    far it came in its ``seconds``."""
     with effort.measure("build"):
-        model = PyomoProducts(problem, (of.lowest, highest), of.normal, near, moves)
+        model = PyomoProducts(problem, (of.lowest, highest), of.normal, *kept)
     with effort.measure("compile"):
         lp = LinearProgram.of_pyomo(model.program)
-    point, multipliers = _solved(lp, _reach(model, lp, highest, of), (of.lowest, highest), seconds, effort)
-    return _proven(model, lp, multipliers, highest, of), _forces(model, lp, point), lp.size
+    # Every variable is a product, in their order: its column, and the numbers of its two factors.
+    column, (i, k) = np.concatenate(list(lp.columns.values())), np.array(list(model.product)).T
+    of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
+    fastest = np.full(model.factors.unit + 1, _FASTEST)
+    fastest[-1] = 1.0
+    # How large columns may be for the solver; rotations over the usual length of a joint, which is two.
+    problem.moments(fastest[velocities.start : -1])[:] /= 2
+    reach = np.empty(len(column))
+    reach[column] = of_statics * fastest[k]
+    point, multipliers = _solved(lp, reach, (of.lowest, highest), seconds, effort)
+    # What reduced costs lack is paid with the largest that each product can be.
+    value, short = lp.least(multipliers)
+    lacks = np.bincount(k, of_statics * short[column], model.factors.unit + 1)
+    bound = max(of.lowest, value - lacks[-1] - of.rates * _for_each_rate(model, lacks[:-1]))
+    return bound, _forces(model, point[column]), lp.size
 
 
-def _forces(model: PyomoProducts, lp: LinearProgram, point: np.ndarray) -> list[np.ndarray]:
-    """Joint forces at a point (columns,) of the program: those alone, then those in the products with each
-    rate and velocity, over it. They may be of different states, and the first between them."""
+def _for_each_rate(model: PyomoProducts, lacks: np.ndarray) -> float:
+    """The most that a unit of the sum of all rates pays of what rates, and velocities that follow, lack."""
+    problem, factors, start = model.problem, model.factors, model.factors.velocities.start
+    by_rates = np.abs(velocities_by_rates(problem)).T @ lacks[start:]
+    # in_edges doubles rocking rates into openings, so what is paid for each unit of opening is divided twice.
+    by_rates[problem.table.rocks] /= 4
+    return float((lacks[:start] + factors.in_edges(by_rates)).max())
+
+
+def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
+    """Joint forces at values of the products: those alone, then those in the products with each rate and
+    velocity, over it. They may be of different states, and the first between them."""
     factors, (i, k) = model.factors, np.array(list(model.product)).T
-    one, unit = factors.load_factor + 1, factors.velocities.stop
+    one, unit = factors.one, factors.unit
     products = np.full((one + 1, unit + 1), np.nan)
     products[tuple(np.array(list(factors.at_rest)).T)] = 0.0
-    products[i, k] = point[np.concatenate(list(lp.columns.values()))]
+    products[i, k] = of_products
     motion, alone = products[one, :unit], products[factors.forces, unit]
     moving = np.flatnonzero(np.abs(motion) > _MOVES)
     given = products[: len(alone), moving] / motion[moving]
     return [factors.joint_forces(y) for y in (alone, *np.where(np.isnan(given.T), alone, given.T))]
-
-
-def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: StateBounds) -> np.ndarray:
-    """How large each column may be for the solver, shape (columns,): limits of statics times velocities."""
-    problem, factors = model.problem, model.factors
-    of_motion = np.ones(factors.velocities.stop + 1)
-    of_motion[:-1] = _FASTEST
-    # Rotations over the usual length of a joint, which is two.
-    problem.moments(of_motion[factors.velocities.start : -1])[:] /= 2
-    column, of_statics, k = _columns(model, lp, highest, of)
-    reach = np.empty(len(lp.cost))
-    reach[column] = of_statics * of_motion[k]
-    return reach
-
-
-def _columns(
-    model: PyomoProducts, lp: LinearProgram, highest: float, of: StateBounds
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Column of each product, largest value of its factor of statics, number of its factor of kinematics,
-    shape (products,) each."""
-    # Every variable is a product, in their order.
-    column = np.concatenate(list(lp.columns.values()))
-    i, k = np.array(list(model.product)).T
-    return column, np.append(of.forces, [highest, 1.0])[i], k
 
 
 def _solved(
@@ -167,13 +176,8 @@ def _run(
 ) -> tuple[Verdict, np.ndarray, np.ndarray]:
     # Presolved they would have no multipliers of the program itself where time ends them; and with the
     # augmented system, which HiPO may choose, it stalls.
-    options: dict[str, Any] = {
-        "presolve": "off",
-        "hipo_system": "normaleq",
-        "ipm_iteration_limit": _MOST_STEPS,
-    }
-    if name == "highs-hipo":
-        options["kkt_tolerance"] = coarse
+    options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
+    options |= {"presolve": "off", "hipo_system": "normaleq", "ipm_iteration_limit": _MOST_STEPS}
     solver = find_solver("cvxpy", name, _TOLERANCE)
     session = HighsSession(lp, effort, _PURPOSE, solver, **options)
     if name == "highs-hipo":
@@ -183,18 +187,63 @@ def _run(
     return verdict, session.point(), session.multipliers()
 
 
-def _proven(
-    model: PyomoProducts, lp: LinearProgram, multipliers: np.ndarray, highest: float, of: StateBounds
-) -> float:
-    """What the multipliers prove of λ ≥ ``of.lowest``: what reduced costs lack is paid with the largest that
-    each product can be, by the limits of forces and of the sum of all rates."""
-    problem, factors = model.problem, model.factors
-    value, short = lp.least(multipliers)
-    column, of_statics, k = _columns(model, lp, highest, of)
-    of_motion = np.bincount(k, of_statics * short[column], factors.velocities.stop + 1)
-    rates, velocities = of_motion[: factors.velocities.start], of_motion[factors.velocities.start : -1]
-    by_rates = np.abs(velocities_by_rates(problem)).T @ velocities
-    # in_edges doubles rocking rates into openings, so what is paid for each unit of opening is divided twice.
-    by_rates[problem.table.rocks] /= 4
-    by_edges = factors.in_edges(by_rates)
-    return max(of.lowest, value - of_motion[-1] - of.rates * float((rates + by_edges).max()))
+class Rising:
+    """A lower bound of λ that rises towards the best λ known."""
+
+    def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
+        self._problem, self._effort = problem, effort
+        self.best = best  #: λ > 0 of the lowest state known; whoever finds a lower one puts it here
+        self.bound = 0.0  #: what is proven by now
+        self.history: list[BoundStep] = []  #: of the programs by now
+        #: Largest forces and rates of all states from there up to the best, which the bound assumes in part.
+        self.of = bounds_of(problem, a_little_above(best), rates, effort)
+
+    def programs(
+        self, ends: float = inf, began: float = 0.0
+    ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
+        """Programs of more and more products, until the bracket is closed or time is up: what each proved,
+        its size, and joint forces (3c,) that may lead to states lower than the best. Below what one proves
+        there is no state: the next looks above only, where forces have less room, and the same products prove
+        more. They are kept while that pays."""
+        distances, before = Distances(self._problem), 0
+        for radii in RADII:
+            kept = distances.within(radii)
+            products = 12 * int(kept[0].sum()) + 9 * int(kept[1].sum())
+            if products == before or products > _MOST_PRODUCTS:
+                continue
+            gains = True
+            while gains:
+                if before and ends - time.perf_counter() < LEAST_TIME:
+                    return
+                highest, last = a_little_above(self.best), self.bound
+                if last > self.of.lowest:
+                    self.of = tightened(self.of, self._problem, last, highest, self._effort)
+                before, left = products, ends - time.perf_counter()
+                proven, forces, size = relaxed(self._problem, highest, self.of, kept, left, self._effort)
+                self.bound, seconds = max(last, min(proven, self.best)), time.perf_counter() - began
+                step = BoundStep(proven, self.of.lowest, self.best, *radii, products, seconds)
+                self.history.append(step)
+                yield step, size, [] if closed(self.bound, self.best) else forces
+                if closed(self.bound, self.best):
+                    return
+                gains = self.bound - last > _WORTH_REPEATING * (self.best - last)
+
+
+def a_little_above(best: float) -> float:
+    """Λ of the programs, from the best λ known."""
+    return best + _ABOVE * max(abs(best), 1e-3)
+
+
+def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
+    """What slips and edge openings are assumed to sum to, from the velocities (3b,) of the lowest state."""
+    return max(_LEAST_RATES, _OVER_KNOWN * (0.0 if d is None else sum_of_rates(problem, d)))
+
+
+def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
+    """The sum of slips and edge openings under block velocities (3b,)."""
+    return float(EdgeFactors(problem).in_edges(problem.rates(d, problem.dilatancy)).sum())
+
+
+def closed(bound: float, load_factor: float) -> bool:
+    """Whether a bracket from a bound to a load factor is closed."""
+    return load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)

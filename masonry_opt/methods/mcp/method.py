@@ -165,7 +165,7 @@ class _States:
         if lowest is None or lowest.load_factor <= ZERO or problem.joints > _PRODUCTS_UP_TO or limited:
             return
         # Declared in Pyomo.
-        from masonry_opt.methods.bracket.rising import Rising, assumed_rates
+        from masonry_opt.methods.bracket.relaxation import Rising, assumed_rates
 
         rising = Rising(problem, lowest.load_factor, assumed_rates(problem, lowest.d), self._effort)
         _, _, forces = next(rising.programs())

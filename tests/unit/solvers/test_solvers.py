@@ -113,12 +113,8 @@ def test_the_solver_asked_for_does_everything_that_it_can():
 #: declared in CVXPY.
 DECLARED = {"mpec": "pyomo", "refined": "cvxpy", "global": "pyomo"}
 DOES = {
-    "mpec": {
-        "sub-problems": "clarabel",
-        "exact end": "clarabel",
-        "relaxation": "casadi",
-        "associative": "clarabel",
-    },
+    "mpec": dict.fromkeys(("sub-problems", "exact end", "associative"), "clarabel")
+    | {"relaxation": "casadi"},
     "refined": {"associative": "clarabel", "complementarity problem": "newton", "refinement": "highs"},
     "global": {"complementarity problem": "newton", "load factor": "clarabel", "refinement": "highs"},
 }
