@@ -52,22 +52,15 @@ class RefinedOptions(Options):
 
 @dataclass(frozen=True)
 class Refinement:
-    """One state that lowered λ on the way.
-
-    Attributes
-    ----------
-    origin: what led to it: "start" (the push's state or the result handed in), a push with other "friction"
-        or "loads", a "fixed point", or a "neighbour" of the lowest state.
-    candidate: its number, counted from 1.
-    lp_solves, seconds: linear programs solved, in space cone programs too, and time passed in seconds, since
-        the method began.
-    """
+    """One state that lowered λ on the way."""
 
     load_factor: float
+    #: What led to it: "start" (the push's state or the result handed in), a push with other "friction" or
+    #: "loads" or from other "self-stress", a "fixed point", or a "neighbour" of the lowest state.
     origin: str
-    candidate: int
-    lp_solves: int
-    seconds: float
+    candidate: int  #: its number, counted from 1
+    lp_solves: int  #: linear programs solved since the method began, in space cone programs too
+    seconds: float  #: time passed since then
 
 
 def refined(task: Task) -> Solution:
@@ -103,24 +96,16 @@ def refined(task: Task) -> Solution:
 
 
 class _Lowest:
-    """The lowest state seen, and every one that was the lowest before it.
-
-    Attributes
-    ----------
-    stationary: whether nothing that was tried lowers it; None in space, where that is not known.
-    met: the states of all candidates.
-    interrupted: whether the user ended the search.
-    missed: why there is no state, if there is none.
-    """
+    """The lowest state seen, and every one that was the lowest before it."""
 
     def __init__(self, task: Task, refiner: StateFinder) -> None:
         self._task, self._refiner, self._began = task, refiner, time.perf_counter()
         self.state: ExactState | None = None
-        self.stationary: bool | None = None
-        self.interrupted = False
-        self.missed = Code.NOT_REFINED
+        self.stationary: bool | None = None  #: whether nothing that was tried lowers it; None: not known
+        self.interrupted = False  #: whether the user ended the search
+        self.missed = Code.NOT_REFINED  #: why there is no state, if there is none
         self.history: list[Refinement] = []
-        self.met = Met()
+        self.met = Met()  #: the states of all candidates
 
     def see(self, candidate: Candidate) -> None:
         """Keep a candidate's state if it is the lowest."""

@@ -116,11 +116,11 @@ def test_the_last_state_is_one_of_contacts_that_give_from_those_before():
 def test_contacts_made_sharp_carry_what_round_ones_do_but_for_a_little():
     """Where a state of round contacts has no like among sharp ones, a step of these counts."""
     _, growth, _ = grown_rubble()
-    curve, d, load = next(sharp_steps(growth))
+    curve, at = next(sharp_steps(growth))
     assert curve.rounding == pytest.approx(growth.before.rounding / 100)
-    assert 0.99 * growth.carried <= load < growth.carried
-    assert curve.unbalanced(d, load) < 1e-9
-    assert curve.live @ d > 0
+    assert 0.99 * growth.carried <= at[-1] < growth.carried
+    assert curve.unbalanced(at) < 1e-9
+    assert curve.u(at) > 0
 
 
 def test_slip_that_is_past_changes_no_force():

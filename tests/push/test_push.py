@@ -26,10 +26,9 @@ from scipy.optimize import linprog
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.push.law import Rounded, compliance
+from masonry_opt.methods.push.law import NORMALS, Rounded, compliance
 from masonry_opt.methods.push.matrix import BandFactors, BlockMatrix, SparseFactors
-from masonry_opt.methods.push.push import Elastic
-from masonry_opt.methods.push.pushed import Ended, Pushed, PushStep
+from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
@@ -141,10 +140,10 @@ def test_joints_pressed_far_beyond_their_strength_bear_what_chords_let_them(rng,
     trial = far * rng.normal(size=(3, law.joints))
     forces, rates = law.forces(trial)
     assert np.isfinite(rates).all()
-    assert (law.normals @ forces[:2] + law.room).min() > -1e-13
+    assert (NORMALS @ forces[:2] + law.room).min() > -1e-13
     for joint in range(law.joints):
         towards = trial[:2, joint] - forces[:2, joint]
-        most = linprog(-towards, A_ub=-law.normals, b_ub=law.room[:, joint], bounds=(None, None))
+        most = linprog(-towards, A_ub=-NORMALS, b_ub=law.room[:, joint], bounds=(None, None))
         assert towards @ forces[:2, joint] == pytest.approx(-most.fun, abs=1e-10 * far)
 
 

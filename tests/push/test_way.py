@@ -11,7 +11,7 @@ from scenes_in_space import corner_wall
 import masonry_opt as mo
 from masonry_opt.answer.motion import joint_motion, yielded_on
 from masonry_opt.answer.thresholds import PLATEAU
-from masonry_opt.methods.push.keyframes import KEYFRAMES, keyframes
+from masonry_opt.methods.push.compliant import KEYFRAMES, keyframes
 
 
 @pytest.fixture(scope="module", params=["wall 1", "corner"])

@@ -7,7 +7,7 @@ where simplex would take minutes.
 
 from collections.abc import Callable, Iterable
 from functools import partial
-from typing import TypeVar
+from typing import Any
 
 import cvxpy as cp
 import numpy as np
@@ -59,11 +59,6 @@ def motion_for(scaled: Scaled, q: np.ndarray, solves: Solves) -> np.ndarray | No
     return np.asarray(d.value) if solves(program) else None
 
 
-#: Told the last state before each program, None before there is one, and at the end.
-Follow = Callable[[Answer | None], None]
-
-_T = TypeVar("_T")
-
 #: Weights of the energy over λ, in turn. The first lets λ fall far, the last leaves hardly any energy. In
 #: space exact states lie further apart, and a weight that rises slowly leads lower; where it leads to none,
 #: as on many rings of wedges, a large one from the start stays near the forces given.
@@ -79,33 +74,24 @@ _PURPOSE = "exact state"  #: What a solver does here, as a result tells it.
 
 
 def alternated(
-    problem: Problem, q: np.ndarray, d: np.ndarray | None, effort: Effort, follow: Follow = lambda _: None
+    problem: Problem,
+    q: np.ndarray,
+    d: np.ndarray | None,
+    effort: Effort,
+    follow: Callable[[], None] = lambda: None,
 ) -> Answer | None:
     """The state that forces (3c,) lead to, and the mechanism (3b,) where it is known; in space of the cone,
-    exact but for an energy z·p up to 1e-5 of λ; None if there is none."""
+    exact but for an energy z·p up to 1e-5 of λ; None if there is none. ``follow`` is called before each
+    program, and at the end."""
     effort.begins("exact state")
     problem = problem.by_cone
-    tried = _WEIGHTS_IN_SPACE if problem.by_friction.conic else _WEIGHTS
-    found = (_in_turn(problem, (q, d), effort, weights, follow) for weights in tried)
-    return next((one for one in found if one is not None), None)
-
-
-def _in_turn(
-    problem: Problem,
-    start: tuple[np.ndarray, np.ndarray | None],
-    effort: Effort,
-    weights: Iterable[float],
-    follow: Follow,
-) -> Answer | None:
-    """The last state within the limits that these weights lead to; of those that are exact, if any is."""
-    scaled, conic = in_units_of_load(problem), problem.by_friction.conic
+    conic = problem.by_friction.conic
     tolerances = _TOLERANCES if conic else _TOLERANCES[:1]
     solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
-    answer: Answer | None = None
 
-    def solved(program: Callable[..., _T | None]) -> _T | None:
+    def solve(program: Callable[..., Any]) -> Any:
         for solver in solvers:
-            follow(answer)
+            follow()
             # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
             nearly = conic and solver is solvers[-1]
             solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE, nearly=nearly)
@@ -113,7 +99,18 @@ def _in_turn(
                 return one
         return None
 
-    q, d = start
+    series = _WEIGHTS_IN_SPACE if conic else _WEIGHTS
+    found = (_in_turn(problem, q, d, weights, solve) for weights in series)
+    state = next((one for one in found if one is not None), None)
+    follow()
+    return state
+
+
+def _in_turn(
+    problem: Problem, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], solve: Callable[..., Any]
+) -> Answer | None:
+    """The last state within the limits that these weights lead to; of those that are exact, if any is."""
+    scaled = in_units_of_load(problem)
     # Forces of contacts that give, or of other loads, need not balance: the load that fits best.
     fits = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
     forces: tuple[float, np.ndarray] | None = fits / scaled.load_factor, q / scaled.force
@@ -121,17 +118,16 @@ def _in_turn(
     for weight in (*weights, None):
         if forces is None:
             break
-        d = solved(partial(motion_for, scaled, forces[1])) if d is None else d
+        d = solve(partial(motion_for, scaled, forces[1])) if d is None else d
         if d is None:
             break
         load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
         answer = certified(problem, load_factor, q, d)
         left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-        if left <= _LEFT and not answer.failing(Kind.ONE_PASS):
-            rougher = found is not None and found.exact and not answer.exact
-            found = found if rougher else answer
+        within = left <= _LEFT and not answer.failing(Kind.ONE_PASS)
+        if within and (found is None or answer.exact or not found.exact):
+            found = answer
         if weight is not None:
             p, d = problem.rates(d, problem.dilatancy), None
-            forces = solved(partial(forces_for, scaled, p, weight=weight))
-    follow(answer)
+            forces = solve(partial(forces_for, scaled, p, weight=weight))
     return found

@@ -61,7 +61,6 @@ class ExactState:
     load_factor: float
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
-    slack: np.ndarray  #: yield slack of each face, over its steepness, shape (faces,)
     rates: np.ndarray  #: of the mechanism, shape (faces,)
     strength: np.ndarray  #: how strongly each face at work holds λ up (the dual of its z = 0), shape (faces,)
     answer: Answer | None = None  #: the state with its certificate, once that bears it out
@@ -115,34 +114,19 @@ def _numbers(count: int, first: int = 0) -> np.ndarray:
 
 
 class StateFinder(ABC):
-    """What leads forces to exact states.
-
-    Attributes
-    ----------
-    deadline: time of ``time.perf_counter`` from which every program raises OutOfTime.
-    undecided: programs of the last descent that the solver neither solved nor found infeasible. With any of
-        them it is not known that nothing lowers λ; None where nothing is known of what does.
-    size: of a linear program that is solved again and again.
-    """
+    """What leads forces to exact states."""
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
-        self.problem, self.effort, self.deadline = problem, effort, inf
+        self.problem, self.effort = problem, effort
+        self.deadline = inf  #: time of ``time.perf_counter`` from which every program raises OutOfTime
+        #: Programs of the last descent that the solver neither solved nor found infeasible: with any of them
+        #: it is not known that nothing lowers λ. None where nothing is known of what does.
         self.undecided: int | None = None
-        self.size: LpSize | None = None
+        self.size: LpSize | None = None  #: of a linear program that is solved again and again
 
     @abstractmethod
     def state_near(self, q: np.ndarray) -> ExactState | None:
         """The exact state that forces (3c,) lead to; None if they lead to none."""
-
-    def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """Least load factor with every face at yield that is at work at these rates (faces,), beside
-        velocities (3b,); None if there is none, or there are no programs for it."""
-        return None
-
-    def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Forces (3c,) that maximise λ times the live load's norm less cost·n of the joints that can slide,
-        cost of shape (k,), and the rates (faces,) that go with them; None as of :meth:`least`."""
-        return None
 
     def check_time(self) -> None:
         """Raise OutOfTime from the deadline on."""
@@ -171,33 +155,26 @@ class Refiner(StateFinder):
         self.undecided = 0
 
     def mechanism(
-        self, cost: np.ndarray, banned: np.ndarray | None = None
+        self, cost: np.ndarray, banned: np.ndarray | bool = False
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        """(a): velocities (3b,) and rates (faces,) of the mechanism of least cost·p in which the banned faces
+        """(a): rates (faces,) and velocities (3b,) of the mechanism of least cost·p in which the banned faces
         are at rest; None if there is none."""
         self._kinematics.set_costs("p", cost)
-        at_rest = np.zeros(len(cost), dtype=bool) if banned is None else banned
-        self._kinematics.set_most("p", np.where(at_rest, 0.0, inf))
+        self._kinematics.set_most("p", np.where(banned, 0.0, np.full(len(cost), inf)))
         if not self._solved(self._kinematics):
             return None
-        return self._kinematics.values("d"), self._kinematics.values("p")
+        return self._kinematics.values("p"), self._kinematics.values("d")
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """(b)."""
+        """(b): least load factor with every face at yield that is at work at these rates (faces,), beside
+        velocities (3b,); None if there is none."""
         support = rates > (_AT_WORK * rates.max() if self._roughly else _RESTS)
         small = np.where(support, 0.0, rates) * self._roughly
         if not self._forces_at(*energy_costs(self.problem, small, _SMALL_RATES), support):
             return None
+        load_factor, q = float(self._statics.values("load_factor")[0]), self._statics.values("q")
         strength = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
-        q = self._statics.values("q")
-        return ExactState(
-            load_factor=float(self._statics.values("load_factor")[0]),
-            q=q,
-            d=d,
-            slack=self.problem.slacks(q) / self.problem.steep,
-            rates=rates,
-            strength=strength,
-        )
+        return ExactState(load_factor, q, d, rates, strength)
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
         """The exact state that forces (3c,) lead to: on the mechanism that goes with them, then on others,
@@ -214,8 +191,8 @@ class Refiner(StateFinder):
         answer, below = self._certified(state), inf
         left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
         failing = answer.failing(Kind.ONE_PASS if self._roughly and left <= _LEFT else Kind.EXACT)
-        if lower is not None and self._certified(lower).exact:
-            below = inf if weightless(self.problem, lower.load_factor, lower.d) else lower.load_factor
+        if lower is not None and self._certified(lower).exact and not self._weightless(lower):
+            below = lower.load_factor
         return None if failing else replace(state, answer=answer, below=below)
 
     def _certified(self, state: ExactState) -> Answer:
@@ -233,58 +210,46 @@ class Refiner(StateFinder):
             found = self.mechanism(cost + cost.mean() * self._random if at_random else cost)
             if found is None:
                 return None
-            d, p = found
-            exact = self.least(p, d)
-            if exact is not None:
+            if exact := self.least(*found):
                 return exact
             if at_random:
                 continue
-            nearest = self._least_energy(p)
-            if nearest is None:
+            if not self._forces_at(*energy_costs(self.problem, found[0], WEIGHT)):
                 return None
-            q = nearest
+            q = self._statics.values("q")
         return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
-        """A lower state: by a mechanism among the faces at yield, or else on the mechanism that goes with the
-        state's forces; None if neither lowers λ."""
+        """A lower state: on the mechanism among the faces at yield that moves least of those that hold λ up,
+        each weighed by how strongly it does (one program in place of one for each face), unless what moves
+        there weighs nothing; or else on the mechanism that goes with the state's forces. None if neither
+        lowers λ."""
         self.undecided = 0
-        if lower := self._moving_least(state):
-            return lower
+        if state.strength.any():
+            slack = self.problem.slacks(state.q) / self.problem.steep
+            found = self.mechanism(state.strength / state.strength.max(), slack > _AT_YIELD)
+            lower = found and self.least(*found)
+            if lower and is_lower(lower.load_factor, state.load_factor) and not self._weightless(lower):
+                return lower
         again = self.first(state.q)
         return again if again and is_lower(again.load_factor, state.load_factor) else None
 
-    def _moving_least(self, state: ExactState) -> ExactState | None:
-        """A lower state on the mechanism that moves least of the faces that hold λ up, each weighed by how
-        strongly it does; None if that state is no lower, or what moves there weighs nothing. One program in
-        place of one for each face."""
-        if not state.strength.any():
-            return None
-        found = self.mechanism(state.strength / state.strength.max(), state.slack > _AT_YIELD)
-        if found is None:
-            return None
-        candidate = self.least(found[1], found[0])
-        if candidate is None or not is_lower(candidate.load_factor, state.load_factor):
-            return None
-        return None if weightless(self.problem, candidate.load_factor, candidate.d) else candidate
+    def _weightless(self, state: ExactState) -> bool:
+        return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """With the costs of (b)'s program changed."""
+        """Forces (3c,) that maximise λ times the live load's norm less cost·n of the joints that can slide,
+        cost of shape (k,), and the rates (faces,) that go with them; None if there are none."""
         problem = self.problem
         if not self._forces_at(-problem.live_norm, problem.N.T @ cost):
             return None
         return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
 
-    def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
-        solved = self._forces_at(*energy_costs(self.problem, rates, WEIGHT))
-        return self._statics.values("q") if solved else None
-
-    def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | None = None) -> bool:
+    def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
         """Whether there are forces of least cost with the held faces, if any, at yield."""
         self._statics.set_costs("load_factor", np.array([load_cost]))
         self._statics.set_costs("q", force_cost + self._random_of_forces)
-        held = np.zeros(self.problem.faces, dtype=bool) if held is None else held
-        self._statics.set_room("yield", np.where(held, 0.0, inf))
+        self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
         return self._solved(self._statics)
 
     def _solved(self, session: HighsSession) -> bool:
@@ -307,8 +272,8 @@ class ConeRefiner(StateFinder):
     """By alternation: what holds λ up is not known, states have no neighbours."""
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        answer = alternated(self.problem, q, None, self.effort, lambda _: self.check_time())
+        answer = alternated(self.problem, q, None, self.effort, self.check_time)
         if answer is None or answer.failing(Kind.EXACT):
             return None
         nothing = np.zeros(self.problem.faces)
-        return ExactState(answer.load_factor, answer.q, answer.d, nothing, nothing, nothing, answer)
+        return ExactState(answer.load_factor, answer.q, answer.d, nothing, nothing, answer)

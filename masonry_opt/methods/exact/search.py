@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
+from itertools import cycle
 from math import inf
 from typing import TypeVar
 
@@ -11,9 +11,8 @@ import numpy as np
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
-from masonry_opt.methods.exact.refiner import ExactState, StateFinder
+from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
 from masonry_opt.methods.push.push import Elastic
-from masonry_opt.methods.push.spread import self_stress
 from masonry_opt.problem.problem import Problem
 
 #: Standard deviation of the logarithm by which random starts change loads and frictions: of loads this, of
@@ -43,22 +42,12 @@ class Candidate:
 
 
 class Met:
-    """Exact states met, each load factor once, and the number of candidates, with or without a state.
-
-    Attributes
-    ----------
-    lowest: least load factor of a state that tells of the load, kept or not.
-    """
+    """Exact states met."""
 
     def __init__(self) -> None:
-        self.load_factors: list[float] = []
-        self.candidates = 0
-        self.lowest = inf
-
-    def seen(self, origin: str, state: ExactState | None) -> Candidate:
-        """A candidate, counted."""
-        self.count(state)
-        return Candidate(origin, state)
+        self.load_factors: list[float] = []  #: each once
+        self.candidates = 0  #: with or without a state
+        self.lowest = inf  #: least load factor of a state that tells of the load, kept or not
 
     def count(self, state: ExactState | Answer | None) -> None:
         """Count a state, or a candidate without one."""
@@ -81,24 +70,21 @@ class Search:
     """Candidates of one problem; its contacts start those of other loads and frictions."""
 
     def __init__(self, finder: StateFinder, elastic: Elastic, met: Met) -> None:
-        self._finder, self.problem, self.met = finder, finder.problem, met
-        self._elastic = elastic
+        self._finder, self._elastic, self.problem, self.met = finder, elastic, finder.problem, met
 
     def start(self, q: np.ndarray) -> Candidate:
         """The state that forces (3c,) lead to."""
-        return self.met.seen("start", self._settled(q))
+        return self._tried("start", q)
 
     def few(self, lowest: ExactState | None) -> Iterator[Candidate]:
         """Further starts of a small scene, and neighbours of the lowest state known, until a number of them
         bring nothing new."""
-        met = self.met
-        states, last_new = len(met.load_factors), 0
-        kinds = _FOR_A_FIRST if lowest is None else _ROUND_OF_SMALL
-        for number, candidate in enumerate(self._series(lowest, 0, kinds), start=1):
+        known, nothing_new = len(self.met.load_factors), 0
+        for candidate in self._series(lowest, 0, _FOR_A_FIRST if lowest is None else _ROUND_OF_SMALL):
             yield candidate
-            if len(met.load_factors) > states:
-                states, last_new = len(met.load_factors), number
-            if number - last_new >= _NOTHING_NEW:
+            before, known = known, len(self.met.load_factors)
+            nothing_new = 0 if known > before else nothing_new + 1
+            if nothing_new >= _NOTHING_NEW:
                 return
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
@@ -108,19 +94,17 @@ class Search:
 
     def _series(self, best: ExactState | None, seed: int, kinds: Sequence[str]) -> Iterator[Candidate]:
         """Candidates of these kinds in turn, each with random numbers from seed and number alone."""
-        for number in count():
-            kind = kinds[number % len(kinds)]
+        for number, kind in enumerate(cycle(kinds)):
             rng = np.random.default_rng((seed, number))
-            if kind in _STARTS:
-                q = _STARTS[kind](self, rng)
-            else:
-                q = None if best is None else self._neighbour(best, rng)
-            state = self._settled(q)
-            best = lower_of(best, state)
-            yield self.met.seen(kind, state)
+            q = _STARTS[kind](self, rng) if kind in _STARTS else self._neighbour(best, rng)
+            candidate = self._tried(kind, q)
+            best = lower_of(best, candidate.state)
+            yield candidate
 
-    def _settled(self, q: np.ndarray | None) -> ExactState | None:
-        return None if q is None else self._finder.state_near(q)
+    def _tried(self, origin: str, q: np.ndarray | None) -> Candidate:
+        state = None if q is None else self._finder.state_near(q)
+        self.met.count(state)
+        return Candidate(origin, state)
 
     def _pushed(self, problem: Problem) -> np.ndarray | None:
         until = _STIFF_IN_SPACE if problem.layout.round else _STIFF
@@ -140,20 +124,19 @@ class Search:
 
     def with_other_loads(self, rng: np.random.Generator) -> np.ndarray | None:
         """Forces of a push with each load changed."""
-        problem = self.problem
-        dead, live = (
-            load * np.exp(_LOADS * rng.standard_normal(load.size)) for load in (problem.dead, problem.live)
-        )
+        problem, sizes = self.problem, (2, self.problem.dead.size)
+        dead, live = np.exp(_LOADS * rng.standard_normal(sizes)) * [problem.dead, problem.live]
         return self._pushed(replace(problem, dead=dead, live=live))
 
     def with_self_stress(self, rng: np.random.Generator) -> np.ndarray | None:
         """Forces of a push from others than those at rest, which the dead load allows."""
-        settled = self_stress(self.problem, rng)
+        settled = self._elastic.self_stress(rng)
         return None if settled is None else self._pushed(replace(self.problem, settled=settled))
 
     def fixed_point(self, rng: np.random.Generator) -> np.ndarray | None:
         """Forces at which the cost of a normal force is the dilation that Coulomb's joints lack,
         (μ − tan φ₀) |slip| (Acary, Cadoux, Lemaréchal & Malick 2011), from random costs."""
+        assert isinstance(self._finder, Refiner)
         problem = self.problem
         closing = problem.friction - problem.dilatancy
         cost = closing * rng.exponential(1.0, len(closing))
@@ -167,9 +150,10 @@ class Search:
                 break
         return q
 
-    def _neighbour(self, state: ExactState, rng: np.random.Generator) -> np.ndarray | None:
+    def _neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Forces between a state's and the lower ones allowed by letting go of a few faces that hold λ up."""
-        if len(state.holding) == 0:
+        assert isinstance(self._finder, Refiner)
+        if state is None or len(state.holding) == 0:
             return None
         drawn = rng.random(self.problem.faces)[state.holding]
         rates = state.rates.copy()

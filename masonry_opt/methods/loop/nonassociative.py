@@ -3,18 +3,18 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import partial
 from typing import Any
 
 from masonry_opt.answer.acceptance import BORNE_OUT
 from masonry_opt.answer.answer import certified
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.methods.loop.exact_end import belong_together
 from masonry_opt.methods.loop.options import Attempt, LoopOptions
-from masonry_opt.methods.loop.run import Iteration, Run
+from masonry_opt.methods.loop.run import Iteration, Run, belong_together
 from masonry_opt.methods.loop.steps import LimitUpdate
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.problem import Problem, State
+from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
 from masonry_opt.standing.diagnosis import no_optimum
@@ -84,11 +84,22 @@ Failure = Status | Shortfall
 
 @dataclass(frozen=True)
 class _Ran:
-    """A run of the loop: what it worked with, what it found, and how it failed (None: it did not)."""
+    """A run of the loop: what it worked with, and what it found."""
 
     attempt: Attempt
     solution: Solution
-    failure: Failure | None
+
+    @property
+    def failure(self) -> Failure | None:
+        """How it failed; None if what it found decides the matter."""
+        parameters, solution = self.attempt.parameters, self.solution
+        if solution.answer is None:
+            return None if solution.status is Status.JAMMED else solution.status
+        if parameters.finish and solution.failing():
+            return Shortfall.INEXACT
+        if not solution.flow_rule_matters:
+            return None if parameters.tolerance is None else Shortfall.ROUGH
+        return Shortfall.INEXACT if parameters.finish and not belong_together(solution.answer) else None
 
 
 def nonassociative(task: Task) -> Solution:
@@ -98,81 +109,50 @@ def nonassociative(task: Task) -> Solution:
     in the history and the reasons.
     """
     given, options = task.problem, task.options or LoopOptions()
-    attempt = Attempt(options.parameters(given.joints, task.solver), task.solver)
+    attempt: Attempt | None = Attempt(options.parameters(given.joints, task.solver), task.solver)
     runs: list[_Ran] = []
+    declared: tuple[Solver, float | None] | None = None
     left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
-    least: float | None = None
+    least: float | None = None  # of a sub-problem whose state bears it out under the joints' own flow rule
 
     def follow(step: Iteration) -> None:
         nonlocal least
         state = step.solved.state if step.solved else None
-        if state and (least is None or state.load_factor < least) and _borne_out(problem, state):
-            least = state.load_factor
+        if state and (least is None or state.load_factor < least):
+            answer = certified(problem, state.load_factor, state.q, state.d)
+            least = state.load_factor if max(answer.residuals.values()) <= BORNE_OUT else least
         task.progress(step)
 
-    while True:
-        before = runs[-1].attempt if runs else None
-        if before is None or _sub_problems_of(attempt) != _sub_problems_of(before):
+    while attempt is not None:
+        if declared != (attempt.solver, attempt.parameters.tolerance):
+            declared = attempt.solver, attempt.parameters.tolerance
             problem = given.by_cone if attempt.solver.entry.conic else given
-            driver = _declare(task, problem, attempt)
+            driver = _declared(task, problem, *declared)
         revise = options.revise or LimitUpdate.limits
         solution = Run(problem, driver, attempt).follow(follow, revise)
         if not solution.history:
             word = solution.reasons[0].values["word"]
             status, why = no_optimum(given, word, attempt.solver, task.effort)
             solution = replace(solution, status=status, reasons=(why,))
-        runs.append(_Ran(attempt, solution, _failure(attempt, solution)))
-        following = _next(runs, left, options)
-        if following is None:
-            break
-        attempt = following
+        runs.append(_Ran(attempt, solution))
+        attempt = _next(runs, left, options)
     solution = _gathered(runs, options, reason(Code.LEAST_BORNE_OUT, load_factor=least))
     return replace(solution, size=driver.size())
 
 
-def _borne_out(problem: Problem, state: State) -> bool:
-    """Whether a sub-problem's state bears its load factor out under the joints' own flow rule."""
-    answer = certified(problem, state.load_factor, state.q, state.d)
-    return max(answer.residuals.values()) <= BORNE_OUT
-
-
-def _declare(task: Task, problem: Problem, attempt: Attempt) -> Driver:
-    rough = attempt.parameters.tolerance
-    solver = attempt.solver if rough is None else rougher(attempt.solver, rough)
+def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | None) -> Driver:
     # What is solved roughly is equally rough at every size in units of the load.
-    of_load = rough is not None
-
-    def declared() -> Driver:
-        effort, purpose = task.effort, "sub-problems"
-        return Driver(problem, "static", solver, effort, of_load, purpose, repeats=True)
-
-    return task.kept.of(("sub-problems", solver.key, of_load), problem, task.effort, declared)
-
-
-def _sub_problems_of(attempt: Attempt) -> tuple[Solver, float | None]:
-    """What decides how sub-problems are declared and solved."""
-    return attempt.solver, attempt.parameters.tolerance
-
-
-def _failure(attempt: Attempt, solution: Solution) -> Failure | None:
-    """How a run failed; None if what it found decides the matter."""
-    answer = solution.answer
-    if answer is None:
-        return None if solution.status is Status.JAMMED else solution.status
-    finish = attempt.parameters.finish
-    if finish and solution.failing():
-        return Shortfall.INEXACT
-    if not solution.flow_rule_matters:
-        return None if attempt.parameters.tolerance is None else Shortfall.ROUGH
-    return Shortfall.INEXACT if finish and not belong_together(answer) else None
+    of_load = tolerance is not None
+    solver = solver if tolerance is None else rougher(solver, tolerance)
+    key, effort = ("sub-problems", solver.key, of_load), task.effort
+    declared = partial(Driver, problem, "static", solver, effort, of_load, "sub-problems", repeats=True)
+    return task.kept.of(key, problem, effort, declared)
 
 
 def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOptions) -> Attempt | None:
     """What to try after the last run, taken from what is left; None if nothing is, or need not."""
     last = runs[-1]
-    if last.failure is None:
-        return None
-    remedies = left.get(last.failure, [])
+    remedies = left.get(last.failure, []) if last.failure else []
     while remedies:
         remedy = remedies.pop(0)
         wanted = {"all": True, "slope": remedy is less_slope, "none": False}[options.remedies]

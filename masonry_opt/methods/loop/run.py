@@ -3,20 +3,26 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import islice
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Found, certified
+from masonry_opt.answer.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
+from masonry_opt.answer.answer import Answer, Found, certified
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
-from masonry_opt.methods.loop.exact_end import accurate_end, rough_end
+from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.alternation import forces_for, motion_for
 from masonry_opt.methods.loop.options import Attempt
 from masonry_opt.methods.loop.steps import LimitUpdate, Revise, SubProblem, corrected, sub_problems
+from masonry_opt.models.cvxpy_exact import CvxpyAtYield
+from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits, State
+from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
+from masonry_opt.solvers.registry import Solver, in_cvxpy
 
 #: Energy by which sliding joints are off the true law, over λ, from which on an early end is tried (on
 #: façades exact forces leave 3e-4 to 7e-4 of λ from there on, and 1e-3 takes two to three times the
@@ -32,6 +38,12 @@ _RISE, _RISES, _GROWN = 1e-2, 30, 1e3
 #: Longest cycle looked for, and the drift from one to the next, over its swing, that still is one.
 LONGEST_PERIOD = 6
 _STEADY = 0.05
+
+#: Share of the largest rate above which a face belongs to the mechanism, well above what the solver's
+#: tolerance leaves of a zero: first for the larger mechanism, then for the surer one.
+_SHARES = (1e-6, 1e-4)
+
+_PURPOSE = "exact end"  #: What a solver does here, as a result tells it.
 
 
 @dataclass(frozen=True)
@@ -83,13 +95,7 @@ def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt:
 
 
 class Run:
-    """A run of the loop.
-
-    Parameters
-    ----------
-    driver: of a static model; its shear limits alone are changed.
-    attempt: its parameters, and the solver of the exact end.
-    """
+    """A run of the loop; of its driver, of a static model, the shear limits alone are changed."""
 
     def __init__(self, problem: Problem, driver: Driver, attempt: Attempt) -> None:
         self.problem, self.driver, self.attempt = problem, driver, attempt
@@ -99,11 +105,8 @@ class Run:
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
         self.next_try = 0
-
-    @property
-    def _begins_associative(self) -> bool:
-        """Whether the first load factor is the associative one: rough sub-problems end up to .4 % from it."""
-        return self.parameters.start == "associative" and self.parameters.tolerance is None
+        #: Whether the first load factor is the associative one: rough sub-problems end up to .4 % from it.
+        self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None], revise: Revise = LimitUpdate.limits) -> Solution:
         """Follow the loop to its end."""
@@ -119,7 +122,7 @@ class Run:
                 self.ending,
                 found=Found(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms),
                 history=(*self.ending.history, replace(entry, solved=None)),
-                associative=self.load_factors[0] + 0.0 if self._begins_associative else None,
+                associative=self.load_factors[0] + 0.0 if self.first_is_associative else None,
             )
             progress(entry)
             if ended := self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
@@ -140,8 +143,8 @@ class Run:
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
             return None
         found = certified(self.problem, state.load_factor, state.q, state.d)
-        ended = self.ending.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
-        return replace(ended, found=found, flow_rule_matters=False)
+        ended = replace(self.ending, found=found, flow_rule_matters=False)
+        return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
         """Step 3, and the other ways in which a run ends; None while it goes on."""
@@ -173,28 +176,26 @@ class Run:
         problem, state = self.problem, last.optimum
         solver, effort = self.attempt.solver, self.driver.effort
         effort.begins("exact forces")
-        if self.parameters.tolerance is not None or problem.layout.round:
-            end = rough_end(problem, state, solver, effort)
-        else:
+        end, roughly = None, self.parameters.tolerance is not None or problem.layout.round
+        if not roughly:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-            if end is None and len(problem.crushing):
-                # Its sliding contracts, which joints that crush explain by crushing.
-                end = rough_end(problem, state, solver, effort)
+        # Sliding of an accurate end contracts, which joints that crush explain by crushing.
+        if roughly or (end is None and len(problem.crushing)):
+            end = rough_end(problem, state, solver, effort)
         if end is None:
             return None
         return replace(self.ending, status=Status.CONVERGED, found=end, exact_end=True)
 
     def _converged(self, last: SubProblem) -> Solution:
         """The end where λ stood still, with step 6's correction."""
-        state = last.optimum
-        ended = replace(self.ending, status=Status.CONVERGED)
+        state, ended, first = last.optimum, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
         # No state with less dilatancy exceeds the associative load factor, where that is known.
-        if self._begins_associative and load_factor > self.load_factors[0]:
-            ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0]))
-            load_factor = self.load_factors[0]
+        if self.first_is_associative and load_factor > first:
+            ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))
+            load_factor = first
         found = certified(self.problem, load_factor, state.q, state.d)
-        return replace(ended, found=found)
+        return replace(ended, status=Status.CONVERGED, found=found)
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
@@ -232,3 +233,49 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
         if drift < _STEADY * np.ptp(now) and back:
             return length
     return 0
+
+
+def accurate_end(
+    problem: Problem, state: State, near: float, solver: Solver, effort: Effort
+) -> Answer | None:
+    """The exact state of λ nearest to ``near`` on the mechanism of an accurately solved sub-problem; None if
+    there is none."""
+    scaled = in_units_of_live_load(problem)
+    for share in _SHARES:
+        at_yield = state.p > share * state.p.max()
+        model = CvxpyAtYield(scaled.problem, at_yield, near / scaled.load_factor)
+        if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE):
+            load_factor, q = model.statics.forces()
+            if end := _belonging(problem, scaled.load_factor * load_factor, q, state.d):
+                return end
+    return None
+
+
+def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
+    """Exact forces and a mechanism near that of a sub-problem solved roughly, whose rates are zero nowhere.
+
+    First the forces of low λ that leave little energy z·p for its rates; then the mechanism of the true flow
+    rule that leaves least for those forces (the sub-problem's own if the solver finds none).
+    """
+    scaled = in_units_of_load(problem.by_cone)
+    solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
+    solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE)
+    forces = forces_for(scaled, state.p, solves)
+    if forces is None:
+        return None
+    load_factor, q = forces
+    d = motion_for(scaled, q, solves)
+    d = state.d if d is None else d
+    return _belonging(problem, scaled.load_factor * load_factor, scaled.force * q, d)
+
+
+def belong_together(answer: Answer) -> bool:
+    """Whether the forces and the velocities of an answer belong together, but for MOST_ENERGY."""
+    most = MOST_ENERGY * max(abs(answer.load_factor), SMALLEST)
+    left = answer.certificate
+    return left.complementarity <= most and left.flow <= LIMITS[Kind.LOOP].flow
+
+
+def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
+    answer = certified(problem.by_cone, load_factor, q, d)
+    return answer if belong_together(answer) else None

@@ -10,7 +10,7 @@ from masonry_opt.answer.answer import largest_acting, of_lesser_block
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.loop.options import LoopParameters
 from masonry_opt.problem.problem import Problem, ShearLimits, State
-from masonry_opt.solvers.driver import Driver, LpAnswer
+from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Verdict
 
 _TRIALS = 8  #: How often a trial cohesion that carries no dead load is multiplied by four.
@@ -81,14 +81,16 @@ def sub_problems(
         driver.effort.begins(f"sub-problem {number}")
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
-        if number == 1 and parameters.start == "cohesive":
-            limits, answer = _raised_trial_cohesion(driver, limits, answer)
+        # The trial cohesion is arbitrary: raise it while it is too small to carry the dead load.
+        for _ in range(_TRIALS if number == 1 and parameters.start == "cohesive" else 0):
+            if answer.solved.verdict is not Verdict.INFEASIBLE:
+                break
+            limits = ShearLimits(limits.slope, 4 * limits.cohesion)
+            driver.set_shear_limits(limits)
+            answer = driver.solve()
         state = answer.state
-        still = bool(
-            before
-            and state
-            and abs(state.load_factor - before.load_factor) < parameters.tol * abs(state.load_factor)
-        )
+        change = abs(state.load_factor - before.load_factor) if before and state else float("inf")
+        still = state is not None and change < parameters.tol * abs(state.load_factor)
         last = SubProblem(number, answer.solved, state, limits, alpha, small_cohesion, still)
         yield last
         if state is None:
@@ -105,19 +107,6 @@ def sub_problems(
         if not isinstance(limits, ShearLimits):
             raise OptionError(f"option 'revise' must return ShearLimits (found {limits!r})")
         before = state
-
-
-def _raised_trial_cohesion(
-    driver: Driver, limits: ShearLimits, answer: LpAnswer
-) -> tuple[ShearLimits, LpAnswer]:
-    """The trial cohesion is arbitrary: raise it while it is too small to carry the dead load."""
-    for _ in range(_TRIALS):
-        if answer.solved.verdict is not Verdict.INFEASIBLE:
-            break
-        limits = ShearLimits(limits.slope, 4 * limits.cohesion)
-        driver.set_shear_limits(limits)
-        answer = driver.solve()
-    return limits, answer
 
 
 def corrected(problem: Problem, last: SubProblem) -> float:

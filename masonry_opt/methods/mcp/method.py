@@ -1,7 +1,8 @@
 """Method "mcp": an exact state of Coulomb friction next to the load to expect, the lowest of a few."""
 
 from dataclasses import replace
-from typing import Annotated, TypeVar
+from math import inf
+from typing import Annotated
 
 from pydantic import Strict
 
@@ -17,13 +18,11 @@ from masonry_opt.methods.exact.refiner import SMALL, ExactState, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.push.compliant import PUSHED_UP_TO, compliant, jams
+from masonry_opt.methods.push.compliant import PUSHED_UP_TO, compliant
 from masonry_opt.methods.push.push import elastic_of
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.standing.existence import existence
-
-_State = TypeVar("_State", Answer, ExactState)
 
 #: Joints in the plane up to which simplex makes states exact and descends: beyond, it takes longer than all
 #: else, and in space there are cones.
@@ -54,14 +53,6 @@ def mcp(task: Task) -> Solution:
     """
     if task.problem.dilatancy_depends_on_stress or task.problem.joints > PUSHED_UP_TO:
         return _by_loop(task)
-    return _by_push(task)
-
-
-def _by_loop(task: Task) -> Solution:
-    return nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
-
-
-def _by_push(task: Task) -> Solution:
     effort, options = task.effort, task.options or McpOptions()
     expected = task.expected
     if expected is None or not expected.history:
@@ -80,16 +71,21 @@ def _by_push(task: Task) -> Solution:
         states.near(expected.answer)
     known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver, history=expected.history)
     if states.answer is None:
-        known = _looked_beside(task, known)
+        known = with_associative(task, known)
+        if known.associative is None:
+            known = replace(known, infeasibility=existence(task.problem, task.effort))
         if known.proven_none:
             return known
-        states.beside()
-    if states.answer is None:
+        for beside in elastic_of(task).beside():
+            states.near(beside)
+            if states.answer is not None:
+                break
+    if states.answer is None and known.associative is not None:
         # Where a push stops, as where friction is so high that hardly anything slides, statics may lead on.
-        by_statics = None if known.associative is None else associative(Task(task.problem, kept=task.kept))
-        if by_statics is not None and by_statics.answer is not None:
-            states.near(by_statics.answer)
-    if options.descent and states.descend:
+        by_statics = associative(Task(task.problem, kept=task.kept)).answer
+        if by_statics is not None:
+            states.near(by_statics)
+    if options.descent:
         if expected.softer is not None:
             effort.begins("softer contacts")
             states.near(expected.softer.answer)
@@ -103,22 +99,13 @@ def _by_push(task: Task) -> Solution:
 
 
 class _States:
-    """The lowest of the exact states that forces lead to.
-
-    Attributes
-    ----------
-    descend: whether further starts pay: in space, and in the plane where simplex is quick.
-    met: the states.
-    """
+    """The lowest of the exact states that forces lead to, and all that were met."""
 
     def __init__(self, task: Task) -> None:
         self._problem, self._effort, self._elastic = task.problem, task.effort, elastic_of(task)
         self.met = Met()
-        in_space, small = task.problem.layout.round, task.problem.joints <= _SIMPLEX_UP_TO
-        self._search = None
-        if small and not in_space:
-            self._search = Search(refiner_of(task), self._elastic, self.met)
-        self.descend = in_space or small
+        simplex = self._problem.joints <= _SIMPLEX_UP_TO and not self._problem.layout.round
+        self._search = Search(refiner_of(task), self._elastic, self.met) if simplex else None
         self._lowest: ExactState | None = None
         self._by_programs: Answer | None = None
 
@@ -135,33 +122,22 @@ class _States:
         if self._lowest is None:
             # What is exact of contacts that give may be none of rigid ones.
             start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
-            exact = self._recorded(start) if start.exact else None
+            exact = start if start.exact and self._tells(start) else None
             self._by_programs = _exact_or_lower(self._by_programs, exact)
             found = alternated(self._problem, start.q, start.d if start.exact else None, self._effort)
-            found = found and self._recorded(found)
+            found = found if found is not None and self._tells(found) else None
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
                 self.met.count(found if found is not None and found.exact else exact)
 
-    def beside(self) -> None:
-        """Look for a state where a push has led to none, near those of contacts with much rounder corners."""
-        for found in self._elastic.beside():
-            self.near(found)
-            if self.answer is not None:
-                return
-
     def further(self) -> None:
-        """Look further on small scenes in the plane."""
-        if self._search is None or self._problem.joints > SMALL:
+        """Look further on small scenes in the plane, on the smallest by the bracket's first program too."""
+        search, problem = self._search, self._problem
+        if search is None or problem.joints > SMALL:
             return
-        for candidate in self._search.few(self._lowest):
+        for candidate in search.few(self._lowest):
             self._keep(candidate.state)
-        self._next_to_products(self._search)
-
-    def _next_to_products(self, search: Search) -> None:
-        """Look for states that the bracket's first program is near, on scenes where it is quick."""
-        problem, lowest = self._problem, self._lowest
-        limited = len(problem.crushing) > 0 or problem.B.shape[1] > 3 * problem.joints
+        lowest, limited = self._lowest, problem.B.shape[1] > 3 * problem.joints or len(problem.crushing) > 0
         if lowest is None or lowest.load_factor <= ZERO or problem.joints > _PRODUCTS_UP_TO or limited:
             return
         # Declared in Pyomo.
@@ -173,16 +149,16 @@ class _States:
             self._keep(search.start(q).state)
 
     def _keep(self, state: ExactState | None) -> None:
-        if state is not None:
-            self._lowest = lower_of(self._lowest, self._recorded(state, state.below))
+        if state is not None and self._tells(state, state.below):
+            self._lowest = lower_of(self._lowest, state)
 
-    def _recorded(self, state: _State, *below: float) -> _State | None:
-        """Count a state that tells of the load among those met, and return it; None for any other, and for
-        one below zero where the forces at rest are known."""
+    def _tells(self, state: Answer | ExactState, below: float = inf) -> bool:
+        """Whether a state tells of the load, and is then met; but none below zero where the forces at rest
+        are known."""
         if not self._elastic.tells(state.load_factor, state.d):
-            return None
-        self.met.lowest = min(self.met.lowest, state.load_factor, *below)
-        return state if self._problem.settled is None or state.load_factor >= -ZERO else None
+            return False
+        self.met.lowest = min(self.met.lowest, state.load_factor, below)
+        return self._problem.settled is None or state.load_factor >= -ZERO
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
@@ -191,36 +167,25 @@ def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
     return exact[0] if len(exact) == 1 else lower_of(one, other)
 
 
-def _looked_beside(task: Task, known: Solution) -> Solution:
-    """A solution without answer, with what is known beside it: the associative load factor, and what is
-    proven."""
-    known = with_associative(task, known)
-    if known.associative is None:
-        known = replace(known, infeasibility=existence(task.problem, task.effort))
-    return known
+def _by_loop(task: Task) -> Solution:
+    return nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
 
 
 def _without(task: Task, solution: Solution, lowest: float, expected: Solution) -> Solution:
     """The end without a load factor: none was found, or all lie below zero, as the lowest; or friction jams
     the blocks, which is not proven; but from rest no multiple of the load brings them down. What does not
     carry its dead load from rest does not stand. Where none was found of a large scene, the loop's."""
-    found = solution.infeasibility
-    endless = found is not None and found.existence is Existence.UNBOUNDED
-    if endless and (grows := jams(replace(task, expected=expected))):
+    found, stopped = solution.infeasibility, expected.values_of(Code.PUSH_STOPPED)
+    grows = next((said for said in expected.reasons if said.code is Code.JAMS), None)
+    if grows and found is not None and found.existence is Existence.UNBOUNDED:
         return replace(solution, status=Status.JAMMED, reasons=(grows,))
     if lowest < -ZERO:
         return solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
+    word, steps = stopped.get("word", "no exact state lies nearby"), len(expected.history)
     if elastic_of(task).settled is None:
-        return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, **_stopped(expected))
+        return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, word=word, steps=steps, looped=False)
     by_loop = _by_loop(task) if task.problem.joints > _SIMPLEX_UP_TO else None
     if by_loop is not None and by_loop.answer is not None and not by_loop.failing():
         return by_loop
-    stopped = _stopped(expected, by_loop is not None)
-    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **stopped)
-
-
-def _stopped(expected: Solution, looped: bool = False) -> dict[str, object]:
-    """How a push stopped, after how many steps, and whether the loop was asked too."""
-    said = next((said for said in expected.reasons if said.code is Code.PUSH_STOPPED), None)
-    word = said.values["word"] if said else "no exact state lies nearby"
-    return {"word": word, "steps": len(expected.history), "looped": looped}
+    told = {"word": word, "steps": steps, "looped": by_loop is not None}
+    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **told)

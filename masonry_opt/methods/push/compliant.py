@@ -6,22 +6,22 @@ forces under the dead load alone, whose slip is past when the live load comes. F
 where blocks move on for ever: on that ray contacts give no more, and the state is exact.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from math import inf
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field, Strict, model_validator
 
-from masonry_opt.answer.acceptance import Kind, over_load_factor
+from masonry_opt.answer.acceptance import SMALLEST, Kind, over_load_factor
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
-from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.solution import Solution, Way
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
-from masonry_opt.methods.push.keyframes import way
-from masonry_opt.methods.push.push import Elastic, elastic_of
-from masonry_opt.methods.push.pushed import Ended, Pushed, PushStep
-from masonry_opt.methods.push.spread import spread
+from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elastic_of
 from masonry_opt.methods.task import Options, Task
 
 #: Joints, in space contact points, up to which the load to expect is told beside other methods' answers.
@@ -32,6 +32,10 @@ SOFT = 3e1
 
 #: How much softer contacts are with which a state is compared, and the states of a curve at most.
 _SOFTER, _ON_CURVE = 10.0, 100
+
+KEYFRAMES, _AGAIN = 60, 3.0  #: Keyframes, and how many times as far a path is shown as up to where λ stays.
+
+_STIFFNESS = 0.5  #: Standard deviation of the logarithm of a contact's stiffness.
 
 
 class CompliantOptions(Options):
@@ -83,18 +87,10 @@ def compliant(task: Task) -> Solution:
         if options.curve:
             solution = _with_curve(elastic, pushed, solution)
         if options.spread:
-            solution = solution.telling(spread(elastic, options.spread))
+            solution = solution.telling(_spread(elastic, options.spread))
         softer = elastic.at(pushed, SOFT) if task.problem.layout.round else None
-    along = partial(way, elastic, pushed)
-    return replace(
-        solution, history=(*pushed.steps, *pushed.growth_steps), way=along, softer=softer, solver=task.solver
-    )
-
-
-def jams(task: Task) -> Reason | None:
-    """That from rest friction jams the blocks; None if it does not."""
-    solution = task.expected or compliant(task.with_options(None))
-    return next((said for said in solution.reasons if said.code is Code.JAMS), None)
+    history, along = (*pushed.steps, *pushed.growth_steps), partial(_way, elastic, pushed)
+    return replace(solution, history=history, way=along, softer=softer, solver=task.solver)
 
 
 def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution:
@@ -131,9 +127,8 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
 def _with_curve(elastic: Elastic, pushed: Pushed, ending: Solution) -> Solution:
     """An end with states on the way."""
     # The displacement of the first is nothing but rounding.
-    ahead = [step for step in pushed.steps[1:] if step.displacement > 0]
-    chosen = ahead[:: max(1, -(-len(ahead) // _ON_CURVE))]
-    states = [elastic.next_to(pushed, step) for step in chosen]
+    ahead = [(point.at, u) for point in pushed.points[1:] if (u := elastic.curve.u(point.at)) > 0]
+    states = [elastic.next_to(pushed, *near) for near in ahead[:: max(1, -(-len(ahead) // _ON_CURVE))]]
     curve = tuple(state for state in states if state is not None)
     ending = replace(ending, curve=curve)
     if not curve:
@@ -141,3 +136,74 @@ def _with_curve(elastic: Elastic, pushed: Pushed, ending: Solution) -> Solution:
     load_factors = [state.answer.load_factor for state in curve]
     told = {"peak": max(load_factors), "last": load_factors[-1], "left_out": len(states) - len(curve)}
     return ending.telling(reason(Code.CURVE, states=len(curve), **told))
+
+
+def _spread(elastic: Elastic, draws: int) -> Reason:
+    """The ranges of the load to expect over so many draws of stiffness, and of self-stress (vertices of what
+    the dead load allows, and mixtures of two), if any come to a ray; and how many come to none."""
+    rng = np.random.default_rng(0)
+    stiffness, by_stiffness = _range(elastic.drawn(_STIFFNESS, rng) for _ in range(draws))
+    stress, by_stress = _range(_stressed(elastic, number, rng) for number in range(draws))
+    without = 2 * draws - by_stiffness - by_stress
+    return reason(Code.SPREAD, draws=draws, stiffness=stiffness, stress=stress, without=without)
+
+
+def _stressed(elastic: Elastic, number: int, rng: np.random.Generator) -> Elastic | None:
+    one, other = (elastic.self_stress(rng) for _ in range(2))
+    if one is None or other is None:
+        return None
+    share = rng.uniform() if number % 2 else 1.0
+    return elastic.again_for(replace(elastic.problem, settled=share * one + (1 - share) * other))
+
+
+def _range(drawn: Iterable[Elastic | None]) -> tuple[tuple[float, float] | None, int]:
+    """Least and largest load to expect, and of how many."""
+    pushes = (one.pushed() for one in drawn if one is not None)
+    peaks = [float(pushed.peak) for pushed in pushes if pushed.peak is not None]
+    return ((min(peaks), max(peaks)) if peaks else None), len(peaks)
+
+
+def _way(elastic: Elastic, pushed: Pushed) -> Way | None:
+    """Keyframes of a push, on the tangents of its points; None of one that did not begin."""
+    points, unit = pushed.points, elastic.problem.live_norm
+    if len(points) < 2:
+        return None
+    curve = elastic.curve.rounded_by(pushed.rounding)
+    path = [points[0].at]
+    for before, after in pairwise(points):
+        path += [curve.corner(before, after)] if len(points) < KEYFRAMES else []
+        path += [after.at]
+    u, load = np.array([(curve.u(each), each[-1] / unit) for each in path]).T
+    at = keyframes(u - u[0], load)
+    first = np.minimum(at.astype(int), len(path) - 2)
+    states = np.stack(path[: first[-1] + 2])
+    states = states[first] + (at - first)[:, None] * np.diff(states, axis=0)[first]
+    q = np.stack([curve.forces(each) for each in states])
+    d, load = states[:, :-1] - states[0, :-1], (states[:, -1] - states[0, -1]) / unit
+    return Way(elastic.giving(1.0), d @ curve.live, load, d, q, pushed.rounding)
+
+
+def keyframes(u: np.ndarray, load_factor: np.ndarray) -> np.ndarray:
+    """Places of keyframes in a path of displacements u and λ, shape (points,) each, as fractional numbers of
+    its points, shape (k,): as far apart as the curve of λ over u is long, u beyond where λ is half its
+    highest by its logarithm; but at points of the path, first of all at folds and turns, if any are near."""
+    away = np.abs(load_factor - load_factor[-1]) > PLATEAU * np.abs(load_factor).max()
+    stays, numbers = int(np.flatnonzero(away).max(initial=0)) + 1, np.arange(len(u))
+    goal, end = _AGAIN * u[: stays + 1].max(), len(u) - 1.0
+    beyond = stays + np.flatnonzero(u[stays:] >= goal)
+    if goal > 0 and len(beyond):
+        last = beyond[0] - 1 + np.arange(2)
+        end = float(np.interp(goal, u[last], last))
+    places = np.append(numbers[numbers < end], end)
+    half = max(abs(u[(np.abs(load_factor) >= np.abs(load_factor).max() / 2).argmax()]), SMALLEST)
+    shown = np.sign(u) * np.log1p(np.abs(u) / half), load_factor
+    steps = np.stack([np.diff(np.interp(places, numbers, of)) for of in shown])
+    sizes = np.maximum(np.abs(steps.cumsum(axis=1)).max(axis=1, keepdims=True), SMALLEST)
+    far = np.append(0.0, np.hypot.reduce(steps / sizes, axis=0).cumsum())
+    turns = 1 + np.flatnonzero((steps[:, 1:] * steps[:, :-1] < 0).any(axis=0))
+    at, apart = np.linspace(0.0, far[-1], KEYFRAMES, retstep=True)
+    for kept in (numbers[1 : len(places) - 1], turns):
+        at[np.rint(far[kept] / apart).astype(int)] = far[kept]
+    at[[0, -1]] = far[[0, -1]]
+    found: np.ndarray = np.interp(at, far, places)
+    return found

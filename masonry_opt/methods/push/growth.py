@@ -42,7 +42,7 @@ class Growth:
     carried: float  #: the largest load under which blocks come to rest, in units of forces
     beyond: float | None  #: one under which they do not; None where λ stays as they move on
     before: Curve  #: contacts before the last step
-    d: np.ndarray  #: displacements in it, shape (3b,)
+    at: np.ndarray  #: displacements in it, and that load, shape (3b + 1,)
 
 
 def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None:
@@ -51,21 +51,22 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
     rest = come_to_rest(curve, 0.0)
     if rest is None:
         return None
-    (before, d), load = rest, 0.0
-    here, u = before.slipped(d), float(before.live @ d)
+    (before, at), load = rest, 0.0
+    here, u = before.slipped(at), before.u(at)
     way, length, tries = _ahead(here), _FIRST, 0
     for _ in range(_MOST):
         towards = length * way
-        found = here.state(towards[:-1], load + towards[-1], float(here.live @ towards[:-1]))
+        towards[-1] += load
+        found = here.state(towards, here.u(towards))
         least = load - (_STAYS * abs(load) if length > _FAR else 0.0)
-        if found is not None and found[1] >= least:
-            d, more = found
-            moved, grows = here.moves(d), more - load
+        if found is not None and found[-1] >= least:
+            at = found
+            moved, grows = here.moves(at), at[-1] - load
             if moved > _FAR and grows > _JAMS * abs(load):
                 return None
             if moved > _FAR**2 and grows < _STAYS * abs(load):
-                return Growth(float(more), None, here, d)
-            way, length, tries = np.append(d, grows) / moved, _LONGER * moved, 0
+                return Growth(float(at[-1]), None, here, at)
+            way, length, tries = np.append(at[:-1], grows) / moved, _LONGER * moved, 0
         elif tries < _TRIES:
             length, tries = length / _SHORTER, tries + 1
             continue
@@ -73,20 +74,20 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
             more = load + _APART * max(abs(load), _APART * curve.unit)
             rest = come_to_rest(here, more)
             if rest is None:
-                return Growth(float(load), float(more), before, d)
-            here, d = rest
-            way, length, tries = _ahead(here.slipped(d)), _FIRST, 0
-        before, here, load, u = here, here.slipped(d), more, u + float(here.live @ d)
+                return Growth(load, float(more), before, at)
+            here, at = rest
+            way, length, tries = _ahead(here.slipped(at)), _FIRST, 0
+        before, here, load, u = here, here.slipped(at), float(at[-1]), u + here.u(at)
         follow(u, load)
     return None
 
 
-def sharp_steps(growth: Growth) -> Iterator[tuple[Curve, np.ndarray, float]]:
+def sharp_steps(growth: Growth) -> Iterator[tuple[Curve, np.ndarray]]:
     """Contacts made sharp, which carry less where rounder ones hold by a corner, before a step to where they
-    come to rest under a load; displacements in it, and the load, lower and lower."""
+    come to rest under a load; displacements in it and the load, lower and lower."""
     apart = _APART
     while apart <= _LOWEST and growth.carried > 0:
-        here = growth.before.slipped(growth.d)
+        here = growth.before.slipped(growth.at)
         for rounding in _SHARPER:
             sharp = here.rounded_by(rounding * growth.before.rounding)
             rest = come_to_rest(sharp, (1 - apart) * growth.carried)
@@ -94,37 +95,35 @@ def sharp_steps(growth: Growth) -> Iterator[tuple[Curve, np.ndarray, float]]:
                 break
             here = rest[0].slipped(rest[1])
         else:
-            load = (1 - apart / 2) * growth.carried
-            rest = come_to_rest(here, load)
+            rest = come_to_rest(here, (1 - apart / 2) * growth.carried)
             if rest is not None:
-                yield *rest, load
+                yield rest
         apart *= 2
 
 
 def _ahead(curve: Curve) -> np.ndarray:
     """d' and λ', shape (3b + 1,), of a motion of one, as the load grows."""
-    along = curve.along(np.zeros_like(curve.dead))
-    found: np.ndarray = along / np.copysign(curve.moves(along[:-1]) or 1.0, along[-1])
+    along = curve.along(curve.still(0.0))
+    found: np.ndarray = along / np.copysign(curve.moves(along) or 1.0, along[-1])
     return found
 
 
 def come_to_rest(curve: Curve, load: float) -> tuple[Curve, np.ndarray] | None:
-    """Contacts before the last step to where blocks come to rest under a load, and displacements in it; None
-    if they do not."""
-    still = np.zeros_like(curve.dead)
+    """Contacts before the last step to where blocks come to rest under a load, displacements in it, and the
+    load; None if they do not."""
+    still = curve.still(load)
     damping, eased, rests, gone, far, left = _DAMPING, True, np.inf, 0.0, _FAR, np.inf
-    size = curve.unbalanced(still, load)
+    size = curve.unbalanced(still)
     for _ in range(_DAMPED):
         if size < rests:
-            found = curve.state(still, load, None)
+            found = curve.state(still, None)
             if found is not None:
-                return curve, found[0]
+                return curve, found
             rests = min(_RESTS, size / 10)
-        found = replace(curve, damping=damping).state(still, load, None)
+        found = replace(curve, damping=damping).state(still, None)
         if found is not None:
-            d = found[0]
-            size, gone = curve.unbalanced(d, load), gone + curve.moves(d)
-            curve = curve.slipped(d)
+            size, gone = curve.unbalanced(found), gone + curve.moves(found)
+            curve = curve.slipped(found)
             damping *= _LESS if eased else 1.0
         elif gone > _FAR:
             return None

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from masonry_opt.problem.faces import CHORDS
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Of, Problem
 
 #: Newton's steps for the slip of joints that dilate, and for forces between chords, at most; and their end.
 _STEPS, _FOUND = 60, 1e-13
@@ -24,6 +24,12 @@ _FALLS, _SHARE, _SLACK = 0.1, 0.95, 1e-12
 
 #: Slip that is not past, in roundings of the law: with less, forces that hardly slip would fade.
 _CORNER = 10.0
+
+#: Normals of what bounds the normal forces of a joint of limited strength: n ≥ 0, then chords at both points;
+#: and what these leave, over its strength.
+_BOTH = np.stack([1 + CHORDS.slope, CHORDS.slope - 1], axis=1)
+NORMALS = np.concatenate([np.eye(2), _BOTH, _BOTH[:, ::-1]])
+_CONSTANTS = np.concatenate([np.zeros(2), CHORDS.constant, CHORDS.constant])
 
 _REGULARISATION = 1e-12  #: Added to the diagonal of B Bᵀ, for blocks that some motion finds no force against.
 
@@ -48,46 +54,28 @@ class Rounded:
     Their forces, n1, n2 and s, in space n, s and t, are of shape (3, m); limited forces are in the last row.
     """
 
-    joints: int  #: their number c
+    problem: Problem
     stiffness: np.ndarray  #: 1/E, shape (3, m), the same at both points of a joint
-    points: int  #: of a joint
     slides: np.ndarray  #: which joints can slide, shape (c,)
     friction: np.ndarray  #: shape (c,), as the two that follow; zero where joints cannot slide
     dilatancy: np.ndarray
     cohesion: np.ndarray
-    lowest: np.ndarray  #: limits of limited forces, shape (t,)
-    highest: np.ndarray
-    #: Joints of limited strength; their chords have ``normals`` · n + room ≥ 0, shapes (faces, 2) and (faces,
-    #: joints), the first two n ≥ 0.
-    crushing: np.ndarray
-    normals: np.ndarray
-    room: np.ndarray
+    room: np.ndarray  #: of joints of limited strength, shape (faces, joints): ``NORMALS`` · n + room ≥ 0
     rounding: float  #: τ
+
+    joints = Of[int]("problem")
+    points = Of[int]("problem.layout")
+    crushing = Of[np.ndarray]("problem")
 
     @classmethod
     def of(cls, problem: Problem, compliance: np.ndarray, rounding: float) -> "Rounded":
         """The law of a problem, its contacts giving by the compliance, shape (3c + t,)."""
-        c = problem.joints
-        friction, dilatancy, cohesion = np.zeros((3, c))
-        friction[problem.sliding], dilatancy[problem.sliding] = problem.friction, problem.dilatancy
-        cohesion[problem.sliding] = problem.cohesion
-        both = np.stack([1 + CHORDS.slope, CHORDS.slope - 1], axis=1)
-        constant = np.concatenate([np.zeros(2), CHORDS.constant, CHORDS.constant])
-        return cls(
-            c,
-            1 / _of_sliders(compliance, c, 1.0),
-            problem.layout.points,
-            np.isin(np.arange(c), problem.sliding),
-            friction,
-            dilatancy,
-            cohesion,
-            problem.lowest,
-            problem.highest,
-            problem.crushing,
-            np.concatenate([np.eye(2), both, both[:, ::-1]]),
-            np.outer(constant, problem.crushing_force),
-            rounding,
-        )
+        slides, of_joints = np.isin(np.arange(problem.joints), problem.sliding), np.zeros((3, problem.joints))
+        of_joints[:, problem.sliding] = problem.friction, problem.dilatancy, problem.cohesion
+        stiffness = 1 / _of_sliders(compliance, problem.joints, 1.0)
+        friction, dilatancy, cohesion = of_joints
+        room = np.outer(_CONSTANTS, problem.crushing_force)
+        return cls(problem, stiffness, slides, friction, dilatancy, cohesion, room, rounding)
 
     @property
     def count(self) -> int:
@@ -108,8 +96,8 @@ class Rounded:
         c = self.joints
         forces[:, :c], rates[:, :, :c] = self._of_joints(trial[:, :c])
         if c < self.count:
-            above, over = self._positive(trial[2, c:] - self.highest)
-            below, under = self._positive(self.lowest - trial[2, c:])
+            above, over = self._positive(trial[2, c:] - self.problem.highest)
+            below, under = self._positive(self.problem.lowest - trial[2, c:])
             forces[2, c:], rates[2, 2, c:] = trial[2, c:] - above + below, 1 - over - under
         return forces, rates
 
@@ -132,9 +120,7 @@ class Rounded:
     def _pressed(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normal forces, shape (points, c), and their rates, shape (points, points, c)."""
         forces, own = self._positive(trial)
-        rates = np.zeros((self.points, *trial.shape))
-        for point in range(self.points):
-            rates[point, point] = own[point]
+        rates = np.eye(self.points)[..., None] * own
         if len(self.crushing):
             forces[:, self.crushing], rates[:, :, self.crushing] = self._crushed(trial[:, self.crushing])
         return forces, rates
@@ -142,29 +128,30 @@ class Rounded:
     def _crushed(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same of joints of limited strength, by Newton's steps for n and y = τ²/z, while τ falls."""
         inside = self.room.max(axis=0) / 8
-        n, normals = np.stack([inside, inside]), self.normals
-        z, size = normals @ n + self.room, np.abs(trial - n).max(axis=0) + inside
+        n = np.stack([inside, inside])
+        z, size = NORMALS @ n + self.room, np.abs(trial - n).max(axis=0) + inside
         y, least = inside * size / z, np.maximum(self.rounding**2, _SLACK * inside * size)
         for _ in range(_STEPS):
             pull = np.maximum(least, _FALLS * (y * z).mean(axis=0))
-            uphill = trial - n + normals.T @ (pull / z)
+            uphill = trial - n + NORMALS.T @ (pull / z)
             step = np.einsum("pqj,qj->pj", self._giving(y / z), uphill)
-            towards = normals @ step
+            towards = NORMALS @ step
             more = (pull - y * towards) / z - y
             shrinks = np.maximum(-towards / z, -more / y).max(axis=0)
             length = 1 / np.maximum(1.0, shrinks / _SHARE)
             n, y = n + length * step, y + length * more
-            z = np.maximum(normals @ n + self.room, _FOUND * inside)
+            z = np.maximum(NORMALS @ n + self.room, _FOUND * inside)
             if (pull <= least).all() and (np.abs(step) <= _FOUND * size).all():
                 break
         return n, self._giving(y**2 / least)
 
-    def _giving(self, bends: np.ndarray) -> np.ndarray:
+    @staticmethod
+    def _giving(bends: np.ndarray) -> np.ndarray:
         """Inverse of 1 + Σ b a aᵀ over the normals a of faces that bend by b, shape (faces, joints), none of
         its terms a difference: some b are 1e30."""
-        across = self.normals[:, ::-1] * [1, -1]
-        pairs = (across @ self.normals.T) ** 2 / 2
-        determinant = 1 + (self.normals**2).sum(axis=1) @ bends + (bends * (pairs @ bends)).sum(axis=0)
+        across = NORMALS[:, ::-1] * [1, -1]
+        pairs = (across @ NORMALS.T) ** 2 / 2
+        determinant = 1 + (NORMALS**2).sum(axis=1) @ bends + (bends * (pairs @ bends)).sum(axis=0)
         rates: np.ndarray = np.eye(2)[..., None] + np.einsum("fj,fp,fq->pqj", bends, across, across)
         return rates / determinant
 
@@ -196,9 +183,8 @@ class Rounded:
         rates = np.zeros((3, *trial.shape))
         rates[normal, normal] = pressed
         rates[normal] += (opens * by_normal)[:, None] * of_slip
-        for kind in range(self.points, 3):
-            rates[kind, kind] = 1 - share
-        rates[shear, shear] += share * along[:, None] * along
+        kept = np.eye(3 - self.points)[..., None] * (1 - share)
+        rates[shear, shear] = kept + share * along[:, None] * along
         rates[shear] -= stiff * along[:, None] * of_slip
         return np.concatenate([n, (1 - share) * trial[shear]]), rates
 

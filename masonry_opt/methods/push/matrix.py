@@ -1,12 +1,11 @@
 """The matrix of the blocks under stiffnesses of contacts, bordered by a load, and its factors."""
 
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import blas, lapack
-from scipy.sparse.csgraph import reverse_cuthill_mckee
+from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
 from masonry_opt.methods.push.law import Rounded
@@ -23,11 +22,7 @@ _REGULARISATION, _OF_BLOCKS = 1e-15, 0.01
 
 class BlockMatrix:
     """[[S, -f], [c, 0]] with S = B J k Bᵀ, for a load f and a row c, shape (3b,) each; else [[S, 0], [0, 1]].
-
-    Attributes
-    ----------
-    B: by slider, shape (3b, 3m), and its transpose ``Bt``.
-    """
+    B is by slider, shape (3b, 3m)."""
 
     def __init__(self, problem: Problem, law: Rounded) -> None:
         B, m = problem.B.tocoo(), law.count
@@ -35,42 +30,34 @@ class BlockMatrix:
         self.B = sp.csr_array((B.data, (B.row, column)), shape=(B.shape[0], 3 * m))
         self.Bt, self.size = self.B.T.tocsr(), B.shape[0] + 1
         # Every two entries of B in columns of one slider, and the entry of S that they add to.
-        order = np.argsort(column % m, kind="stable")
-        row, kind, slider, value = B.row[order], column[order] // m, column[order] % m, B.data[order]
-        count = np.bincount(slider, minlength=m)[slider]
-        one = np.repeat(np.arange(len(row)), count)
-        start = np.searchsorted(slider, slider) - np.cumsum(count) + count
-        other = np.arange(len(one)) + np.repeat(start, count)
+        kind, slider = np.divmod(column, m)
+        of_sliders = sp.csr_array((np.ones(B.nnz), (np.arange(B.nnz), slider)), shape=(B.nnz, m))
+        one, other = (of_sliders @ of_sliders.T).nonzero()
         last, diagonal = self.size - 1, (self.size + 1) * np.arange(self.size)
         border = self.size * np.arange(last) + last, self.size * last + np.arange(last)
-        at = [row[other] * self.size + row[one], diagonal, *border]
-        self._places, place = np.unique(np.concatenate(at), return_inverse=True)
-        place, self._diagonal, self._below, self._right = np.split(
-            place, np.cumsum([len(of) for of in at[:-1]])
-        )
+        at = [B.row[other] * self.size + B.row[one], diagonal, *border]
+        self._places = np.unique(np.concatenate(at))
+        place, self._diagonal, self._below, self._right = (np.searchsorted(self._places, of) for of in at)
         entry = (3 * kind[one] + kind[other]) * m + slider[one]
-        self._of_stiffness = sp.csr_array(
-            (value[one] * value[other], (place, entry)), shape=(len(self._places), 9 * m)
-        )
+        shape, value = (len(self._places), 9 * m), B.data[one] * B.data[other]
+        self._of_stiffness = sp.csr_array((value, (place, entry)), shape=shape)
         springs = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, m))
         self._of_springs = self._of_stiffness @ springs.ravel()
         self._of_springs[self._diagonal[:-1]] += _OF_BLOCKS
         self._rows = (self._places % self.size).astype(np.int32)
-        ends = np.arange(self.size + 1) * self.size
-        self._starts = np.searchsorted(self._places, ends).astype(np.int32)
+        starts = np.arange(self.size + 1) * self.size
+        self._starts = np.searchsorted(self._places, starts).astype(np.int32)
         band = Band(self._matrix(np.ones(len(self._places))))
-        self._band = band if band.narrow else None
+        self._band = band if band.width <= max(_NARROW * self.size, _FEW) else None
 
     def _matrix(self, values: np.ndarray) -> sp.csc_matrix:
         return sp.csc_matrix((values, self._rows, self._starts), shape=(self.size, self.size))
 
-    def factors(
-        self, stiffness: np.ndarray, load: np.ndarray | None = None, row: np.ndarray | None = None
-    ) -> "BlockFactors":
-        """Factors of the matrix under sliders' stiffnesses, shape (3, 3, m)."""
+    def factors(self, stiffness: np.ndarray, load: np.ndarray, row: np.ndarray | None) -> "BlockFactors":
+        """Factors of the matrix under sliders' stiffnesses, shape (3, 3, m); without a row, of the other."""
         values = self._of_stiffness @ stiffness.ravel()
         values += _REGULARISATION * np.abs(stiffness).max() * self._of_springs
-        if load is None or row is None:
+        if row is None:
             load = row = np.zeros(self.size - 1)
             values[self._diagonal[-1]] = 1.0
         if self._band is not None:
@@ -79,19 +66,8 @@ class BlockMatrix:
         return SparseFactors(self._matrix(values))
 
 
-class BlockFactors(Protocol):
-    """Factors of a matrix of the blocks."""
-
-    def solve(self, right: np.ndarray) -> np.ndarray:
-        """The solution of a right-hand side."""
-
-    @property
-    def sign(self) -> int:
-        """Sign of the determinant."""
-
-
-class SparseFactors(BlockFactors):
-    """Factors by minimum degree."""
+class SparseFactors:
+    """Factors by minimum degree: solutions of right-hand sides, and the sign of the determinant."""
 
     def __init__(self, matrix: sp.csc_matrix) -> None:
         options = {"SymmetricMode": True}
@@ -109,14 +85,8 @@ class SparseFactors(BlockFactors):
 
 
 class Band:
-    """The order in which all but the border of a matrix lies in a narrow band.
-
-    Attributes
-    ----------
-    order: of unknowns, the border last, shape (n + 1,).
-    width: of the band, on either side.
-    inside: which entries of the matrix lie in the band, and ``at``, where LAPACK stores them.
-    """
+    """The order of the unknowns, shape (n + 1,), in which all but the border of a matrix, the last, lies in a
+    narrow band: of which width on either side, which of its entries are inside, and at which of LAPACK's."""
 
     def __init__(self, pattern: sp.csc_matrix) -> None:
         n = pattern.shape[0] - 1
@@ -129,13 +99,8 @@ class Band:
         self.width = int(np.abs(row - column).max())
         self.at = column * (2 * self.width + 1) + self.width + row - column
 
-    @property
-    def narrow(self) -> bool:
-        """Whether a band is quicker than sparse factors."""
-        return self.width <= max(_NARROW * len(self.order), _FEW)
 
-
-class BandFactors(BlockFactors):
+class BandFactors:
     """Factors by a band, the border eliminated last: what near a fold is lost by that, one more solution for
     what is left brings back (Govaerts and Pryce, 1993)."""
 
@@ -183,11 +148,11 @@ class BandFactors(BlockFactors):
 
 
 def _swapped(order: np.ndarray) -> int:
-    """How many entries are to be swapped to come to an order."""
-    ahead, swapped = order.tolist(), 0
-    for place in range(len(ahead)):
-        while ahead[place] != place:
-            other = ahead[place]
-            ahead[place], ahead[other] = ahead[other], other
-            swapped += 1
-    return swapped
+    """How many entries are to be swapped to come to an order: of each of its cycles all but one."""
+    n = len(order)
+    to = sp.coo_array((np.ones(n), (np.arange(n), order)), shape=(n, n))
+    return n - int(connected_components(to, return_labels=False))
+
+
+#: The factors of a matrix of the blocks.
+BlockFactors = SparseFactors | BandFactors

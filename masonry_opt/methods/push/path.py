@@ -10,12 +10,12 @@ u = f·d. Along a path the determinant keeps its sign, which tells which way it 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from math import inf, sqrt
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
 from masonry_opt.methods.push.law import Rounded
-from masonry_opt.methods.push.matrix import BlockFactors, BlockMatrix
+from masonry_opt.methods.push.matrix import BlockMatrix
 
 #: First length of a step, in mean forces, and the least, over the length so far, at which a path is given up;
 #: and the length at which it is: trial forces have no digit left there.
@@ -43,23 +43,21 @@ _PATIENCE, _NEARER = 8, 0.3  #: Steps in which a state must come nearer by this 
 #: Rounding, in mean forces, falls to the last by a factor, or else by its roots up to another.
 _FALLS, _GENTLE, _LAST = 0.1, 0.4, 1e-9
 
-_Found = TypeVar("_Found")
-
 
 @dataclass(frozen=True)
 class Point:
     """A point of the path."""
 
-    d: np.ndarray  #: displacements, shape (3b,)
-    load_factor: float  #: λ
-    along: np.ndarray  #: d' and λ', shape (3b + 1,), of a length of one
+    at: np.ndarray  #: displacements d and the load λ, shape (3b + 1,)
+    along: np.ndarray  #: d' and λ', of a length of one
     sign: int  #: of the determinant
     corrections: int = 0  #: Newton's steps onto the path
+    rigid: bool = False  #: whether the path goes on without a motion of contacts
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Contacts under loads, shape (3b,)."""
+    """Contacts under loads, shape (3b,). Displacements and λ, or steps of both, are of shape (3b + 1,)."""
 
     law: Rounded
     matrix: BlockMatrix
@@ -81,22 +79,22 @@ class Curve:
     def turns_below(self, before: Point, after: Point) -> float:
         """About the highest load between two points, by their tangents; -inf without proof of a turn."""
         up, down = before.along[-1], after.along[-1]
-        length, change = self._size(self._moves(after.d - before.d)), after.load_factor - before.load_factor
+        length, one, other = self.moves(after.at - before.at), before.at[-1], after.at[-1]
         if up > 0 > down:
-            bound = before.load_factor + up * (change - down * length) / (up - down)
-        elif up > 0 > change:
-            bound = before.load_factor + up * length
-        elif down < 0 < change:
-            bound = after.load_factor - down * length
+            bound = one + up * (other - one - down * length) / (up - down)
+        elif up > 0 > other - one:
+            bound = one + up * length
+        elif down < 0 < other - one:
+            bound = other - down * length
         else:
             return -inf
-        return float(max(before.load_factor, after.load_factor, bound))
+        return float(max(one, other, bound))
 
     def corner(self, before: Point, after: Point) -> np.ndarray:
-        """d and λ, shape (3b + 1,), between two points, where the path may turn: where their tangents come
-        nearest, with λ no further than theirs where it goes on; in the middle if they do not on the way."""
-        here, there = (np.append(point.d, point.load_factor) for point in (before, after))
-        one, other, way = (self._moves(of[:-1]).ravel() for of in (before.along, after.along, there - here))
+        """d and λ between two points, where the path may turn: where their tangents come nearest, with λ no
+        further than theirs where it goes on; in the middle if they do not on the way."""
+        here, there = before.at, after.at
+        one, other, way = (self._moves(of).ravel() for of in (before.along, after.along, there - here))
         ahead, back = np.linalg.lstsq(np.column_stack([one, other]), way)[0]
         if min(ahead, back) < 0 or ahead + back > _ROUND * self._size(way):
             return (here + there) / 2
@@ -104,84 +102,73 @@ class Curve:
         share = turn[-1] / (there - here)[-1] if there[-1] != here[-1] else 1.0
         return here + turn / max(share, 1.0)
 
-    def is_rigid(self, point: Point) -> bool:
-        """Whether a path goes on from a point without a motion of contacts."""
-        return self._size(self._moves(point.along[:-1])) <= _RIGID
+    def still(self, load_factor: float) -> np.ndarray:
+        """No displacement, and λ."""
+        return np.append(np.zeros_like(self.dead), load_factor)
 
-    def moved(self, d: np.ndarray) -> "Curve":
+    def u(self, at: np.ndarray) -> float:
+        """Displacement of the live load."""
+        return float(self.live @ at[:-1])
+
+    def moved(self, at: np.ndarray) -> "Curve":
         """The same, its displacements counted from there: trial forces keep their digits far from rest."""
-        return replace(self, rest=self.rest + self._moves(d))
+        return replace(self, rest=self.rest + self._moves(at))
 
-    def slipped(self, d: np.ndarray) -> "Curve":
+    def slipped(self, at: np.ndarray) -> "Curve":
         """The same, its slip past too: what moves back does not slip back."""
-        return replace(self, rest=self.law.without_slip(self.rest + self._moves(d)))
+        return replace(self, rest=self.law.without_slip(self.rest + self._moves(at)))
 
-    def moves(self, d: np.ndarray) -> float:
+    def moves(self, at: np.ndarray) -> float:
         """How far contacts move, in motions under the mean force."""
-        return self._size(self._moves(d))
+        return self._size(self._moves(at))
 
-    def along(self, d: np.ndarray) -> np.ndarray:
-        """d' and λ' per unit of u, shape (3b + 1,), once more of what the joints' own equations leave: S, a
-        sum over joints, has lost what is small beside their stiffnesses."""
-        rates = self.law.forces(self.rest + self._moves(d))[1]
+    def along(self, at: np.ndarray) -> np.ndarray:
+        """d' and λ' per unit of u, once more of what the joints' own equations leave: S, a sum over joints,
+        has lost what is small beside their stiffnesses."""
+        rates = self.law.forces(self.rest + self._moves(at))[1]
         factors = self.matrix.factors(rates * self.law.stiffness, self.live, self.live)
-        along = factors.solve(np.append(np.zeros_like(d), 1.0))
-        forces = np.einsum("rkm,km->rm", rates, self._moves(along[:-1]))
+        along = factors.solve(self.still(1.0))
+        forces = np.einsum("rkm,km->rm", rates, self._moves(along))
         left = self.matrix.B @ forces.ravel() + along[-1] * self.live
-        refined: np.ndarray = along + factors.solve(np.append(left, 1.0 - self.live @ along[:-1]))
+        refined: np.ndarray = along + factors.solve(np.append(left, 1.0 - self.u(along)))
         return refined
 
-    def forces(self, d: np.ndarray) -> np.ndarray:
-        """Forces, shape (3, m)."""
-        return self.law.forces(self.rest + self._moves(d))[0]
+    def forces(self, at: np.ndarray) -> np.ndarray:
+        """Forces of the problem, shape (3c + t,)."""
+        return self.law.of_problem(self.law.forces(self.rest + self._moves(at))[0])
 
-    def _moves(self, d: np.ndarray) -> np.ndarray:
+    def _moves(self, at: np.ndarray) -> np.ndarray:
         """Change of trial forces, shape (3, m)."""
-        moved: np.ndarray = -self.law.stiffness * (self.matrix.Bt @ d).reshape(3, -1)
+        moved: np.ndarray = -self.law.stiffness * (self.matrix.Bt @ at[:-1]).reshape(3, -1)
         return moved
 
-    def left(self, d: np.ndarray, load_factor: float) -> np.ndarray:
-        """What is left of equilibrium, shape (3b,)."""
-        return self._at(d, load_factor)[0]
+    def unbalanced(self, at: np.ndarray) -> float:
+        """Mean size of what is left of equilibrium, in mean forces."""
+        return self._size(self.balance(at)[0])
 
-    def unbalanced(self, d: np.ndarray, load_factor: float) -> float:
-        """Its mean size, in mean forces."""
-        return self._size(self.left(d, load_factor))
-
-    def _at(self, d: np.ndarray, load_factor: float) -> tuple[np.ndarray, np.ndarray]:
-        """What is left of equilibrium, and stiffnesses, shape (3, 3, m)."""
-        moves = self._moves(d)
+    def balance(self, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What is left of equilibrium, shape (3b,), and stiffnesses, shape (3, 3, m)."""
+        moves = self._moves(at)
         forces, rates = self.law.forces(self.rest + moves)
         if self.damping:
             forces, rates = forces + self.damping * moves, rates + self.damping * np.eye(3)[:, :, None]
-        left = self.matrix.B @ forces.ravel() + load_factor * self.live + self.dead
+        left = self.matrix.B @ forces.ravel() + at[-1] * self.live + self.dead
         return left, rates * self.law.stiffness
 
     def _size(self, of: np.ndarray) -> float:
         return float(np.linalg.norm(of)) / (sqrt(of.size) * self.unit)
 
-    def state(self, d: np.ndarray, load_factor: float, u: float | None) -> tuple[np.ndarray, float] | None:
-        """The state at u, or without one under that load, from one nearby; None if none is found."""
-        if u is None:
-            return self._across(d, load_factor, None, 0.0)
-        return self._across(d, load_factor, self.live, u - float(self.live @ d))
+    def state(self, at: np.ndarray, u: float | None) -> np.ndarray | None:
+        """The state at u, or without one under the same load, from d and λ nearby; None if none is found."""
+        return self._across(at, None, 0.0) if u is None else self._across(at, self.live, u - self.u(at))
 
-    def states(
-        self, d: np.ndarray, load_factor: float, u: float | None, *ends: float
-    ) -> "Iterator[tuple[Curve, np.ndarray, float]]":
+    def states(self, at: np.ndarray, u: float | None, *ends: float) -> "Iterator[tuple[Curve, np.ndarray]]":
         """States at the same u, or under the same load, under laws that are less and less rounded."""
-        for sharper, found in self.sharper(
-            (d, load_factor), lambda sharp, near: sharp.state(*near, u), *ends
-        ):
-            yield sharper, *found
+        return self.sharper(at, lambda sharp, near: sharp.state(near, u), *ends)
 
     def sharper(
-        self,
-        found: _Found,
-        find: "Callable[[Curve, _Found], _Found | None]",
-        last: float = _LAST,
-        gentlest: float = _GENTLE,
-    ) -> "Iterator[tuple[Curve, _Found]]":
+        self, found: Any, find: "Callable[[Curve, Any], Any]", last: float = _LAST, gentlest: float = _GENTLE
+    ) -> "Iterator[tuple[Curve, Any]]":
         """What is found, each near the one before, from the law's own rounding on to the last."""
         before, falls = self.rounding / _FALLS, _FALLS
         while falls <= gentlest:
@@ -195,20 +182,17 @@ class Curve:
                 return
             before, falls, found = rounding, _FALLS, near
 
-    def _across(
-        self, d: np.ndarray, load_factor: float, row: np.ndarray | None, short: float
-    ) -> tuple[np.ndarray, float] | None:
+    def _across(self, at: np.ndarray, row: np.ndarray | None, short: float) -> np.ndarray | None:
         """The state where c·d is larger by what it is short of, or without c under the same load, by Newton's
         steps, each as long as it lowers what is left; None if that ends before nothing is."""
-        live = None if row is None else self.live
-        left, stiffness = self._at(d, load_factor)
+        left, stiffness = self.balance(at)
         size, sizes = self._size(np.append(left, short)), list[float]()
         enough, found = (_ON_PATH, _ON_PATH) if self.damping else (_EXACT, _STATE)
         while size > enough and len(sizes) < _STEPS:
-            step, length = self.matrix.factors(stiffness, live, row).solve(np.append(left, short)), 1.0
+            step, length = self.matrix.factors(stiffness, self.live, row).solve(np.append(left, short)), 1.0
             while length > _SHORTEST:
-                further, load = d + length * step[:-1], load_factor + length * step[-1]
-                (left, stiffness), short = self._at(further, load), (1 - length) * short
+                further = at + length * step
+                (left, stiffness), short = self.balance(further), (1 - length) * short
                 after = self._size(np.append(left, short))
                 if after < (1 - 1e-4 * length) * size:
                     break
@@ -216,17 +200,20 @@ class Curve:
             else:
                 break
             slow = size < found and after > size / 4
-            d, load_factor, size = further, load, after
+            at, size = further, after
             sizes.append(size)
             if slow or (len(sizes) > _PATIENCE and size > _NEARER * sizes[-_PATIENCE]):
                 break
-        return (d, load_factor) if size <= found else None
+        return at if size <= found else None
 
-    def points(self, d: np.ndarray, load_factor: float, most: int) -> Iterator[Point]:
-        """Points from one on, λ growing at first, until steps are too short, or the way is too long."""
-        at, length, gone = np.append(d, load_factor), _FIRST, 0.0
-        factors = self.matrix.factors(self._at(d, load_factor)[1], self.live, self.live)
-        point = self._point(at, factors, None, 0)
+    def points(self, most: int, at: np.ndarray | None = None) -> Iterator[Point]:
+        """Points from a state on, else from rest, without displacement or else without load, if there is such
+        a state; λ growing at first, until steps are too short, or the way is too long."""
+        for u in (0.0, None):
+            at = self.state(self.still(0.0), u) if at is None else at
+        if at is None:
+            return
+        length, gone, point = _FIRST, 0.0, self._point(at, self.balance(at)[1], self.live, None)
         for _ in range(most):
             yield point
             if gone > _FURTHEST:
@@ -250,14 +237,12 @@ class Curve:
         """Where λ turns, uphill from a point of another law's path; None if no point of this one is near, or
         it does not turn soon."""
         row, length = self._row(point), _FIRST
-        near = self._across(point.d, point.load_factor, row, 0.0)
+        near = self._across(point.at, row, 0.0)
         if near is None:
             return None
-        factors = self.matrix.factors(self._at(*near)[1], self.live, row)
-        here = self._point(np.append(*near), factors, point.sign, 0)
-        turned = False
+        here, turned = self._point(near, self.balance(near)[1], row, point.sign), False
         for _ in range(_STEPS):
-            if length * abs(here.along[-1]) <= _ON_PATH * (self.unit + abs(here.load_factor)):
+            if length * abs(here.along[-1]) <= _ON_PATH * (self.unit + abs(here.at[-1])):
                 return here
             way = 1 if here.along[-1] > 0 else -1
             row = self._row(here)
@@ -271,29 +256,32 @@ class Curve:
 
     def _row(self, point: Point) -> np.ndarray:
         """c at a point, shape (3b,)."""
-        moves = self._moves(point.along[:-1])
+        moves = self._moves(point.along)
         row: np.ndarray = -self.matrix.B @ (self.law.stiffness * moves).ravel() / (self.unit**2 * moves.size)
         return row
 
-    def _point(self, at: np.ndarray, factors: BlockFactors, sign: int | None, corrections: int) -> Point:
-        along = factors.solve(np.append(np.zeros(len(at) - 1), 1.0))
-        size = self._size(self._moves(along[:-1]))
+    def _point(
+        self, at: np.ndarray, stiffness: np.ndarray, row: np.ndarray, sign: int | None, corrections: int = 0
+    ) -> Point:
+        factors = self.matrix.factors(stiffness, self.live, row)
+        along = factors.solve(self.still(1.0))
+        size = self.moves(along)
         along /= (size if size > _RIGID else 1.0) * (1 if sign in (None, factors.sign) else -1)
-        return Point(at[:-1], float(at[-1]), along, sign or factors.sign, corrections)
+        return Point(at, along, sign or factors.sign, corrections, size <= _RIGID)
 
     def _stepped(self, point: Point, row: np.ndarray, length: float) -> Point | None:
         """The point a length ahead; None if the step is too long."""
-        at, before = np.append(point.d, point.load_factor) + length * point.along, np.inf
-        enough = max(_ON_PATH, _DIGITS * self._size(self._moves(point.d)))
+        at, before = point.at + length * point.along, np.inf
+        enough = max(_ON_PATH, _DIGITS * self.moves(point.at))
         for corrections in range(_CORRECTIONS + 1):
-            left, stiffness = self._at(at[:-1], at[-1])
+            left, stiffness = self.balance(at)
             size = self._size(left)
             if not size < 10 * before:
                 return None
-            factors = self.matrix.factors(stiffness, self.live, row)
             if size <= enough:
-                gone = self._size(self._moves(at[:-1] - point.d))
-                found = self._point(at, factors, point.sign, corrections)
+                gone = self.moves(at - point.at)
+                found = self._point(at, stiffness, row, point.sign, corrections)
                 return found if abs(length) > _STRAIGHT * gone else None
-            before, at = size, at + factors.solve(np.append(left, 0.0))
+            step = self.matrix.factors(stiffness, self.live, row).solve(np.append(left, 0.0))
+            before, at = size, at + step
         return None

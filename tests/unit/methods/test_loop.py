@@ -8,15 +8,15 @@ import pytest
 from scenes import WALLS, block_on_floor, declared, small_wall, two_blocks
 
 import masonry_opt as mo
+from masonry_opt.answer.acceptance import MOST_ENERGY
 from masonry_opt.answer.answer import certify
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.effort import Effort
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.loop import run as loop_run
-from masonry_opt.methods.loop.exact_end import MOST_ENERGY, accurate_end, rough_end
 from masonry_opt.methods.loop.nonassociative import REMEDIES, Shortfall
 from masonry_opt.methods.loop.options import PAPER, ROUGH_FROM, Attempt, LoopOptions
-from masonry_opt.methods.loop.run import Run, diverges, obeys_own_flow, period
+from masonry_opt.methods.loop.run import Run, accurate_end, diverges, obeys_own_flow, period, rough_end
 from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble

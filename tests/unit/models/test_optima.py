@@ -96,9 +96,9 @@ def test_motion_for_slacks(problem):
     p = problem.rates(d, problem.dilatancy)
     assert z @ p == pytest.approx(expected, abs=SAME * problem.live_norm)
     assert problem.by_kind(problem.B.T @ d)[:2].min() > -SAME
-    found = Refiner(problem, Effort()).mechanism(z)
-    assert z @ found[1] == pytest.approx(expected, abs=SAME)
-    np.testing.assert_allclose(problem.B.T @ found[0], problem.D(problem.dilatancy) @ found[1], atol=SAME)
+    p, d = Refiner(problem, Effort()).mechanism(z)
+    assert z @ p == pytest.approx(expected, abs=SAME)
+    np.testing.assert_allclose(problem.B.T @ d, problem.D(problem.dilatancy) @ p, atol=SAME)
 
 
 def test_forces_for_rates(problem):
@@ -110,13 +110,14 @@ def test_forces_for_rates(problem):
     expected = least_of_forces(problem, problem.live_norm / WEIGHT, energy) + cohesion
     model = CvxpyForces(problem, energy_costs(problem, p, WEIGHT))
     assert optimum(model) / WEIGHT + cohesion == pytest.approx(expected, abs=10 * SAME)
-    q = Refiner(problem, Effort())._least_energy(p)
+    refiner, costs = Refiner(problem, Effort()), energy_costs(problem, p, WEIGHT)
+    assert refiner._forces_at(*costs)
+    q = refiner._statics.values("q")
     balance = problem.B @ q + problem.dead
     load_factor = -float(problem.live @ balance) / float(problem.live @ problem.live)
     cost = problem.slacks(q) @ p + load_factor * problem.live_norm / WEIGHT
     assert cost == pytest.approx(expected, abs=10 * SAME)
     # What was set for this is set back: the least λ follows.
-    refiner = Refiner(problem, Effort())
     nothing = np.zeros(problem.faces, dtype=bool)
     least = least_of_forces(problem, 1.0, np.zeros(3 * problem.joints))
     for _ in range(2):
@@ -124,7 +125,7 @@ def test_forces_for_rates(problem):
         assert (found is None) == (least is None)
         if found is not None:
             assert found.load_factor == pytest.approx(least, abs=SAME)
-        refiner._least_energy(p)
+        refiner._forces_at(*costs)
 
 
 @pytest.mark.parametrize("turned", [1.0, -1.0])
