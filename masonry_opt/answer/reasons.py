@@ -76,7 +76,8 @@ class Code(StrEnum):
     DILATANCY_FALLS = "dilatancy falls"
 
     # Contacts that give.
-    PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
+    # Give, change: of λ from contacts so many times softer: softer; steps; peak as below, of a push alone.
+    PLATEAU = "plateau"
     NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
     # Steps and folds of the push, peak: a higher load factor on its way, or None; deep_fall: that from which
     # it first falls deep before the highest, and the largest share, or None.

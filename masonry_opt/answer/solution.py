@@ -123,7 +123,7 @@ class Solution:
     @property
     def peak(self) -> float | None:
         """Highest load factor on the way to its own, on a ray, where that is lower."""
-        return self.values_of(Code.RAY).get("peak")
+        return (self.values_of(Code.RAY) or self.values_of(Code.PLATEAU)).get("peak")
 
     def values_of(self, code: Code) -> dict[str, Any]:
         """The values of the reason with a code; empty without that reason."""

@@ -78,18 +78,26 @@ def test_further_starts_answer_where_no_push_ends():
     assert result.load_factor < result.associative
 
 
+def test_joints_askew_by_rounding_leave_the_load_to_expect():
+    """Beds of this copy are askew so that λ grows by 1e-9 a motion: it is 4.645 for four decades and would be
+    7.796 in the end."""
+    scene = random_scene("wall", 710_040)
+    exact, askew = solved(scene, "compliant"), solved(moved(scene, 3), "compliant")
+    assert values_of(exact, Code.RAY) is not None
+    assert values_of(askew, Code.PLATEAU)["change"] < 1e-3
+    assert askew.expected == pytest.approx(exact.expected, rel=1e-3)
+
+
 @pytest.mark.slow
-def test_copies_of_walls_moved_by_rounding_end_in_one_state():
-    """Seeds that played no part in choosing what breaks ties; three copies of each wall, of which one
-    may differ: seed 700001, where the bracket's program leads one copy less low (.5864 for .5858)."""
-    apart = []
-    for seed in range(700_000, 700_008):
-        scene = random_scene("wall", seed)
-        found = [solved(moved(scene, copy)).load_factor for copy in range(3)]
-        if None not in found:
-            apart.append(max(found) / min(found) - 1)
-    assert len(apart) > 4
-    assert sum(each > 1e-6 for each in apart) <= 1
+@pytest.mark.parametrize("seed", [*range(700_000, 700_008), 710_022, 710_027, 710_028])
+def test_copies_of_walls_moved_by_rounding_end_in_one_state(seed):
+    """Seeds that played no part in choosing what breaks ties. Of 50 walls in ten copies one differs."""
+    results = [solved(moved(random_scene("wall", seed), copy), expected=True) for copy in range(3)]
+    assert len({result.status for result in results}) == 1
+    if results[0].load_factor is not None:
+        found, expected = ([getattr(of, name) for of in results] for name in ("load_factor", "expected"))
+        assert max(found) / min(found) - 1 < 1e-6
+        assert max(expected) / min(expected) - 1 < 1e-3
 
 
 @pytest.mark.slow

@@ -184,7 +184,8 @@ def _without(task: Task, solution: Solution, lowest: float, expected: Solution) 
     word, steps = stopped.get("word", "no exact state lies nearby"), len(expected.history)
     if elastic_of(task).settled is None:
         return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, word=word, steps=steps, looped=False)
-    by_loop = _by_loop(task) if task.problem.joints > _SIMPLEX_UP_TO else None
+    carried = task.problem.joints > _SIMPLEX_UP_TO or expected.answer is not None
+    by_loop = _by_loop(task) if carried else None
     if by_loop is not None and by_loop.answer is not None and not by_loop.failing():
         return by_loop
     told = {"word": word, "steps": steps, "looped": by_loop is not None}

@@ -100,13 +100,14 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
     told: dict[str, Any] = {"steps": steps, "folds": pushed.folds, "deep_fall": pushed.deep_fall}
     if growth is not None:
         told = {"steps": steps, "folds": 0, "deep_fall": None}
+    peak, end = pushed.peak or 0.0, answer or (pushed.level and pushed.level.answer)
+    above = asked is None and end is not None and peak > end.load_factor * (1 + PLATEAU) + ZERO
+    highest = {"peak": peak if above else None}
     if asked is None and pushed.ended is Ended.JAM:
         return solution.ended(Status.SOLVER_FAILED, Code.JAMS, **told)
     if asked is None and answer is not None and elastic.tells(answer.load_factor, answer.d):
-        peak = pushed.peak or 0.0
-        told["peak"] = peak if peak > answer.load_factor * (1 + PLATEAU) + ZERO else None
-        return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told)
-    state = elastic.at(pushed, asked) if asked else elastic.carried(growth) if growth else None
+        return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told, **highest)
+    state = elastic.at(pushed, asked) if asked else elastic.carried(growth) if growth else pushed.level
     if state is None or state.answer.failing(Kind.COMPLIANT):
         stopped = {"word": str(pushed.ended), "steps": steps, "looped": False}
         return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **stopped)
@@ -121,7 +122,7 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
         change = over_load_factor(apart, found.load_factor)
     code = Code.PLATEAU if change is not None and change <= PLATEAU else Code.NO_PLATEAU
     given = {"give": state.give, "change": change, "softer": _SOFTER, "steps": steps}
-    return replace(solution, found=found).ended(Status.CONVERGED, code, **given)
+    return replace(solution, found=found).ended(Status.CONVERGED, code, **given, **highest)
 
 
 def _with_curve(elastic: Elastic, pushed: Pushed, ending: Solution) -> Solution:

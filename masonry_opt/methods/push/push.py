@@ -55,6 +55,8 @@ _END_AND_FAR, _NO_EVENT, _LEFT = {2: (1e4, 1e3), 3: (1e6, 1.0)}, 1e-9, 0.1
 #: then, and what it may leave there, over the forces there.
 _GROWS, _FAR_AND_WIDE, _STRAIGHT = 0.5, 1e3, 1e-9
 
+_LEVEL = 10.0  #: How many times as far λ stays on a level.
+
 #: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load
 #: brings three down in contact dynamics at less than .92 of the highest λ; of 31 others none. And share of
 #: the largest λ below which no fall is.
@@ -96,6 +98,12 @@ class Pushed:
     rounding: float = 0.0  #: of the law, in mean forces
     growth: Growth | None = None  #: of a load, where the path came to no end
     growth_steps: tuple[PushStep, ...] = ()
+    level: GivingState | None = None  #: where λ stays, of a path that comes to no ray of that λ
+
+    def stays_at(self, answer: Answer | None) -> bool:
+        """Whether the level of the path is at an answer's load factor."""
+        stays = self.level and self.level.answer.load_factor
+        return bool(answer and stays and abs(answer.load_factor - stays) <= PLATEAU * stays)
 
     @property
     def folds(self) -> int:
@@ -191,15 +199,36 @@ class Elastic:
             return Pushed(Ended.NOT_SETTLED)
         large = self.problem.joints > _LARGE
         most = _OF_LARGE if large and until == inf else _POINTS
+        level: Pushed | None = None
         for rounding in _ROUGHER[:1] if large else _ROUGHER if rougher else _ROUNDINGS:
             curve = self.curve.rounded_by(rounding)
             found = self._followed(curve, curve.points(most), follow, until)
+            level = level or (self._level(found) if until == inf else None)
             came = bool(found.steps) and found.steps[-1].displacement >= until
             if came or found.ended is not Ended.STOPPED:
                 break
         if found.ended is Ended.STOPPED and until == inf:
-            return self._grown(found, follow)
-        return replace(found, peak=self._peak(curve, found))
+            found = self._grown(found, follow)
+        if level is not None and not level.stays_at(found.answer):
+            found = level
+        if found.growth is not None:
+            return replace(found, peak=found.growth.carried / self.problem.live_norm)
+        return replace(found, peak=self._peak(self.curve.rounded_by(found.rounding), found))
+
+    def _level(self, path: Pushed) -> Pushed | None:
+        """A path up to where λ stays as the displacement grows tenfold, far from rest; None if it does
+        nowhere. Beyond, joints that are askew by their last digits wedge or open."""
+        along = np.array([(step.displacement, step.load_factor) for step in path.steps]).reshape(-1, 2)
+        for last in np.flatnonzero(along[:, 0] >= self._end_from):
+            u, load_factor = along[last]
+            before = np.flatnonzero(along[:last, 0] <= u / _LEVEL)
+            if not len(before) or np.ptp(along[before[-1] : last + 1, 1]) > PLATEAU * load_factor:
+                continue
+            state = self.next_to(path, path.points[last].at, u)
+            if state is not None and not state.answer.failing(Kind.COMPLIANT):
+                steps, points = path.steps[: last + 1], path.points[: last + 1]
+                return Pushed(Ended.STOPPED, steps, points, rounding=path.rounding, level=state)
+        return None
 
     def _grown(self, path: Pushed, follow: Progress) -> Pushed:
         """What becomes of a path that stops as the load grows all the same."""
@@ -212,7 +241,7 @@ class Elastic:
         growth = grown(self.curve.rounded_by(_GROWN), told)
         if growth is None:
             return path
-        found = replace(path, growth=growth, growth_steps=tuple(steps), peak=growth.carried / unit)
+        found = replace(path, growth=growth, growth_steps=tuple(steps))
         u = self.curve.u(growth.at)
         if growth.beyond is not None or u <= 0:
             return found
@@ -309,10 +338,11 @@ class Elastic:
     def _peak(self, rounded: Curve, pushed: Pushed) -> float | None:
         """The highest λ of a path that ends in a state, uphill from where it turns above that, under laws as
         sharp as have the turn; None of any other."""
-        if pushed.answer is None:
+        answer = pushed.level.answer if pushed.level else pushed.answer
+        if answer is None:
             return None
         # At rest the load is none.
-        end, unit = pushed.answer.load_factor, self.problem.live_norm
+        end, unit = answer.load_factor, self.problem.live_norm
         peak, told = max(0.0, end), end * (1 + PLATEAU)
         if pushed.points[-1].rigid:
             return peak
