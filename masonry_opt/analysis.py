@@ -85,10 +85,9 @@ class Session:
 
     def result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
         """A solution as a result."""
-        method, solver = self.method.name, solution.solver
-        if solver is None or solver.language == self.how.engine.language:
-            solver = self.how.engine
-        return make_result(assembly, solution, effort, method, solver)
+        own, other = self.how.engine, solution.solver
+        solver = own if other is None or other.language == own.language else other
+        return make_result(assembly, solution, effort, self.method.name, solver)
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
         """The same, as matrices and numbers without names and units."""
@@ -106,22 +105,21 @@ class Session:
         task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, expected)
         solution = replace(_found(self.method, task), expected=expected).accepted()
         solution = _judged(assembly, task, solution)
-        if solution.status is Status.SOLVER_FAILED:
-            # Nothing bears out what forces and velocities say.
-            return replace(solution, found=Found(forms=solution.found.forms))
-        return solution
+        if solution.status is not Status.SOLVER_FAILED:
+            return solution
+        # Nothing bears out what forces and velocities say.
+        return replace(solution, found=Found(forms=solution.found.forms))
 
     def _assembled(self, scene: Scene) -> Assembly:
-        assembly = on_matrices_of(self._last, scene) if self._last is not None else None
-        if assembly is None:
-            assembly = assemble(scene)
+        kept = on_matrices_of(self._last, scene) if self._last is not None else None
+        assembly = kept or assemble(scene)
         if self.kept.keeps:
             self._last = assembly
         return assembly
 
     def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """The solution of a scene that does not stand under its dead load; None if it stands."""
-        from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
+        from masonry_opt.standing.diagnosis import DeadLoadUndecided, as_it_falls, falling_mechanism
 
         problem, solver = assembly.problem, self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
@@ -129,14 +127,13 @@ class Session:
         # The result names the solver; its programs and time count as those of the check.
         with effort.measure("dead_load"), effort.beside() as own:
             try:
-                if self._begins_at_rest(problem) and self._comes_to_rest(problem, own):
+                if self._comes_to_rest(problem, own):
                     return None
                 falling = falling_mechanism(problem, solver, own, self.kept)
             except DeadLoadUndecided as stopped:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
         if falling is None:
             return None
-        from masonry_opt.standing.diagnosis import as_it_falls
         from masonry_opt.standing.holding import what_would_hold
 
         effort.begins("what falls, and what would hold it")
@@ -152,17 +149,15 @@ class Session:
         """Whether the load to expect is looked for beside the method's own answer."""
         return self.how.expected and not self.method.associative and self.method.name != _EXPECTED
 
-    def _begins_at_rest(self, problem: Problem) -> bool:
-        """Whether a scene is small, and pushed from rest by "compliant" or for the load to expect; not one of
-        many, where forces kept of those before show at once that it stands."""
-        asked = self._expects or self.method.name == _EXPECTED
-        small = problem.joints <= _RESTS_UP_TO and not problem.dilatancy_depends_on_stress
-        return asked and small and not self.kept.keeps
-
     def _comes_to_rest(self, problem: Problem, effort: Effort) -> bool:
-        """Whether forces with which contacts come to rest, where a push begins, carry the dead load."""
+        """Whether forces with which contacts come to rest, where a push begins, carry the dead load. Asked of
+        small scenes that are pushed; not of many, where forces kept of those before show it at once."""
         from masonry_opt.standing.diagnosis import DEAD_LOAD, carries
 
+        pushed = self._expects or self.method.name == _EXPECTED
+        small = problem.joints <= _RESTS_UP_TO and not problem.dilatancy_depends_on_stress
+        if self.kept.keeps or not (pushed and small):
+            return False
         rest = elastic_of(Task(problem, effort=effort, kept=self.kept)).settled
         if rest is None or not carries(problem, rest):
             return False
@@ -195,19 +190,7 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     problem, scene = assembly.problem, assembly.scene
     scene.refuse_without_case()
     if not problem.live_norm:
-        case = scene.load_case
-        named = f"load case '{case.name}': " if case is not None else ""
-        if scene.factor_of_axles and (scene.axles or case is not None):
-            raise CaseError(
-                f"{scene.origin}: {named}its axles move, and nothing else is a live load: use crossing "
-                "(in Python mo.crossing), which finds their worst position"
-            )
-        if case is not None:
-            raise CaseError(
-                f"{scene.origin}: {named}nothing that it makes live ({case}) loads a block: give another "
-                "group of loads, or loads of these"
-            )
-        raise CaseError(f"{scene.origin}: no block carries a live load: give one {_WAYS[scene.dimension]}")
+        raise CaseError(f"{scene.origin}: {_without_live_load(scene)}")
     named = f"method '{method.name}'"
     if scene.dimension == 3 and "space" in method.refuses:
         raise OptionError(f"{scene.origin}: its blocks are solids, which {named} does not know: use another")
@@ -221,6 +204,19 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     ):
         if there and what in method.refuses:
             raise OptionError(f"{named} does not know {said}")
+
+
+def _without_live_load(scene: Scene) -> str:
+    """What is wrong, and what to do, where no block carries a live load."""
+    case = scene.load_case
+    named = f"load case '{case.name}': " if case is not None else ""
+    if scene.factor_of_axles and (scene.axles or case is not None):
+        moves = "its axles move, and nothing else is a live load: use crossing (in Python mo.crossing), which"
+        return f"{named}{moves} finds their worst position"
+    if case is not None:
+        found = f"nothing that it makes live ({case}) loads a block"
+        return f"{named}{found}: give another group of loads, or loads of these"
+    return f"no block carries a live load: give one {_WAYS[scene.dimension]}"
 
 
 def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
@@ -239,7 +235,7 @@ def _found(method: Method, task: Task) -> Solution:
     """What a method finds; a Coulomb method that finds no load factor is asked where the live load does no
     work, and at once where that was the load to expect."""
     before, expected = None, task.expected
-    if expected is None or not expected.no_work:
+    if expected is None or not expected.values_of(Code.NO_WORK):
         before = method.run(task)
         falls = before.status is Status.UNSTABLE
         decided = (before.answer and not before.failing()) or before.proven_none or falls
@@ -269,12 +265,12 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
 
 def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     """A Coulomb answer with the associative load factor beside it; without a load factor ≥ 0, why."""
-    if solution.kind is not Kind.ASSOCIATIVE:
+    by_statics, small = solution.kind is Kind.ASSOCIATIVE, task.problem.joints <= _BESIDE_UP_TO
+    if small and not by_statics and not solution.proven_none:
         # Which no Coulomb answer exceeds. (Where none is proven to exist, statics carry any multiple.)
         from masonry_opt.methods.associative import with_associative
 
-        if not solution.proven_none and task.problem.joints <= _BESIDE_UP_TO:
-            solution = with_associative(task, solution)
+        solution = with_associative(task, solution)
     expected = solution.expected
     if expected is not None:
         expected = replace(expected, associative=solution.associative_value)
@@ -283,7 +279,6 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
         return solution
     from masonry_opt.standing.existence import explained
 
-    by_statics = solution.kind is Kind.ASSOCIATIVE
     solution = explained(assembly, solution, task.solver, task.effort, by_statics)
     if expected is None or expected.load_factor is None or not solution.proven_none:
         return solution
@@ -363,17 +358,8 @@ def solve(
 
 
 def prepare(method: str = DEFAULT, *, keeps: bool = False, expected: bool = True, **options: Any) -> Session:
-    """A session that solves scenes as :func:`solve` would.
-
-    Parameters
-    ----------
-    keeps: whether it keeps geometry and compiled programs for scenes that differ in joint properties alone.
-    method, expected, options: as of :func:`solve`, its model, solver and tolerance among the last.
-
-    Raises
-    ------
-    OptionError
-        If one of these is unknown or not available, whatever the scene.
-    """
+    """A session that solves scenes as :func:`solve` would, with its model, solver and tolerance among the
+    options; it may keep geometry and compiled programs for scenes that differ in joint properties alone.
+    Raises OptionError if one of these is unknown or not available, whatever the scene."""
     given = {name: options.pop(name, None) for name in ("model", "solver", "tolerance")}
     return Session(HowToSolve(method, **given, expected=expected, options=options), Kept(keeps))

@@ -143,8 +143,7 @@ class Result(Outcome):
         told["warnings"] = [{"sentence": words, **warning.as_dict()} for warning, words in warnings]
         told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
         frames = {"history": self.history, "block_results": self.blocks, "joint_results": self.joints}
-        if len(self.ties):
-            frames["tie_results"] = self.ties
+        frames |= {"tie_results": self.ties} if len(self.ties) else {}
         others = {"contact_results": self.contacts, "curve": self.curve}
         frames |= {name: frame for name, frame in others.items() if frame is not None}
         return plain(told | {name: frame.to_dict("records") for name, frame in frames.items()})
@@ -158,15 +157,6 @@ def make_result(
     assembly: Assembly, solution: Solution, effort: Effort, method: str, solver: Solver
 ) -> Result:
     """A solution with the names and units of its scene, and what it took."""
-    return Result(
-        method=method,
-        model=solver.language,
-        solver=solver.name,
-        iterations=effort.iterations,
-        lp_solves=effort.lp_solves,
-        nlp_solves=effort.nlp_solves,
-        seconds=effort.seconds,
-        solvers=effort.solvers,
-        assembly=assembly,
-        solution=solution,
-    )
+    spent = {name: count for name, count in vars(effort).items() if name != "begins"}
+    named: dict[str, Any] = {"method": method, "model": solver.language, "solver": solver.name}
+    return Result(**named, assembly=assembly, solution=solution, **spent)

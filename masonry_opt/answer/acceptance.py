@@ -30,24 +30,15 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class Limits:
-    """What an answer's residuals may be at most.
-
-    Attributes
-    ----------
-    equilibrium, yield_, flow: as the certificate has them.
-    complementarity, work: energy of what moves without being at yield, and work of forces out of balance,
-        over |λ| (over ``SMALLEST`` at least).
-    block: force out of balance on any one block, over the largest that acts on it.
-    joint: violation of the true law at any one joint, over the largest force on the lesser of its blocks.
-    """
+    """What an answer's residuals may be at most: those of its certificate, and block by block."""
 
     equilibrium: float
     yield_: float
     flow: float
-    complementarity: float
-    work: float
-    block: float
-    joint: float
+    complementarity: float  #: the certificate's over |λ| (over ``SMALLEST`` at least)
+    work: float  #: of forces out of balance, over the same
+    block: float  #: force out of balance on any one block, over the largest that acts on it
+    joint: float  #: violation of the true law at any one, over the largest force on the lesser of its blocks
 
     def as_dict(self) -> dict[str, float]:
         """The limits by the names that residuals have in reports."""

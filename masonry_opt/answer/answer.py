@@ -48,14 +48,8 @@ class Certificate:
 def certify(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
 ) -> Certificate:
-    """Residuals of an answer under a flow rule.
-
-    Parameters
-    ----------
-    q, d: joint forces (3c,) and block velocities (3b,).
-    slope: opening per unit slip that the flow rule demands of the joints that can slide, shape (k,): μ for
-        associative flow, tan φ₀ for the joints' own.
-    """
+    """Residuals of joint forces q (3c,) and block velocities d (3b,) under a flow rule, which demands the
+    slope (k,), opening per unit slip, of joints that can slide: μ if associative, tan φ₀ for their own."""
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope, q)
     # With μ = 1e6 slip of 1e-14, rounding, would waste 1e-8 of a force.
@@ -67,28 +61,6 @@ def certify(
         flow=float(np.abs(problem.departure(d, p, slope, q)).max() / (np.abs(d).max() or 1.0)),
         complementarity=problem.energy(q, p / steep) / abs(live_work),
     )
-
-
-def residuals(
-    problem: Problem, certificate: Certificate, load_factor: float, q: np.ndarray, d: np.ndarray
-) -> dict[str, float]:
-    """Everything that :class:`~.acceptance.Limits` limit: a state's certificate, with complementarity as a
-    share of |λ|, and its residuals block by block.
-
-    The certificate is relative to median weights and total loads, in which a very light block disappears.
-    Where it carries the live load it sets λ alone: hence the residuals block by block.
-    """
-    unbalanced = problem.unbalanced(load_factor, q)
-    work, acting = float(problem.live @ d), largest_acting(problem, load_factor, q)
-    wasted = float(np.abs(unbalanced * d).sum())
-    return {
-        **certificate.as_dict(),
-        "complementarity": over_load_factor(certificate.complementarity, load_factor),
-        # A live load that drives nothing: its entries are below what the solver takes for zero.
-        "work": over_load_factor(wasted / work, load_factor) if work > 0 else inf,
-        "block": _balance(problem, unbalanced, acting),
-        "joint": _yielding(problem, problem.slacks(q), q, acting),
-    }
 
 
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
@@ -114,14 +86,13 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
 
 
 def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
-    """Largest force out of balance on a block over the largest that acts on it; a moment over that force
-    at the longest arm."""
+    """Largest force out of balance on a block, of a moment at its longest arm, over the largest there."""
     forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
     moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
     return float(np.maximum(forces, moments).max())
 
 
-def _yielding(problem: Problem, z: np.ndarray, q: np.ndarray, acting: np.ndarray) -> float:
+def _yielding(problem: Problem, z: np.ndarray, acting: np.ndarray) -> float:
     """Largest violation of yield over the largest force on the lesser of a joint's blocks."""
     least = of_lesser_block(problem, acting)
     of_joints = slice(len(problem.face_joint))
@@ -143,25 +114,16 @@ class Found:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Answer(Found):
-    """A load factor with its forces and mechanism, and what they leave of every condition.
-
-    Made by :func:`certified` alone: each state has one certificate.
-
-    Attributes
-    ----------
-    load_factor: λ.
-    compliance: of the contacts under which it was certified (see :class:`~.problem.Problem`).
-    certificate: residuals of the scene as a whole.
-    residuals: everything that the limits of acceptance are for (see :func:`~.answer.residuals`).
-    """
+    """A load factor with its forces and mechanism, and what they leave of every condition. Made by
+    :func:`certified` alone: each state has one certificate."""
 
     load_factor: float
     q: np.ndarray
     d: np.ndarray
     slope: np.ndarray
-    compliance: np.ndarray | None
-    certificate: Certificate
-    residuals: dict[str, float]
+    compliance: np.ndarray | None  #: of the contacts under which it was certified, as a problem has it
+    certificate: Certificate  #: residuals of the scene as a whole
+    residuals: dict[str, float]  #: everything that the limits of acceptance are for
 
     def failing(self, kind: Kind) -> dict[str, float | None]:
         """Residuals that exceed the limits of a kind of answer."""
@@ -184,12 +146,23 @@ class Answer(Found):
 def certified(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray | None = None
 ) -> Answer:
-    """A state under a flow rule, by default the joints' own at these forces, with its certificate.
+    """A state under a flow rule, by default the joints' own at these forces; parameters are of ``certify``.
 
-    Parameters are those of :func:`~.answer.certify`.
+    The certificate is relative to median weights and total loads, in which a very light block disappears.
+    Where it carries the live load it sets λ alone: hence the residuals block by block.
     """
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
     certificate = certify(problem, load_factor, q, d, slope)
+    unbalanced, work = problem.unbalanced(load_factor, q), float(problem.live @ d)
+    acting, wasted = largest_acting(problem, load_factor, q), float(np.abs(unbalanced * d).sum())
+    residuals = {
+        **certificate.as_dict(),
+        "complementarity": over_load_factor(certificate.complementarity, load_factor),
+        # A live load that drives nothing: its entries are below what the solver takes for zero.
+        "work": over_load_factor(wasted / work, load_factor) if work > 0 else inf,
+        "block": _balance(problem, unbalanced, acting),
+        "joint": _yielding(problem, problem.slacks(q), acting),
+    }
     return Answer(
         load_factor=float(load_factor) + 0.0,  # no minus before a zero
         q=q,
@@ -198,5 +171,5 @@ def certified(
         forms=problem.forms,
         compliance=problem.compliance,
         certificate=certificate,
-        residuals=residuals(problem, certificate, load_factor, q, d),
+        residuals=residuals,
     )

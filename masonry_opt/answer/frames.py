@@ -35,32 +35,29 @@ def framed(rows: Any) -> "pd.DataFrame":
 
 def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
     """A row a movable block: its centroid, and its velocities (NaN without a mechanism)."""
-    problem, shapes = assembly.problem, assembly.geometry
-    centroid = shapes.centroid[assembly.movable] + shapes.origin
-    d = np.full(problem.dead.shape, np.nan) if solution.d is None else solution.d
-    axes = "xyz"[: problem.layout.dimension]
-    moves = [f"v{axis}" for axis in axes]
-    turns = ["omega"] if len(axes) == 2 else [f"w{axis}" for axis in axes]
-    columns = (
-        *zip(axes, centroid.T, strict=True),
-        *zip(moves, problem.forces(d).T, strict=True),
-        *zip(turns, problem.moments(d).T / problem.length_unit, strict=True),
-    )
-    return framed({"block": assembly.names(assembly.movable), **dict(columns)})
+    problem, shapes, (_, _, d) = assembly.problem, assembly.geometry, _known(assembly, solution)
+    turning = problem.moments(d) / problem.length_unit
+    columns = {
+        "block": assembly.names(assembly.movable),
+        **_columns("", shapes.centroid[assembly.movable] + shapes.origin),
+        **_columns("v", problem.forces(d)),
+        **(_columns("w", turning) if assembly.scene.dimension == 3 else {"omega": turning[:, 0]}),
+    }
+    return framed(columns)
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
     """A row a joint: its blocks, middle, length, forces and rates (NaN without forces, or mechanism); in
     space area, normal and resultants, by components, and where they act."""
     joints, (extent, forces) = assembly.joints, _OF_JOINTS[assembly.scene.dimension]
-    q, u = _known(assembly, solution)
+    q, u, d = _known(assembly, solution)
     used = assembly.most_of_joints(np.nan_to_num(_utilisation(assembly, q), nan=-1.0))
     columns = {
         "first": assembly.names(joints.first),
         "second": assembly.names(joints.second),
         **_columns("", joints.middle + assembly.geometry.origin),
         extent: joints.extent,
-        **forces(assembly, q, u, solution.d),
+        **forces(assembly, q, u, d),
         "utilisation": np.where(used < 0, np.nan, used),
     }
     return framed(columns)
@@ -71,7 +68,7 @@ def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | Non
     or mechanism); None in the plane."""
     if assembly.scene.dimension == 2:
         return None
-    joints, problem, (q, u) = assembly.joints, assembly.problem, _known(assembly, solution)
+    joints, problem, (q, u, _) = assembly.joints, assembly.problem, _known(assembly, solution)
     joint, normal, n = joints.joint, joints.normal[joints.joint], problem.normal_forces(q)
     force, motion = _vectors(assembly, q), _vectors(assembly, u)
     opening = dots(motion, normal)
@@ -98,25 +95,19 @@ def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> "pd.DataFr
         moves = yielded(replace(assembly, problem=state.problem), state.answer)
         slide, part = (assembly.pairs_of(joints) for joints in moves & ~started)
         started |= moves
-        rows.append(
-            {
-                "displacement": assembly.problem.live_displacement / state.give,
-                "load_factor": state.answer.load_factor,
-                "give": state.give,
-                "sliding": int(moves[0].sum()),
-                "opening": int(moves[1].sum()),
-                "starts_sliding": slide,
-                "starts_opening": part,
-            }
-        )
+        displacement = assembly.problem.live_displacement / state.give
+        row = {"displacement": displacement, "load_factor": state.answer.load_factor, "give": state.give}
+        row |= {"sliding": int(moves[0].sum()), "opening": int(moves[1].sum())}
+        rows.append(row | {"starts_sliding": slide, "starts_opening": part})
     return framed(rows)
 
 
-def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
-    """Forces of the problem's joints and their rates, NaN where not found."""
+def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Forces of the problem's joints, their rates, and velocities of its blocks, NaN where not found."""
     B = assembly.problem.B
-    nothing = np.full(B.shape[1], np.nan)
-    return nothing if solution.q is None else solution.q, nothing if solution.d is None else B.T @ solution.d
+    unknown, at_rest = (np.full(count, np.nan) for count in B.T.shape)
+    q = unknown if solution.q is None else solution.q
+    return (q, unknown, at_rest) if solution.d is None else (q, B.T @ solution.d, solution.d)
 
 
 def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:
@@ -130,24 +121,21 @@ def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
     return vectors
 
 
-def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray | None) -> dict[str, np.ndarray]:
+def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
     """Forces and rates of joints in the plane."""
     problem = assembly.problem
     (first, second, s), (*openings, slip) = problem.by_kind(q), problem.by_kind(u)
-    turning = np.full_like(s, np.nan) if d is None else relative_rotation(assembly, d)[:, 2]
     return {
         "n": (first + second) * problem.force_unit,
         "s": s * problem.force_unit,
         "m": assembly.joints.extent / 2 * (second - first) * problem.force_unit,
         "slip": slip,
         "opening": np.mean(openings, axis=0),
-        "rotation": turning / problem.length_unit,
+        "rotation": relative_rotation(assembly, d)[:, 2] / problem.length_unit,
     }
 
 
-def _resultants(
-    assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray | None
-) -> dict[str, np.ndarray]:
+def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
     """Normals, resultants and rates of joints in space."""
     joints, problem, origin = assembly.joints, assembly.problem, assembly.geometry.origin
     joint, normal, middle, count = joints.joint, joints.normal, joints.middle, len(joints.first)
@@ -199,15 +187,10 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     return np.where(np.stack([np.abs(n), s, m]).max(axis=0) <= nothing, np.nan, used)
 
 
-def _rates(
-    assembly: Assembly, d: np.ndarray | None, middle: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _rates(assembly: Assembly, d: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, ...]:
     """Velocity of each joint's first block against the second at its middle, its rotation, and the point of
     the axis of both that is nearest to the middle (NaN where it does not turn), shape (joints, 3) each."""
     joints = assembly.joints
-    if d is None:
-        nothing = np.full((len(joints.first), 3), np.nan)
-        return nothing, nothing, nothing
     motion = velocities(assembly, d, joints.first, middle) - velocities(assembly, d, joints.second, middle)
     turned = relative_rotation(assembly, d)
     turns = (lengths(turned) > HINGES * fastest(assembly, d))[:, None]
@@ -220,22 +203,21 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     """A row a limited force of these roles (NaN without forces, or mechanism)."""
     problem, those = assembly.problem, [force.role in roles for force in assembly.limited]
     forces = [force for force in assembly.limited if force.role in roles]
-    q, u = _known(assembly, solution)
+    q, u, d = _known(assembly, solution)
     T, closing = problem.of_forces(q)[those] * problem.force_unit, problem.of_forces(u)[those]
-    speed = np.nan if solution.d is None else MOVES * fastest(assembly, solution.d)
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
-    highest = np.array([force.highest for force in forces], dtype=float)
+    lowest, highest = np.array([[each.lowest, each.highest] for each in forces], float).reshape(-1, 2).T
     columns = {
         "name": [force.name for force in forces],
         "kind": [str(force.role) for force in forces],
         "first": [names[force.actions[0].block] for force in forces],
         "second": [names[force.actions[-1].block] if force.actions[1:] else "ground" for force in forces],
         "force": T,
-        "lowest": np.array([force.lowest for force in forces], dtype=float),
+        "lowest": lowest,
         "highest": highest,
         # What a force works on, it goes along with: a tie shortens, a prop lengthens.
         "lengthens": np.where([force.role is Role.PROP for force in forces], closing, -closing),
         # Of a scene that falls no forces are known.
-        "yields": (highest > 0) & (-closing > speed) & ~(AT_HIGHEST * highest > T),
+        "yields": (highest > 0) & (-closing > MOVES * fastest(assembly, d)) & ~(AT_HIGHEST * highest > T),
     }
     return framed(columns)

@@ -6,19 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Of, Problem
 
 
 class Existence(StrEnum):
     """What is proven of a load factor λ ≥ 0 at which blocks move under the joints' own flow rule."""
 
-    #: Proven that there is none: no mechanism lets the live load do work.
     NO_MECHANISM = "none exists: no mechanism lets the live load do work"
-    #: Proven that there is none: of every mechanism some faces cannot come to yield together.
-    NO_STATE = "none exists: no mechanism goes with a state of equilibrium"
-    #: Nothing proven, but that λ is unbounded in statics: mechanisms exist, which a state may go with.
+    NO_STATE = "none exists: no mechanism goes with a state of equilibrium"  #: faces never yield together
     UNBOUNDED = "not decided: statics carry any multiple of the live load, and a mechanism exists"
-    #: Nothing proven: mechanisms exist, and no forces were found that carry any multiple of the live load.
     UNDECIDED = "not decided: a mechanism exists, and no forces carry every multiple of the live load"
 
     @property
@@ -53,10 +49,7 @@ class InfeasibilityCertificate:
     kinematic_cuts: int = 0
     cut_residual: float = 0.0
 
-    @property
-    def proven(self) -> bool:
-        """Whether it is proven that no load factor λ ≥ 0 exists under the joints' own flow rule."""
-        return self.existence.proven
+    proven = Of[bool]("existence")  #: whether no load factor λ ≥ 0 exists under the joints' own flow rule
 
     def as_dict(self) -> dict[str, Any]:
         """Everything by the names used in reports, and whether it is a proof."""

@@ -113,7 +113,7 @@ def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
 
 
 def fastest(assembly: Assembly, d: np.ndarray) -> float:
-    """Speed of the fastest corner in a mechanism (3b,); 1 where nothing moves."""
+    """Speed of the fastest corner in a mechanism (3b,); 1 where nothing moves, as far as is known."""
     return float(_corner_speeds(assembly, d).max()) or 1.0
 
 
@@ -147,7 +147,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     """Speed of the fastest corner of each movable block, shape (b,), under block velocities (3b,)."""
     at, block = assembly.geometry.corners
     speeds = np.zeros(len(assembly.scene.blocks))
-    np.maximum.at(speeds, block, np.hypot.reduce(velocities(assembly, d, block, at), axis=1))
+    np.fmax.at(speeds, block, np.hypot.reduce(velocities(assembly, d, block, at), axis=1))  # NaN is none
     return speeds[assembly.movable]
 
 

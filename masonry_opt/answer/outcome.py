@@ -108,6 +108,7 @@ class Outcome:
     flow_rule_matters = Of[bool]("solution")
     stationary = Of[bool | None]("solution")
     bound = Of[float | None]("solution")
+    end = Of[float | None]("solution")
 
     def __repr__(self) -> str:
         told = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"
@@ -209,10 +210,6 @@ class Outcome:
     @property
     def expected(self) -> float | None:
         return self.solution.expected_value
-
-    @property
-    def end(self) -> float | None:
-        return self.solution.end_value
 
     @property
     def expected_reasons(self) -> tuple[Reason, ...]:

@@ -59,16 +59,14 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
 
 def _joints(assembly: Assembly) -> Iterator[Reason]:
     """Unusual joints: the defaults, and those with some such property of their own, with the first one's."""
-    defaults = assembly.scene.joints
+    scene, defaults = assembly.scene, assembly.scene.joints
     for code, names, unusual in _UNUSUAL:
-        given = [
-            of for of in assembly.scene.exceptions if any(getattr(of, name) is not None for name in names)
-        ]
-        own = [(joint, list(each.between)) for each in given if unusual(joint := each.over(defaults))]
-        found: list[tuple[JointDefaults, list[list[str]]]] = [(defaults, [])] if unusual(defaults) else []
-        found += [(own[0][0], [pair for _, pair in own])] if own else []
-        for joint, pairs in found:
-            yield reason(code, **{name: getattr(joint, name) for name in names}, pairs=pairs)
+        given = [each for each in scene.exceptions if any(getattr(each, name) is not None for name in names)]
+        own = [each for each in given if unusual(each.over(defaults))]
+        pairs = [list(each.between) for each in own]
+        for joint, named in (defaults, []), *((each.over(defaults), pairs) for each in own[:1]):
+            if unusual(joint):
+                yield reason(code, **{name: getattr(joint, name) for name in names}, pairs=named)
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
@@ -93,13 +91,10 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
 def _blocks(assembly: Assembly) -> Iterator[Reason]:
     """Blocks that nearly touch, widest gap first; that meet corner on corner (in space with an edge too),
     where no joint of each holds it; and solids whose faces were given turned this way and that."""
-    gaps = dict(sorted(assembly.joints.gaps.items(), key=lambda gap: -gap[1]))
-    near, meeting = (
-        [assembly.names(np.array(pair)) for pair in pairs] for pairs in (gaps, assembly.joints.without_normal)
-    )
-    if near:
+    if gaps := dict(sorted(assembly.joints.gaps.items(), key=lambda gap: -gap[1])):
+        near = [assembly.names(np.array(pair)) for pair in gaps]
         yield reason(Code.SMALL_GAPS, pairs=near, widths=list(gaps.values()))
-    if meeting:
+    if meeting := [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]:
         yield reason(_MEETING[assembly.scene.dimension], pairs=meeting)
     if len(mixed := assembly.geometry.mixed):
         yield reason(Code.FACES_TURNED, blocks=assembly.names(mixed))
@@ -109,21 +104,19 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     """Corners on edges that press where joints have a strength, which limits no force without a length; none
     in space, where joints have no strength."""
     problem, joints = assembly.problem, assembly.joints
-    if solution is None or not np.isfinite(joints.strength).any():
+    limited = np.flatnonzero((joints.extent == 0) & np.isfinite(joints.strength))
+    if solution is None or not len(limited):
         return []
-    limited = (joints.extent == 0) & np.isfinite(joints.strength)
     if solution.load_factor is None or solution.q is None:
         # What no load brings down, crushed corners may.
         endless = solution.status in (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
-        pairs = assembly.pairs(np.flatnonzero(limited))
+        pairs = assembly.pairs(limited)
         return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])] if endless and pairs else []
     n = problem.normal_forces(solution.q)
-    pressed = np.flatnonzero(limited & (n > IDLE * np.abs(n).max(initial=0.0)))
-    if not len(pressed):
-        return []
+    pressed = limited[n[limited] > IDLE * np.abs(n).max(initial=0.0)]
     order = pressed[np.argsort(-n[pressed], kind="stable")]
     forces = (n[order] * problem.force_unit).tolist()
-    return [reason(Code.CORNERS_BEAR, pairs=assembly.pairs(order), normal_forces=forces)]
+    return [reason(Code.CORNERS_BEAR, pairs=assembly.pairs(order), normal_forces=forces)] if forces else []
 
 
 def _loads(assembly: Assembly) -> Iterator[Reason]:
@@ -139,8 +132,7 @@ def _loads(assembly: Assembly) -> Iterator[Reason]:
 
 def _far_away(assembly: Assembly) -> list[Reason]:
     """Groups of blocks that touch none of the others and are far from the box round these."""
-    joints, count = assembly.joints, len(assembly.scene.blocks)
-    group = linked(count, joints.first, joints.second)
+    group = linked(len(assembly.scene.blocks), assembly.joints.first, assembly.joints.second)
     if (groups := group.max() + 1) == 1:
         return []
     low, high = assembly.geometry.boxes
@@ -171,11 +163,8 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
     for load in ("live", "dead"):
         given = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
         placed = [(index, at) for index, at in given if at is not None and at != blocks[index].weight_at]
-        placed += [
-            (index_of[own.block], own.at)
-            for own in assembly.scene.loads
-            if own.at is not None and getattr(own, load) is not None
-        ]
+        own = [each for each in assembly.scene.loads if each.at and getattr(each, load) is not None]
+        placed += [(index_of[each.block], each.at) for each in own]
         if not placed:
             continue
         index = np.array([index for index, _ in placed])
@@ -190,9 +179,8 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
 def _weights(assembly: Assembly) -> list[Reason]:
     """Weights per area, or volume, and forces over weights, that look like those of other units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
-    area = assembly.geometry.size[movable]
     weight = weights(scene, assembly.geometry, movable)
-    density = np.divide(weight, area)
+    density = weight / assembly.geometry.size[movable]
     heavy = density > 0
     if not heavy.any():
         return []
@@ -222,7 +210,5 @@ def _differing(
     (above, below), off = most, np.abs(np.log(ratio))
     order = np.argsort(-off, kind="stable")
     differ = order[((ratio > above) | (ratio < 1 / below))[order]]
-    if len(differ) == 0:
-        return []
     names = assembly.names(assembly.movable[differ])
-    return [reason(code, blocks=names, ratio=float(ratio[differ[0]]), **values)]
+    return [reason(code, blocks=names, ratio=float(ratio[differ[0]]), **values)] if names else []

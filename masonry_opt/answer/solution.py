@@ -38,52 +38,31 @@ class Way:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """How an analysis ended, in the problem's dimensionless units.
+    """How an analysis ended, in the problem's dimensionless units."""
 
-    Attributes
-    ----------
-    status: how.
-    kind: of answer, which decides what its certificate must show.
-    reasons: why, in codes.
-    found: the answer, if the status is usable; else the forces and velocities there are, which are ``q``,
-        joint forces (3c,), and ``d``, block velocities (3b,).
-    flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
-    exact_end: whether the loop ended with forces that obey the true law exactly.
-    history: one record a step of the method.
-    stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
-    associative: associative load factor; None where it is unlimited, or was not computed.
-    associative_ended: how a program ended that was solved for it alone; None where there was none.
-    expected: of a Coulomb method, what method "compliant" found, or why it was not asked; None where it is
-        switched off, and of scenes that fall.
-    bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
-    bound_derived: whether it assumes nothing.
-    infeasibility: what is proven where there is no λ; None if no proof was tried.
-    size: of the linear program.
-    curve: states of contacts that give less and less, if they were asked for.
-    way: makes keyframes of a push, which few ask for; None of what is none.
-    softer: of a push in space, the state of contacts that are soft still, from which lower ones are sought.
-    solver: of the method that ended with it, which another may have asked.
-    """
-
-    status: Status
-    kind: Kind
-    reasons: tuple[Reason, ...] = ()
+    status: Status  #: how
+    kind: Kind  #: of answer, which decides what its certificate must show
+    reasons: tuple[Reason, ...] = ()  #: why, in codes
+    #: The answer, if the status is usable; else what forces and velocities there are.
     found: Found = field(default_factory=Found)
-    flow_rule_matters: bool = True
-    exact_end: bool = False
-    history: tuple[Any, ...] = ()
-    stationary: bool | None = None
-    associative: float | None = None
-    associative_ended: Status | None = None
+    flow_rule_matters: bool = True  #: False if the associative answer already obeys the joints' own flow rule
+    exact_end: bool = False  #: whether the loop ended with forces that obey the true law exactly
+    history: tuple[Any, ...] = ()  #: one record a step of the method
+    stationary: bool | None = None  #: whether a refined state stays: no mechanism tried at yield lowers λ
+    associative: float | None = None  #: λ with associative flow; None where unlimited, or not computed
+    associative_ended: Status | None = None  #: how a program ended that was solved for it alone
+    #: Of a Coulomb method, what method "compliant" found, or why it was not asked; None where it is switched
+    #: off, and of scenes that fall.
     expected: "Solution | None" = None
-    bound: float | None = None
-    bound_derived: bool = False
-    infeasibility: InfeasibilityCertificate | None = None
-    size: LpSize | None = None
-    curve: tuple[GivingState, ...] | None = None
-    way: Callable[[], Way | None] | None = None
+    bound: float | None = None  #: lower bound of λ, of the bracket; what it assumes stands in the reasons
+    bound_derived: bool = False  #: whether it assumes nothing
+    infeasibility: InfeasibilityCertificate | None = None  #: what is proven where there is no λ, if tried
+    size: LpSize | None = None  #: of the linear program
+    curve: tuple[GivingState, ...] | None = None  #: of contacts that give less and less, if asked for
+    way: Callable[[], Way | None] | None = None  #: makes keyframes of a push, which few ask for
+    #: Of a push in space, the state of contacts that are soft still, from which lower ones are sought.
     softer: GivingState | None = None
-    solver: Solver | None = None
+    solver: Solver | None = None  #: of the method that ended with it, which another may have asked
 
     q = Of[np.ndarray | None]("found")
     d = Of[np.ndarray | None]("found")
@@ -115,7 +94,7 @@ class Solution:
         return None if (state := self.at_expected) is None else state.peak or state.load_factor
 
     @property
-    def end_value(self) -> float | None:
+    def end(self) -> float | None:
         """Load factor at the ray of the path; None if it ends in none, or was not followed."""
         state = self.at_expected
         return state.load_factor if state and state.values_of(Code.RAY) else None
@@ -138,16 +117,6 @@ class Solution:
     def interrupted(self) -> bool:
         """Whether the user ended the method, so that this is what it had found by then."""
         return any(said.values.get("interrupted", False) for said in self.reasons)
-
-    @property
-    def no_work(self) -> bool:
-        """Whether it is an answer in whose mechanism the live load does no work."""
-        return bool(self.values_of(Code.NO_WORK))
-
-    @property
-    def states_met(self) -> int | None:
-        """Number of different exact states met; None if the method looks for none."""
-        return self.values_of(Code.STATES_MET).get("count")
 
     @property
     def below_zero(self) -> float:

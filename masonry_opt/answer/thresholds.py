@@ -1,7 +1,5 @@
-"""Thresholds from which on something moves, slides, is idle or differs, for words, pictures and tables.
-
-None decides whether an answer is accepted: those limits stand in ``acceptance``.
-"""
+"""Thresholds from which on something moves, slides, is idle or differs, for words, pictures and tables. None
+decides whether an answer is accepted: those limits stand in ``acceptance``."""
 
 from masonry_opt.answer.acceptance import SMALLEST
 

@@ -32,10 +32,9 @@ _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 Case = Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the answer (.png, .svg, .pdf).")]
-PlotOrPage = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Draw the answer (.png, .svg, .pdf, .html).")
-]
+_DRAW = "Draw the answer (.png, .svg, .pdf{})."
+Plot = Annotated[Path | None, typer.Option(metavar="FILE", help=_DRAW.format(""))]
+PlotOrPage = Annotated[Path | None, typer.Option(metavar="FILE", help=_DRAW.format(", .html"))]
 Table = Annotated[bool, typer.Option("--table", help="Print every state or position too.")]
 
 
@@ -55,6 +54,9 @@ def numbers(refusal: str, count: int | None = None) -> Callable[[str], tuple[flo
     return parse
 
 
+_VIEW = "Of solids: from where they are seen, in degrees."
+_angles = numbers("--view {}: write azimuth and elevation as in --view=-60,22", 2)
+
 #: Options of parameters that mean the same in every function.
 SHARED = {
     "method": typer.Option(help=f"One of: {', '.join(METHODS)}."),
@@ -62,11 +64,7 @@ SHARED = {
     "options": typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace also what {WRITER} did not write."),
-    "view": typer.Option(
-        metavar="AZIMUTH,ELEVATION",
-        help="Of solids: from where they are seen, in degrees.",
-        parser=numbers("--view {}: write azimuth and elevation as in --view=-60,22", 2),
-    ),
+    "view": typer.Option(metavar="AZIMUTH,ELEVATION", help=_VIEW, parser=_angles),
 }
 
 LoadCaseName = Annotated[str | None, SHARED["load_case"]]
@@ -90,9 +88,8 @@ class Given(dict[str, Any]):
         options = dict(map(_name_and_value, self.options))
         for of in (solve, function or self.function):  # to the first of which the other passes the rest
             if own := inspect.signature(of).parameters.keys() & options:
-                raise OptionError(
-                    f"option '{min(own)}': it is not the method's but the command's own, if any: see --help"
-                )
+                whose = "it is not the method's but the command's own, if any: see --help"
+                raise OptionError(f"option '{min(own)}': {whose}")
         return self | options
 
 
@@ -102,12 +99,9 @@ def command(
     """Make a typer app of a function that is called with what was typed of other functions' parameters
     (:class:`Given`), and with options of its own, which take the place of those of the same name.
 
-    Parameters
-    ----------
-    functions: whose parameters become options.
-    labels: by function, what help begins with of an option that not all of these take; then none is required.
-    leave: names of parameters that do not become options.
-    **asked: typer options by parameter, for what signatures do not say; a ``parser`` reads one text.
+    Labels, by function, begin the help of an option that not all of these take; then none is required. What
+    ``leave`` names becomes no option. Asked typer options tell of parameters what signatures do not say; a
+    ``parser`` reads one text.
     """
 
     def made(own: Function) -> typer.Typer:

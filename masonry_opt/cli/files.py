@@ -2,7 +2,7 @@
 
 import inspect
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,17 +25,17 @@ from masonry_opt.scene.tables import parse_file
 from masonry_opt.words.terminal import print_text
 
 #: By the end of its name, what a drawing is, and what reads it.
-_READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
-    ".dxf": ("a DXF drawing", mo.read_dxf),
-    ".json": ("COMPAS data", mo.read_compas),
-    **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
-}
+_READERS: dict[str, tuple[str, Callable[..., mo.Scene]]]
+_READERS = {".dxf": ("a DXF drawing", mo.read_dxf), ".json": ("COMPAS data", mo.read_compas)}
+_READERS |= dict.fromkeys(MESHES, ("a mesh", mo.read_mesh))
 
 #: Corners of a mesh above which the case file names its file instead of writing them out, some 1 MB.
 _MOST_CORNERS = 10_000
 
 _IN = "Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl)."
+_In = Annotated[Path, typer.Argument(metavar="IN", help=_IN, show_default=False)]
 _OUT = "Case file (.toml or .json)."
+_Out = Annotated[Path, typer.Argument(metavar="OUT", help=_OUT, show_default=False)]
 _PICTURE = typer.Argument(help="File to write (.png, .svg, .pdf).")
 _FILE = typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json).")
 _METHOD = typer.Option(
@@ -54,8 +54,8 @@ def draw(given: Given, case: Case, file: Annotated[Path, _PICTURE], load_case: L
     assembly = assemble(scene, floating=True)
     with writing(file):
         scene_picture(assembly, **given).save(file, force)
-    warnings = [f"warning: {sentence}" for sentence in doubts(assembly)]
-    print_text(printable("\n".join([f"{file}: {counts(assembly)}", *warnings])))
+    said = [f"{file}: {counts(assembly)}", *(f"warning: {sentence}" for sentence in doubts(assembly))]
+    print_text(printable("\n".join(said)))
 
 
 @command(mo.export, leave="moved", method=_METHOD)
@@ -93,17 +93,11 @@ def _direction(text: str) -> str | tuple[float, ...]:
     space=typer.Option("--space/--plane", help="COMPAS: blocks whole, or seen along a direction."),
     up=typer.Option(metavar="x|y|z"),
 )
-def convert(
-    given: Given,
-    drawing: Annotated[Path, typer.Argument(metavar="IN", help=_IN, show_default=False)],
-    out: Annotated[Path, typer.Argument(metavar="OUT", help=_OUT, show_default=False)],
-    force: Force = False,
-) -> None:
+def convert(given: Given, drawing: _In, out: _Out, force: Force = False) -> None:
     """Layers, names, arcs, COMPAS data and meshes: docs/drawings.md. From a case file to OUT.dxf it draws the
-    blocks. Of a mesh of more than 10,000 corners the case file names the file.
-    """
+    blocks. Of a mesh of more than 10,000 corners the case file names the file."""
     if out.suffix.lower() == ".dxf":
-        _refuse(given, f"{out}: a drawing is written of a case file as it stands")
+        _refuse([*given], f"{out}: a drawing is written of a case file as it stands")
         scene = mo.load(drawing)
         mo.write_dxf(scene, out, force)
         _tell(scene, out)
@@ -121,13 +115,12 @@ def convert(
         if name not in given:
             raise OptionError(f"a drawing says nothing of it: give {_option(name)}")
     if suffix not in _READERS:
-        raise OptionError(
-            f"{drawing}: what is converted ends in .dxf, {', '.join(MESHES)}, or .json for COMPAS data"
-        )
+        ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data"
+        raise OptionError(f"{drawing}: what is converted ends in {ends}")
     what, read = _READERS[suffix]
     known = inspect.signature(read).parameters
-    _refuse((name for name in given if name not in known), f"{drawing}: {what}")
-    options = given | ({"live_layers": dict(given["live_layers"])} if "live_layers" in given else {})
+    _refuse([name for name in given if name not in known], f"{drawing}: {what}")
+    options = given | {name: dict(of) for name, of in given.items() if name == "live_layers"}
     scene = read(drawing, **options)
     # What is written can be solved as far as its geometry goes.
     joints = len(find_joints(scene, shapes_of(scene)).first)
@@ -145,15 +138,14 @@ def _beside(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) 
 
 
 def _tell(scene: mo.Scene, out: Path, more: str = "") -> None:
-    holes = sum(len(block.holes) for block in scene.blocks if isinstance(block, Block))
-    supports = sum(block.fixed for block in scene.blocks)
-    blocks = counted(len(scene.blocks), "block")
-    print_text(f"{out}: {blocks} ({supports} fixed), {counted(holes, 'hole')}{more}")
+    holes = counted(sum(len(block.holes) for block in scene.blocks if isinstance(block, Block)), "hole")
+    blocks, supports = counted(len(scene.blocks), "block"), sum(block.fixed for block in scene.blocks)
+    print_text(f"{out}: {blocks} ({supports} fixed), {holes}{more}")
 
 
-def _refuse(names: Iterable[str], what: str) -> None:
-    for name in names:
-        raise OptionError(f"{what} does not take {_option(name)}")
+def _refuse(names: list[str], what: str) -> None:
+    if names:
+        raise OptionError(f"{what} does not take {_option(names[0])}")
 
 
 def _option(name: str) -> str:

@@ -32,8 +32,10 @@ _SAMPLE = (
     "In place of --vary, NAME=lognormal:MEAN:DEVIATION (of the number itself; or 15% of the mean), "
     "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated."
 )
+_Folder = Annotated[Path, typer.Option(help="Folder of the table and charts.", show_default=False)]
 _SCENES = typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
 _SOLVERS = "Also: highs-hipo, and what CVXPY finds: osqp, scs, ..."
+_TOLERANCES = "--tolerances '{}': numbers separated by commas, such as 1e-6,1e-9"
 _EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
 
 
@@ -52,10 +54,8 @@ def _values(text: str) -> tuple[str, list[float]]:
         if not equals or not name:
             raise ValueError
     except ValueError:
-        raise OptionError(
-            f"--vary '{text}': write it as NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..., such as "
-            "joints.friction=0.3:0.8:11"
-        ) from None
+        example = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..., such as joints.friction=0.3:0.8:11"
+        raise OptionError(f"--vary '{text}': write it as {example}") from None
     return name, values
 
 
@@ -72,12 +72,7 @@ def _values(text: str) -> tuple[str, list[float]]:
     workers=typer.Option(min=1),
     force=typer.Option("--force", help="Replace a table that has other runs."),
 )
-def sweep(
-    given: Given,
-    case: Case,
-    out: Annotated[Path, typer.Option(help="Folder of the table and charts.", show_default=False)],
-    load_case: LoadCaseName = None,
-) -> None:
+def sweep(given: Given, case: Case, out: _Folder, load_case: LoadCaseName = None) -> None:
     """Writes a table (runs.csv) and charts; of drawn values also what they say of the load factor.
 
     An interrupted sweep goes on where it stopped. Exit code 0: done, whatever the runs found; 130:
@@ -108,18 +103,16 @@ def sweep(
             with ended_by_kill():
                 found = run(scene, values, out=out, progress=progress, **options)
         except KeyboardInterrupt:
-            done = counted(int(bar.tasks[0].completed), "run")
-            raise InterruptedByUserError(
-                f"interrupted: {done} kept, and the same command goes on from there"
-            ) from None
+            kept = f"{counted(int(bar.tasks[0].completed), 'run')} kept"
+            goes_on = f"interrupted: {kept}, and the same command goes on from there"
+            raise InterruptedByUserError(goes_on) from None
     print_text(said(found, list(values)) if vary else str(found))
     beside = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
     errors.print(f"written: {out / 'runs.csv'}{beside}", markup=False, soft_wrap=True)
 
 
 def _names(text: str) -> list[str]:
-    names = [name.strip().lower() for name in text.split(",") if name.strip()]
-    return list(dict.fromkeys(names))
+    return [*dict.fromkeys(name.strip().lower() for name in text.split(",") if name.strip())]
 
 
 @command(
@@ -127,9 +120,7 @@ def _names(text: str) -> list[str]:
     methods=typer.Option(help="Separated by commas; also: global.", parser=_names),
     solvers=typer.Option(help=_SOLVERS, parser=_names),
     models=typer.Option(help="Modelling languages.", parser=_names),
-    tolerances=typer.Option(
-        parser=numbers("--tolerances '{}': numbers separated by commas, such as 1e-6,1e-9")
-    ),
+    tolerances=typer.Option(parser=numbers(_TOLERANCES)),
     repeats=typer.Option(min=1),
     time_limit=typer.Option(min=0.1),
     memory_limit=typer.Option(min=1),
@@ -137,8 +128,7 @@ def _names(text: str) -> list[str]:
 )
 def compare(given: Given, scenes: Annotated[list[str] | None, _SCENES] = None) -> None:
     """An interrupted comparison continues where it stopped. Exit code 0: done; 1: every run crashed or died;
-    130: interrupted; 2: wrong case file or option.
-    """
+    130: interrupted; 2: wrong case file or option."""
     errors = Console(stderr=True)
     with errors.status("comparing") as status, ended_by_kill():
         comparison = mo.compare(scenes or [], progress=lambda line: status.update(escape(line)), **given)
@@ -154,7 +144,6 @@ def compare(given: Given, scenes: Annotated[list[str] | None, _SCENES] = None) -
 @command(rebuild)
 def reproduce(given: Given, example: Annotated[str, typer.Argument(help=_EXAMPLE)] = "") -> None:
     """Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
-    example or folder, or an extra is missing.
-    """
+    example or folder, or an extra is missing."""
     if not rebuild(example, **given):
         raise typer.Exit(1)

@@ -18,9 +18,8 @@ from masonry_opt.words.terminal import changing_line, left_by, print_result, pri
 
 _DRAWN = "least", "expected"  #: Load factors whose mechanism can be drawn.
 
-_KIND = typer.Option(
-    "--plot-kind", metavar="KIND", help="What a picture shows: mechanism, thrust, utilisation, curve."
-)
+_SHOWN = "What a picture shows: mechanism, thrust, utilisation, curve."
+_KIND = typer.Option("--plot-kind", metavar="KIND", help=_SHOWN)
 _WHOSE = typer.Option(metavar="WHICH", help=f"Whose mechanism --plot draws: {' (default), '.join(_DRAWN)}.")
 _VERBOSE = typer.Option("--verbose", "-v", help="Also print how it was found: residuals, solvers, seconds.")
 _QUIET = typer.Option("--quiet", "-q", help="Print the load factor alone; without one, an error.")
@@ -38,15 +37,13 @@ def solve(
     mechanism: Annotated[str | None, _WHOSE] = None,
 ) -> None:
     """Exit code 0: there is one (of every load case); 1: there is none, the status says why; 2: wrong case
-    file or option.
-    """
+    file or option."""
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
     drawing = given.take(mo.Result.save)
     if plot is None and (drawing or mechanism is not None):
-        raise OptionError(
-            "--plot-kind, --mechanism, --names, --view and --force say how to draw: give --plot FILE too"
-        )
+        said = "--plot-kind, --mechanism, --names, --view and --force say how to draw"
+        raise OptionError(f"{said}: give --plot FILE too")
     if mechanism not in (None, *_DRAWN):
         raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_DRAWN)}")
     method = METHODS.get(given.get("method", DEFAULT))

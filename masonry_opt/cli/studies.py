@@ -46,19 +46,18 @@ _VERTICAL = typer.Option(
     "that of the case's own earthquake, else 0.",
     parser=numbers("--vertical {}: write one number or several, as in --vertical=0.3,-0.3"),
 )
+_direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
+_DIRECTION = typer.Option(metavar="X,Y[,Z]", parser=_direction)
+_point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
+_OF_BLOCK = "With --block: a point of it. Default: its centroid."
+_POINT = typer.Option(metavar="X,Y[,Z]", help=_OF_BLOCK, parser=_point)
+_SPECTRUM = "Check against a spectrum: lines of period (s), acceleration (g)."
 _VARY = typer.Option(help="The number, and between what it is sought: arch.thickness=0.05:0.3.")
 _MOST = typer.Option("--most", help="The greatest value instead, of what makes a scene weaker.")
-_DIRECTION = typer.Option(
-    metavar="X,Y[,Z]", parser=numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
-)
-_GREATEST = typer.Option("--greatest", help="With --plot: at the greatest reaction, not the least.")
-_POINT = typer.Option(
-    metavar="X,Y[,Z]",
-    help="With --block: a point of it. Default: its centroid.",
-    parser=numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2"),
-)
-_PAGE = typer.Option("--out", metavar="FILE", help="The page (.html). Default: CASE_report.html, here.")
-_SPECTRUM = "Check against a spectrum: lines of period (s), acceleration (g)."
+_GREATEST = "With --plot: at the greatest reaction, not the least."
+_Greatest = Annotated[bool, typer.Option("--greatest", help=_GREATEST)]
+_PAGE = "The page (.html). Default: CASE_report.html, here."
+_Page = Annotated[Path | None, typer.Option("--out", metavar="FILE", help=_PAGE)]
 
 
 @command(
@@ -79,8 +78,7 @@ def capacity(
     json: Json = False,
 ) -> None:
     """Exit code 0: the curve comes down to λ = 0; 1: it stops before, or there is no load factor; 2: wrong
-    case file or option.
-    """
+    case file or option."""
     drawing, checking = given.take(mo.Capacity.save), given.take(mo.Capacity.check)
     following = given.take(mo.capacity)
     if plot is not None:
@@ -102,8 +100,7 @@ def crossing(
     given: Given, case: Case, plot: PlotOrPage = None, table: Table = False, json: Json = False
 ) -> None:
     """Exit code 0: there is a load factor; 1: there is none, the status says why; 2: wrong case file or
-    option; 130: interrupted, with what was found by then.
-    """
+    option; 130: interrupted, with what was found by then."""
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # refused now, not after the solves
         refuse_file(plot, **drawing)
@@ -126,8 +123,7 @@ def crossing(
 @command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL)
 def directions(given: Given, case: Case, plot: Plot = None, json: Json = False) -> None:
     """Exit code 0: there is one for each direction; 1: for some there is none; 2: wrong case file or
-    option.
-    """
+    option."""
     drawing = given.take(Cases.save)
     if plot is not None:
         refuse_picture(plot, **drawing)
@@ -147,8 +143,7 @@ def least(
     json: Json = False,
 ) -> None:
     """Exit code 0: found, with both ends solved; 1: whether the scene holds could not be decided; 2: it holds
-    or fails at both ends, or the case file or an option is wrong.
-    """
+    or fails at both ends, or the case file or an option is wrong."""
     name, lower, upper = _range(vary)
     parameters = Parameters(as_scene(case, load_case))
     parameters.check_names({name: lower})
@@ -159,23 +154,17 @@ def least(
             does = "holds" if trial.holds else "fails"
             show(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
 
-        found = search(
-            lambda value: parameters.at({name: value}), lower, upper, progress=progress, **given.rest()
-        )
+        options = given.rest()
+        found = search(lambda value: parameters.at({name: value}), lower, upper, progress=progress, **options)
     print_text(found.to_json() if json else f"{'number':<16} {name}\n{found}")
 
 
 @command(mo.settle, mo.solve, mo.Settlement.save, leave="end kind", direction=_DIRECTION)
 def settle(
-    given: Given,
-    case: Case,
-    json: Json = False,
-    plot: PlotOrPage = None,
-    greatest: Annotated[bool, _GREATEST] = False,
+    given: Given, case: Case, json: Json = False, plot: PlotOrPage = None, greatest: _Greatest = False
 ) -> None:
     """Exit code 0: both were found, or that there is no end; 1: no reaction holds CASE, or an end was not
-    found; 2: wrong case file or option.
-    """
+    found; 2: wrong case file or option."""
     drawing = given.take(mo.Settlement.save)
     if plot is not None:
         refuse_file(plot, drawing.get("force", False))
@@ -189,9 +178,7 @@ def settle(
 
 
 @command(mo.solve, mo.report, leave="answer")
-def report(
-    given: Given, case: Case, load_case: LoadCaseName = None, out: Annotated[Path | None, _PAGE] = None
-) -> None:
+def report(given: Given, case: Case, load_case: LoadCaseName = None, out: _Page = None) -> None:
     """Solves all load cases unless one is named, and moves the axles, if there are any.
 
     Exit code 0: there are load factors; 1: one is missing, and the page says why; 2: wrong case file or
@@ -244,9 +231,8 @@ def _range(text: str) -> tuple[str, float, float]:
     try:
         lower, upper = map(float, ends.split(":"))
     except ValueError:
-        raise OptionError(
-            f"--vary {text}: write it as NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3"
-        ) from None
+        example = "NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3"
+        raise OptionError(f"--vary {text}: write it as {example}") from None
     return name.strip(), lower, upper
 
 

@@ -41,9 +41,7 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     number = np.tile(np.arange(len(joints.first)), 2)
     between = np.bincount(sides, minlength=count) == 2
     between &= np.bincount(sides[acts[number]], minlength=count) == 2
-    movable = np.zeros(count, dtype=bool)
-    movable[assembly.movable] = True
-    between &= movable
+    between &= np.isin(np.arange(count), assembly.movable)
     along = between[joints.first] & between[joints.second]
     row = linked(count, joints.first[along], joints.second[along])
     in_chain = between & (np.bincount(row)[row] >= _CHAIN)

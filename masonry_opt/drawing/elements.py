@@ -211,26 +211,20 @@ def heading(result: Outcome) -> str:
 def _found(assembly: Assembly) -> Iterable[Marks]:
     """Joints, corners that meet in no joint, and small gaps."""
     (ends, _), width = assembly.joints.lines(), 2.0 * shrink_of(assembly)
-    solid = assembly.scene.dimension == 3
-    in_point = "joint in a point" if solid else "joint of a corner on an edge"
-    corners, gaps = assembly.joints.meets, assembly.joints.facing
+    in_point = "joint in a point" if assembly.scene.dimension == 3 else "joint of a corner on an edge"
     yield from joint_marks(Marks("joint", "joint", "line", JOINT, width, ends), in_point)
-    if len(corners):
+    if len(corners := assembly.joints.meets):
         label = "corner on corner: no joint"
         yield Marks("corners", label, "cross", MARKED, 3.0 * width, corners[:, None])
-    if len(gaps):
+    if len(gaps := assembly.joints.facing):
         yield Marks("gaps", "small gap: no joint", "line", GAP, 2.6, gaps, dashes=(1.6, 1.1))
 
 
 def counts(assembly: Assembly) -> str:
     """Numbers of blocks, supports, joints, small gaps and edges that fill touches, in words."""
-    movable = len(assembly.movable)
-    numbers = {
-        "block": movable,
-        "support": len(assembly.scene.blocks) - movable,
-        "joint": len(assembly.joints.first),
-        "small gap": len(assembly.joints.gaps),
-    }
+    movable, joints = len(assembly.movable), assembly.joints
+    numbers = {"block": movable, "support": len(assembly.scene.blocks) - movable}
+    numbers |= {"joint": len(joints.first), "small gap": len(joints.gaps)}
     said = [counted(number, noun) for noun, number in numbers.items() if number or noun == "joint"]
     if touched := len({piece.edge for piece in assembly.filled_pieces}):
         said.append(f"{counted(touched, 'edge')} touched by fill")

@@ -12,10 +12,9 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces, LoadedPiece, loads, moment_of
 
-#: Number of weights, and of other parallel forces, above which one arrow shows the direction of all; fewer in
-#: space, where arrows lie on each other.
-_MOST_WEIGHTS, _MOST = 30, 200
-_MOST_WEIGHTS_IN_SPACE, _MOST_IN_SPACE = 1, 8
+#: Number of weights, and of other parallel forces, above which one arrow shows the direction of all, by
+#: dimension: fewer in space, where arrows lie on each other.
+_MOST = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of a kind, over the size of the scene.
 _LONE, _OF_BLOCK = 8, 0.6  #: Number of forces above which it is at most this share of a usual block.
@@ -39,9 +38,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     """Fill, then weights, further dead loads and, if they act, live loads, each kind to a scale of its own,
     with motions of the scene's blocks, shape (blocks, 3) or (blocks, 6)."""
     yield from fill_marks(assembly, motion)
-    most, most_weights = _MOST, _MOST_WEIGHTS
-    if assembly.scene.dimension == 3:
-        most, most_weights = _MOST_IN_SPACE, _MOST_WEIGHTS_IN_SPACE
+    most_weights, most = _MOST[assembly.scene.dimension]
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
     for kind, (colour, width, each, of_all) in _KINDS.items():
         if kind == "live" and not live:

@@ -15,8 +15,7 @@ MANY = 1000  #: Number of joints from which marks are small.
 @dataclass(frozen=True)
 class Marks:
     """Marks of one kind. Points are relative to the geometry's origin, in the case's unit of length; in space
-    they have three coordinates, and motions six.
-    """
+    they have three coordinates, and motions six."""
 
     name: str  #: kind of mark, such as "slides" or "live"
     label: str  #: entry of the legend, which marks of one label share; "" for none
@@ -56,8 +55,7 @@ def shrink_of(assembly: Assembly) -> float:
 def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """Points, shape (..., 2), moved by motions (vx, vy, ω), shape (..., 3): (x, y) moves by
     (vx - ω y, vy + ω x). In space points, shape (..., 3), move by v + ω × x, motions are (v, ω), shape
-    (..., 6).
-    """
+    (..., 6)."""
     if points.shape[-1] == 3:
         return points + motion[..., :3] + np.cross(motion[..., 3:], points)
     vx, vy, omega = np.moveaxis(motion, -1, 0)

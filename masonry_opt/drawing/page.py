@@ -87,24 +87,14 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
         data["way"] = way_data(result, way, data.pop("motions"))
         values |= {"count": len(way.d), "last_frame": len(way.d) - 1}
         values["push_ends"] = "" if result.end is None else " to collapse"
-    told = {
-        "blocks": [printable(block.name) for block in result.assembly.scene.blocks],
-        "joints": _joints(result, re.findall(r'data-of="(\w+)"', values["joint"])) | data.pop("joints"),
-        **data,
-    }
-    values |= {
-        "writer": WRITER,
-        "answer": answer(result),
-        "caption": caption(elements),
-        "choices": _choices(layers, kind),
-        "start": START,
-        "still": "" if elements.movement else " disabled",
-        "legends": _legends(elements, layers),
-        "way": piece("page_way.html") if way is not None else "",
-        "last": result.size.joints - 1,
-        "details": _curve(result) + certificate(result) + described(result) + _foot(result),
-        "data": _json(told),
-    }
+    blocks = [printable(block.name) for block in result.assembly.scene.blocks]
+    joints = _joints(result, re.findall(r'data-of="(\w+)"', values["joint"])) | data.pop("joints")
+    values |= {"writer": WRITER, "data": _json({"blocks": blocks, "joints": joints, **data})}
+    values |= {"answer": answer(result), "caption": caption(elements), "last": result.size.joints - 1}
+    values |= {"start": START, "still": "" if elements.movement else " disabled"}
+    values |= {"choices": _choices(layers, kind), "legends": _legends(elements, layers)}
+    values["way"] = piece("page_way.html") if way is not None else ""
+    values["details"] = _curve(result) + certificate(result) + described(result) + _foot(result)
     scripts = {"style": "page.css", "figure_script": f"page_{name}.js"}
     scripts |= {"way_script": "page_way.js", "script": "page.js"}
     values |= {key: folder.joinpath(file).read_text(encoding="utf-8") for key, file in scripts.items()}
@@ -189,10 +179,8 @@ def _curve(result: Outcome) -> str:
 def _foot(result: Outcome) -> str:
     origin = result.assembly.scene.origin
     known = [] if origin == "scene" else [origin]
-    known += [
-        f"method {result.method} ({result.model}, {result.solver})",
-        f"masonry_opt {version('masonry_opt')}",
-    ]
+    known.append(f"method {result.method} ({result.model}, {result.solver})")
+    known.append(f"masonry_opt {version('masonry_opt')}")
     return f'<p class="note">{text(" · ".join(known))}</p>\n'
 
 
@@ -220,9 +208,8 @@ def _rounded(values: np.ndarray, beside: float = 0.0) -> list[float | None]:
     """Five digits of each number, None in place of NaN, what is next to nothing beside the largest, or a
     number that is larger, as 0."""
     nothing = IDLE * np.nan_to_num(np.abs([*values, beside])).max()
-    return [
-        None if np.isnan(value) else 0 if abs(value) <= nothing else float(f"{value:.5g}") for value in values
-    ]
+    shown = (0 if abs(value) <= nothing else float(f"{value:.5g}") for value in values)
+    return [None if np.isnan(value) else value for value in shown]
 
 
 def way_of(result: Outcome) -> Way | None:
@@ -242,12 +229,9 @@ def way_motions(result: Outcome, way: Way) -> np.ndarray:
 def way_marks(result: Outcome) -> list[Marks]:
     """How joints are marked that have slid, and that have opened."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
-    dashes = (1.6, 1.1) if dimension == 2 else ()
-    nowhere = np.empty((0, 2, dimension))
-    return [
-        Marks("slid", "has slid", "line", SLIDES, width, nowhere),
-        Marks("open", "has opened", "line", HINGES, 0.7 * width, nowhere, dashes=dashes),
-    ]
+    dashes, nowhere = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
+    opened = Marks("open", "has opened", "line", HINGES, 0.7 * width, nowhere, dashes=dashes)
+    return [Marks("slid", "has slid", "line", SLIDES, width, nowhere), opened]
 
 
 def way_data(result: Outcome, way: Way, motions: np.ndarray) -> dict[str, Any]:
@@ -266,17 +250,11 @@ def way_data(result: Outcome, way: Way, motions: np.ndarray) -> dict[str, Any]:
     slid, opened = ([np.flatnonzero(joints).tolist() for joints in kind] for kind in moves.swapaxes(0, 1))
     # Lengths of the figure are whole; so, scaled, are rotations, which keeps large scenes short.
     scales = np.where(np.arange(motions.shape[-1]) < assembly.scene.dimension, 1, _TURN)
-    return {
-        "displacement": u,
-        "load_factor": loads,
-        "expected": result.expected,
-        "blocks": assembly.movable.tolist(),
-        "motions": np.rint(motions * scales).astype(int).reshape(len(motions), -1).tolist(),
-        "scales": (1 / scales).tolist(),
-        "marks": [[each.colour, each.width, each.dashes] for each in way_marks(result)],
-        "joints": [slid, opened],
-        "events": events,
-    }
+    whole = np.rint(motions * scales).astype(int).reshape(len(motions), -1)
+    marks = [[each.colour, each.width, each.dashes] for each in way_marks(result)]
+    data = {"displacement": u, "load_factor": loads, "expected": result.expected}
+    data |= {"blocks": assembly.movable.tolist(), "motions": whole.tolist(), "scales": (1 / scales).tolist()}
+    return data | {"marks": marks, "joints": [slid, opened], "events": events}
 
 
 MOST_BLOCKS = 2000  #: Blocks above which there is no picture: a notebook keeps all that it shows.
@@ -287,13 +265,9 @@ def notebook_html(result: Outcome) -> str:
     """Load factor, status, picture and certificate of a result, as HTML that stands by itself."""
     elements = result_elements(result)
     status = text(": ".join(filter(None, (result.status, message(result.reasons)))))
-    lines = [
-        f"<b>{text(elements.title)}</b>",
-        f'<span style="font-size:1.4em">{headline(result)}</span>',
-        status,
-        text(load_factors(result)),
-        *(f"Warning: {text(words)}" for words in sentences(result.warnings)),
-    ]
+    lines = [f"<b>{text(elements.title)}</b>", f'<span style="font-size:1.4em">{headline(result)}</span>']
+    lines += [status, text(load_factors(result))]
+    lines += [f"Warning: {text(words)}" for words in sentences(result.warnings)]
     if result.size.blocks <= MOST_BLOCKS:
         # With its own title and legend.
         source = elements_picture(elements).source()

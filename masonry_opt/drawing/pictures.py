@@ -137,14 +137,13 @@ def elements_picture(
             if names:
                 _draw_names(axes, elements, share)
         figure.entitle(axes, elements.title, elements.heading)
+        colours = None
         if kind in ("thrust", "utilisation") and not marks:
             said = "no forces were found to draw"
             middle = axes.text(0.5, 0.5, said, transform=axes.transAxes, zorder=8)
             middle.set(ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "black"})
-        colours = None
-        if kind == "utilisation" and marks:
-            looks = ScalarMappable(cmap=ListedColormap(UTILISATION))
-            colours = looks, utilisation_label(elements.assembly)
+        elif kind == "utilisation":
+            colours = ScalarMappable(cmap=ListedColormap(UTILISATION)), utilisation_label(elements.assembly)
         figure.finish(made, axes, figure.handles(marks), notes, colours)
     return made
 
@@ -165,12 +164,8 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
 
     def paths(blocks: np.ndarray, share: float) -> list[Path]:
         """Outlines of blocks, those of their holes among them."""
-        return [
-            Path.make_compound_path(
-                *(Path(moved(ring, share * elements.motion[b]) + origin, closed=True) for ring in rings[b])
-            )
-            for b in blocks
-        ]
+        turned = [[moved(ring, share * elements.motion[b]) + origin for ring in rings[b]] for b in blocks]
+        return [Path.make_compound_path(*(Path(ring, closed=True) for ring in each)) for each in turned]
 
     axes.add_collection(PathCollection(paths(supports, share), **figure.SUPPORT_LOOK))
     if elements.movement and share:
@@ -201,8 +196,7 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
             middle = shapely.point_on_surface(polygon)
         at = moved(shapely.get_coordinates(middle)[0], share * elements.motion[number]) + origin
         wide, high = (east - west) * points_per_unit, (north - south) * points_per_unit
-        fits = min(0.9 * wide / (_LETTER * len(block.name)), 0.45 * high, _NAME)
-        letters = max(fits, least)
+        letters = max(min(0.9 * wide / (_LETTER * len(block.name)), 0.45 * high, _NAME), least)
         # Just above the middle, from where arrows of loads start.
         look = {"xytext": (0, 1), "textcoords": "offset points", "va": "bottom", "clip_on": True}
         figure.write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)

@@ -101,9 +101,8 @@ class Solids:
 
     def _at_rest(self, movable: np.ndarray) -> np.ndarray:
         """Edges of the movable blocks as they would be seen at rest."""
-        still = np.zeros_like(self.elements.motion)
-        triangles, edges = (each @ self.turned.T for each in self.surface.moved(still))
-        edges = edges[movable]
+        at_rest = self.surface.triangles, self.surface.edges[movable]
+        triangles, edges = (each @ self.turned.T for each in at_rest)
         pieces, line = raster(triangles, self.box, _PIXELS).visible(edges)
         start, run = edges[line, 0], edges[line, 1] - edges[line, 0]
         square = np.maximum((run[:, :2] ** 2).sum(axis=1), 1e-300)

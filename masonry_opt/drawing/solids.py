@@ -109,11 +109,10 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
     own = replace(own, polygon=shapely.intersection(own.polygon, inside))
     part, side = np.divmod(np.arange(6 * len(parts.block)), 6)
     part, side = (of[np.isin(parts.block[part], cut)] for of in (part, side))
-    sections = [
-        shapely.intersection(*(_section(of, sides, at) for of in (parts.points[parts.of_point == one], box)))
-        for one, at in zip(part, side, strict=True)
-    ]
-    cuts = OuterFaces(parts.block[part], sides.where(side), np.array(sections))
+    hulls = [parts.points[parts.of_point == one] for one in part]
+    of_parts = [_section(hull, sides, at) for hull, at in zip(hulls, side, strict=True)]
+    sections = shapely.intersection(of_parts, [_section(box, sides, at) for at in side])
+    cuts = OuterFaces(parts.block[part], sides.where(side), sections)
     every = faces.where(~chosen).then(own, cuts)
     return every.where(shapely.area(every.polygon) > 0)
 
@@ -137,9 +136,8 @@ def three() -> str:
     whole = viewer.scene_to_html(trimesh.creation.box().scene())
     script, end, _ = whole.partition("<script>")[2].partition(_END)
     if not end or "</script" in script:
-        raise OptionError(
-            f"trimesh {trimesh.__version__} brings no known three.js: install that of constraints.txt"
-        )
+        why = "brings no known three.js: install that of constraints.txt"
+        raise OptionError(f"trimesh {trimesh.__version__} {why}")
     return f"{script}{end}"
 
 
@@ -166,25 +164,15 @@ class Figure:
         self.table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
         layers = {name: [self._marks(each) for each in marks] for name, marks in elements.layers.items()}
         layers["loads"] = [self._marks(each) for each in elements.loads]
-        return {
-            "size": _UNITS,
-            "middle": middle.tolist(),
-            "view": view,
-            "block": BLOCK,
-            "fixed": FIXED,
-            "radius": round(3 * self.radius, 2),
-            "surface": {
-                "points": rows[:, 1:].ravel().tolist(),
-                "of": rows[:, 0].tolist(),
-                "triangles": triangles.tolist(),
-                "edges": number[len(triangles) :].tolist(),
-                "hatching": self._at(drawn.hatching).ravel().tolist(),
-            },
-            "motions": [self._motion(motion) for motion in elements.motion],
-            "outlines": {"points": self._at(lines).ravel().tolist(), "of": joint.tolist()},
-            "layers": layers,
-            "table": list(self.table),
-        }
+        seen = {"size": _UNITS, "middle": middle.tolist(), "view": view}
+        look = {"block": BLOCK, "fixed": FIXED, "radius": round(3 * self.radius, 2)}
+        solids = {"points": rows[:, 1:].ravel().tolist(), "of": rows[:, 0].tolist()}
+        solids |= {"triangles": triangles.tolist(), "edges": number[len(triangles) :].tolist()}
+        solids |= {"hatching": self._at(drawn.hatching).ravel().tolist()}
+        motions = [self._motion(motion) for motion in elements.motion]
+        outlines = {"points": self._at(lines).ravel().tolist(), "of": joint.tolist()}
+        of_marks = {"layers": layers, "table": list(self.table)}
+        return {**seen, **look, "surface": solids, "motions": motions, "outlines": outlines, **of_marks}
 
     def _at(self, points: np.ndarray) -> np.ndarray:
         return np.rint(points * self.scale).astype(int)
@@ -199,12 +187,6 @@ class Figure:
             motion = [self.table.setdefault(self._motion(each), len(self.table)) for each in marks.motion]
         through = marks.shape == "arrow" or marks.name in INSIDE
         half = marks.width * (_RADIUS_THROUGH * _UNITS if through else self.radius)
-        return {
-            "shape": marks.shape,
-            "points": self._at(marks.points).ravel().tolist(),
-            "motion": motion,
-            "radius": round(half, 2),
-            "colour": marks.colour,
-            "dashes": marks.dashes,
-            "through": through,
-        }
+        placed = {"points": self._at(marks.points).ravel().tolist(), "motion": motion}
+        look = {"radius": round(half, 2), "colour": marks.colour, "dashes": marks.dashes, "through": through}
+        return {"shape": marks.shape, **placed, **look}

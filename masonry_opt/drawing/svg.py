@@ -125,9 +125,8 @@ def marks_svg(marks: Marks, canvas: Canvas) -> str:
         rims = group("rims", drawn, **stroke | {"stroke": "#fff", "stroke_width": wider})
     if marks.text:
         x, y = at[0, 1] + [_LETTERS // 2, _LETTERS // 3]
-        drawn.append(
-            f'<text x="{x}" y="{y}" font-size="{_LETTERS}" stroke="none">{escape(marks.text)}</text>'
-        )
+        look = f'x="{x}" y="{y}" font-size="{_LETTERS}" stroke="none"'
+        drawn.append(f"<text {look}>{escape(marks.text)}</text>")
     return rims + group(marks.name, drawn, **stroke)
 
 

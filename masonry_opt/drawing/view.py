@@ -88,8 +88,7 @@ class Raster:
         pieces = np.stack([at[starts, :2], at[ends, :2]], axis=1)
         owner = line[starts]
         length = np.hypot(*(pieces[:, 1] - pieces[:, 0]).T) / self.pixel
-        whole = first[starts] & last[ends]
-        kept = whole | (length >= _SHORT)
+        kept = (first[starts] & last[ends]) | (length >= _SHORT)
         return pieces[kept], owner[kept]
 
     def sees(self, points: np.ndarray) -> np.ndarray:

@@ -27,9 +27,9 @@ def headline(result: Outcome) -> str:
     """The load factor, or that there is none."""
     if result.load_factor is None:
         return '<span class="none">no load factor</span>'
-    tilt = (
-        "" if result.tilt_angle is None else f" <small>tilted by {numeral(result.tilt_angle, '.2f')}°</small>"
-    )
+    angle, tilt = result.tilt_angle, ""
+    if angle is not None:
+        tilt = f" <small>tilted by {numeral(angle, '.2f')}°</small>"
     return f"<small>load factor</small> λ = {numeral(result.load_factor, '.5g')}{tilt}"
 
 
@@ -68,9 +68,6 @@ def described(result: Outcome) -> str:
 
 def begins(slide: list[list[str]], part: list[list[str]], load_factor: float) -> str:
     """Which joints, by their blocks, begin to slide and to open; "" if none does."""
-    said = [
-        f"{pairs({'pairs': joints})} {verb(len(joints), 'begin')} to {do}"
-        for joints, do in ((slide, "slide"), (part, "open"))
-        if joints
-    ]
+    begun = {do: joints for do, joints in (("slide", slide), ("open", part)) if joints}
+    said = [f"{pairs({'pairs': of})} {verb(len(of), 'begin')} to {do}" for do, of in begun.items()]
     return f"{'; '.join(said)} at λ = {numeral(load_factor, '.3g')}" if said else ""

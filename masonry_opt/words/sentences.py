@@ -26,11 +26,8 @@ def by_sides(layout: Layout) -> str:
     return f"by the polygon of {len(layout.senses)} sides inside the cone, at most {missed:.2g} % below it"
 
 
-_RESIDUALS = {
-    "work": "work of forces out of balance",
-    "block": "equilibrium of one block",
-    "joint": "yield of one joint",
-}
+_RESIDUALS = {"work": "work of forces out of balance", "block": "equilibrium of one block"}
+_RESIDUALS |= {"joint": "yield of one joint"}
 
 _OF_JOINTS = {
     Status.LOCKED: "the joints that slide there and have no room to open",
@@ -46,12 +43,8 @@ def message(reasons: Sequence[Reason]) -> str:
 
 def sentences(reasons: Sequence[Reason]) -> tuple[str, ...]:
     """Each reason in words."""
-    return tuple(_sentence(reason.code, reason.values) for reason in reasons)
-
-
-def _sentence(code: Code, values: dict[str, Any]) -> str:
-    made = _SENTENCES[code]
-    return made.format(**values) if isinstance(made, str) else made(values)
+    told = ((_SENTENCES[reason.code], reason.values) for reason in reasons)
+    return tuple(said.format(**v) if isinstance(said, str) else said(v) for said, v in told)
 
 
 def numeral(value: float, spec: str) -> str:
@@ -75,12 +68,8 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
         much = f"if they could not; even {v['above']:.4g} times the friction is not enough"
     else:
         much = "with enough friction"
-    if v["hangs"]:
-        return (
-            f"{slides}: only the friction of joints that bear nothing from below could hold what "
-            f"hangs, {much}"
-        )
-    return f"{slides}: the scene would stand {much}"
+    hangs = "only the friction of joints that bear nothing from below could hold what hangs,"
+    return f"{slides}: {hangs if v['hangs'] else 'the scene would stand'} {much}"
 
 
 def _states_met(v: dict[str, Any]) -> str:
@@ -96,20 +85,16 @@ def _wedged(v: dict[str, Any]) -> str:
     if found is not None:
         below = "below zero" if found < 0 else "and from rest there is none"
         said = f"the load factor found is {numeral(found, '.4g')}, {below}: "
-    return (
-        f"{said}the dead load is carried by wedging alone, which the joints' flow rule does not "
-        f"sustain{support}"
-    )
+    wedging = "the dead load is carried by wedging alone, which the joints' flow rule does not sustain"
+    return f"{said}{wedging}{support}"
 
 
 def _undecided(v: dict[str, Any]) -> str:
+    undecided = "whether the scene stands under its dead load could not be decided"
     check = "try another solver, or a little more friction"
     if v["ratio"] > _VERY_DIFFERENT:
         check = f"one block's dead load is {v['ratio']:.0e} times another's, so check units and weights"
-    return (
-        "whether the scene stands under its dead load could not be decided: neither forces nor a mechanism "
-        f"were borne out ('{v['word']}'); {check}"
-    )
+    return f"{undecided}: neither forces nor a mechanism were borne out ('{v['word']}'); {check}"
 
 
 def _other_contacts(v: dict[str, Any]) -> str:
@@ -130,10 +115,8 @@ def _not_certified(v: dict[str, Any]) -> str:
         "the live load drives nothing" if value == inf else f"{_RESIDUALS.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
     )
-    return (
-        f"the answer found, {numeral(v['load_factor'], '.6g')}, is not borne out by its certificate "
-        f"({left}): try another solver, and look for weights or lengths of very different size"
-    )
+    found = f"the answer found, {numeral(v['load_factor'], '.6g')}, is not borne out by its certificate"
+    return f"{found} ({left}): try another solver, and look for weights or lengths of very different size"
 
 
 def _deep_fall(load_factor: float, share: float) -> str:
@@ -147,15 +130,9 @@ def _began_again(v: dict[str, Any]) -> str:
     return f"{words}: in vain" if v["in_vain"] else words
 
 
-def _least_borne_out(v: dict[str, Any]) -> str:
-    if v["load_factor"] is None:
-        return "none of the load factors met is borne out by its own state"
-    return f"the lowest load factor met that its own state bears out is {numeral(v['load_factor'], '.6g')}"
-
-
 def _bracket(v: dict[str, Any]) -> str:
-    # Of λ ≥ 0: what is less is rounding.
-    return f"{max(v['bound'], 0.0) + 0.0:.6g} ≤ λ ≤ {max(v['load_factor'], 0.0) + 0.0:.6g}"
+    least, most = (max(v[of], 0.0) + 0.0 for of in ("bound", "load_factor"))  # what is less is rounding
+    return f"{least:.6g} ≤ λ ≤ {most:.6g}"
 
 
 def _imposed(v: dict[str, Any]) -> str:
@@ -166,6 +143,21 @@ def _imposed(v: dict[str, Any]) -> str:
 
 def _between(v: dict[str, Any]) -> str:
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
+
+
+def _curve(v: dict[str, Any]) -> str:
+    missing = f" ({v['left_out']} more were not found)" if v["left_out"] else ""
+    falls = ", does not fall"
+    if v["peak"] - v["last"] > PLATEAU * v["peak"]:
+        falls = f", falls from {numeral(v['peak'], '.4g')} to {numeral(v['last'], '.4g')}"
+    return f"λ over displacement, in {counted(v['states'], 'state')}{missing}{falls}"
+
+
+def _grown(v: dict[str, Any]) -> str:
+    ends = ", and stays as blocks move on"
+    if v["beyond"] is not None:
+        ends = f"; under {numeral(v['beyond'], '.4g')} blocks do not come to rest"
+    return f"a growing load is carried so far, with contacts that remember slip{ends}"
 
 
 #: By code: a text with values in braces, or what makes one of the values.
@@ -239,7 +231,11 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "have locked; use an interior-point solver, or lower 'alpha'"
     ),
     Code.BEGAN_AGAIN: _began_again,
-    Code.LEAST_BORNE_OUT: _least_borne_out,
+    Code.LEAST_BORNE_OUT: lambda v: (
+        "none of the load factors met is borne out by its own state"
+        if v["load_factor"] is None
+        else f"the lowest load factor met that its own state bears out is {numeral(v['load_factor'], '.6g')}"
+    ),
     Code.PUSH_STOPPED: lambda v: (
         f"pushed from rest the scene came to no state ({v['word']}; {v['steps']} steps)"
         + (", nor does the loop" if v["looped"] else ": method 'nonassociative' goes another way")
@@ -263,28 +259,13 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"pushed from rest it bears any load: friction jams, proven in {counted(v['steps'], 'step')}"
     ),
     Code.NOT_EXPECTED: lambda v: f"not looked for with {_joints_or_points(v)}: method 'compliant' takes long",
-    Code.CURVE: lambda v: (
-        f"λ over displacement, in {counted(v['states'], 'state')}"
-        + (f" ({v['left_out']} more were not found)" if v["left_out"] else "")
-        + (
-            f", falls from {numeral(v['peak'], '.4g')} to {numeral(v['last'], '.4g')}"
-            if v["peak"] - v["last"] > PLATEAU * v["peak"]
-            else ", does not fall"
-        )
-    ),
+    Code.CURVE: _curve,
     Code.SPREAD: lambda v: (
         f"to expect, of {counted(v['draws'], 'draw')} each: {_ranged(v['stiffness'])} with other stiffness "
         f"of contacts, {_ranged(v['stress'])} from other self-stress"
         + (f" ({v['without']} of these pushes came to no collapse)" if v["without"] else "")
     ),
-    Code.GROWN: lambda v: (
-        "a growing load is carried so far, with contacts that remember slip"
-        + (
-            ", and stays as blocks move on"
-            if v["beyond"] is None
-            else f"; under {numeral(v['beyond'], '.4g')} blocks do not come to rest"
-        )
-    ),
+    Code.GROWN: _grown,
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
     Code.START_FAILED: "the loop to start from failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",

@@ -41,9 +41,8 @@ def details(result: Outcome) -> str:
 
 def _text(result: Outcome, technical: dict[str, str]) -> str:
     size = result.size
-    count = f"{counted(size.blocks, 'block')}, {counted(size.joints, 'joint')}"
-    if size.contacts is not None:
-        count += f", {counted(size.contacts, 'contact point')}"
+    numbers = {"block": size.blocks, "joint": size.joints, "contact point": size.contacts}
+    count = ", ".join(counted(number, noun) for noun, number in numbers.items() if number is not None)
     warnings = [f"warning: {sentence}" for sentence in sentences(result.warnings)]
     lines = [f"{result.case}: {count}", _headline(result), labelled(facts(result) | technical), *warnings]
     return printable("\n".join(filter(None, lines)))
@@ -130,13 +129,10 @@ def _live_load(result: Outcome) -> str:
         return f"earthquake {scene.shaken_by}"
     said = []
     if times := Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight)):
-        one = f"{_vector(next(iter(times)))} times the"
-        said.append(
-            f"{one if len(times) == 1 else 'multiples of the'} weight of {counted(times.total(), 'block')}"
-        )
-        case = scene.case
-        if isinstance(case, CaseFile) and (tables := case.tables_with_old_live()):
-            said[0] += f" (as 'live' of {', '.join(tables)})"
+        many = f"{_vector(next(iter(times)))} times" if len(times) == 1 else "multiples of"
+        tables = scene.case.tables_with_old_live() if isinstance(scene.case, CaseFile) else []
+        given_as = f" (as 'live' of {', '.join(tables)})" if tables else ""
+        said.append(f"{many} the weight of {counted(times.total(), 'block')}{given_as}")
     given: list[tuple[str, object]] = [(block.name, block) for block in scene.blocks]
     given += [(load.block, load) for load in scene.loads]
     for kind, of in (("force", "live"), ("moment", "live_moment")):
@@ -166,10 +162,8 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         said.append("loads go straight down" if fill.spread is False else spread)
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
-            said.append(
-                f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p), at rest {at_rest:.4g} σ "
-                "(K_0), σ its unit weight times depth"
-            )
+            between = f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p)"
+            said.append(f"{between}, at rest {at_rest:.4g} σ (K_0), σ its unit weight times depth")
         else:
             said.append("no pressure")
         if fill.backing:
@@ -190,15 +184,12 @@ def _certainty(result: Outcome) -> str:
     if none_lower := known_least(result):
         return none_lower
     if result.kind is Kind.COMPLIANT:
-        return (
-            "to expect of a scene that stands under its weight and is then pushed; with other self-stress or "
-            "fit it may carry less (method 'refined' looks for the least)"
-        )
+        pushed = "to expect of a scene that stands under its weight and is then pushed"
+        less = "with other self-stress or fit it may carry less (method 'refined' looks for the least)"
+        return f"{pushed}; {less}"
     if result.kind is Kind.ASSOCIATIVE and not result.exact:
-        return (
-            "an upper bound, for joints that open as they slide: those that do not may collapse sooner "
-            "(method 'mcp' tells)"
-        )
+        bound = "an upper bound, for joints that open as they slide"
+        return f"{bound}: those that do not may collapse sooner (method 'mcp' tells)"
     state = "exact" if result.exact else f"exact but for {_left(result)}"
     if _is_associative(result):
         return state
@@ -264,11 +255,12 @@ def load_factors(result: Outcome) -> str:
 
 def _once(equal: list[tuple[str, float | None, str]]) -> str:
     """Load factors that are equal, each with what it is and a remark, said once."""
-    named = [name + (f" ({remark})" if remark else "") for name, _, remark in equal]
-    *before, (last, load_factor, remark) = equal
-    if before:
-        return f"{', '.join(named[:-1])} and {named[-1]}{_number(load_factor)}"
-    return f"{last}{_number(load_factor)}" + (f" ({remark})" if remark else "")
+    remarks = [f" ({remark})" if remark else "" for *_, remark in equal]
+    number = _number(equal[0][1])
+    if len(equal) == 1:
+        return f"{equal[0][0]}{number}{remarks[0]}"
+    *before, last = (name + remark for (name, *_), remark in zip(equal, remarks, strict=True))
+    return f"{', '.join(before)} and {last}{number}"
 
 
 def _number(load_factor: float | None) -> str:
@@ -283,7 +275,7 @@ def _doubt(result: Outcome) -> str:
         if why.code is Code.GROWN:
             return "no collapse proves it"
         if why.code is Code.RAY and why.values["peak"] is not None:
-            return f"{_known(result.end) if result.end is not None else 'nothing'} as it moves on"
+            return f"{'nothing' if result.end is None else _known(result.end)} as it moves on"
     return ""
 
 
@@ -348,6 +340,7 @@ def _reference(result: Outcome) -> str:
 def _technical(result: Outcome) -> dict[str, str]:
     size = result.size
     certificate = result.certificate.as_dict() if result.certificate else {}
+    largest = f"{counted(size.rows or 0, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros"
     return {
         "method": f"{result.method} ({result.model}, {result.solver})",
         "status": ": ".join(filter(None, (result.status, message(result.reasons)))),
@@ -355,9 +348,7 @@ def _technical(result: Outcome) -> dict[str, str]:
         "certificate": "   ".join(f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()),
         "existence": str(result.infeasibility.existence) if result.infeasibility else "",
         "programs": _programs(result),
-        "largest program": ""
-        if size.rows is None
-        else f"{counted(size.rows, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros",
+        "largest program": "" if size.rows is None else largest,
         "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),
         "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
         "not modelled": "\n".join(left_out(result.assembly)),
@@ -389,9 +380,9 @@ def told_factor(result: Outcome) -> str:
 def left_out(assembly: Assembly) -> tuple[str, ...]:
     """What a scene did not need, each with its reason."""
     problem, joints = assembly.problem, assembly.joints
-    found = []
-    if unlimited := len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding))):
-        found.append(f"sliding of {counted(unlimited, 'joint')}: friction is unlimited")
-    if joints.fixed_pairs:
-        found.append(f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
-    return tuple(found)
+    unlimited = len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding)))
+    found = {
+        f"sliding of {counted(unlimited, 'joint')}: friction is unlimited": unlimited,
+        f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves": joints.fixed_pairs,
+    }
+    return tuple(said for said, number in found.items() if number)

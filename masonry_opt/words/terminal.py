@@ -47,10 +47,8 @@ def print_text(text: str) -> None:
 
 
 def print_result(text: str) -> None:
-    """Print a result's lines: on a terminal the second, its answer, in bold, and warnings in yellow.
-
-    Raises as :func:`print_text`.
-    """
+    """Print a result's lines: on a terminal the second, its answer, in bold, and warnings in yellow; raises
+    as :func:`print_text`."""
     console = Console(highlight=False, file=_results)
     if not console.is_terminal or console.no_color:
         print_text(text)

@@ -30,14 +30,11 @@ def _small_gaps(v: dict[str, Any]) -> str:
 
 def _corners_bear(v: dict[str, Any]) -> str:
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
-    return (
-        "'strength' limits no force where a corner stands on an edge, and crushing there is not looked at: "
-        + (
-            f"at collapse these press with the force told, {pairs(v, forces)}"
-            if forces
-            else f"at {pairs(v)} that may bring down what no load does here"
-        )
-    )
+    where = f"at {pairs(v)} that may bring down what no load does here"
+    if forces:
+        where = f"at collapse these press with the force told, {pairs(v, forces)}"
+    limits = "'strength' limits no force where a corner stands on an edge"
+    return f"{limits}, and crushing there is not looked at: {where}"
 
 
 #: By code, as in :mod:`~.words.sentences`.
