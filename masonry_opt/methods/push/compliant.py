@@ -100,7 +100,7 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
     told: dict[str, Any] = {"steps": steps, "folds": pushed.folds, "deep_fall": pushed.deep_fall}
     if growth is not None:
         told = {"steps": steps, "folds": 0, "deep_fall": None}
-    peak, end = pushed.peak or 0.0, answer or (pushed.level and pushed.level.answer)
+    peak, end = pushed.peak or 0.0, pushed.end
     above = asked is None and end is not None and peak > end.load_factor * (1 + PLATEAU) + ZERO
     highest = {"peak": peak if above else None}
     if asked is None and pushed.ended is Ended.JAM:

@@ -100,10 +100,10 @@ class Pushed:
     growth_steps: tuple[PushStep, ...] = ()
     level: GivingState | None = None  #: where λ stays, of a path that comes to no ray of that λ
 
-    def stays_at(self, answer: Answer | None) -> bool:
-        """Whether the level of the path is at an answer's load factor."""
-        stays = self.level and self.level.answer.load_factor
-        return bool(answer and stays and abs(answer.load_factor - stays) <= PLATEAU * stays)
+    @property
+    def end(self) -> Answer | None:
+        """The state that a path ends in, on a ray or where λ stays."""
+        return self.level.answer if self.level else self.answer
 
     @property
     def folds(self) -> int:
@@ -209,7 +209,7 @@ class Elastic:
                 break
         if found.ended is Ended.STOPPED and until == inf:
             found = self._grown(found, follow)
-        if level is not None and not level.stays_at(found.answer):
+        if level is not None and not _stays(found.answer, level.steps[-1].load_factor):
             found = level
         if found.growth is not None:
             return replace(found, peak=found.growth.carried / self.problem.live_norm)
@@ -221,6 +221,8 @@ class Elastic:
         along = np.array([(step.displacement, step.load_factor) for step in path.steps]).reshape(-1, 2)
         for last in np.flatnonzero(along[:, 0] >= self._end_from):
             u, load_factor = along[last]
+            if _stays(path.answer, load_factor):
+                return None
             before = np.flatnonzero(along[:last, 0] <= u / _LEVEL)
             if not len(before) or np.ptp(along[before[-1] : last + 1, 1]) > PLATEAU * load_factor:
                 continue
@@ -338,11 +340,10 @@ class Elastic:
     def _peak(self, rounded: Curve, pushed: Pushed) -> float | None:
         """The highest λ of a path that ends in a state, uphill from where it turns above that, under laws as
         sharp as have the turn; None of any other."""
-        answer = pushed.level.answer if pushed.level else pushed.answer
-        if answer is None:
+        if pushed.end is None:
             return None
         # At rest the load is none.
-        end, unit = answer.load_factor, self.problem.live_norm
+        end, unit = pushed.end.load_factor, self.problem.live_norm
         peak, told = max(0.0, end), end * (1 + PLATEAU)
         if pushed.points[-1].rigid:
             return peak
@@ -394,6 +395,11 @@ class Elastic:
         curve, at = last
         load_factor, moved = at[-1] / gives.live_norm, (near + at)[:-1] / unit
         return GivingState(1 / unit, gives, certified(gives, load_factor, curve.forces(at), moved))
+
+
+def _stays(answer: Answer | None, load_factor: float) -> bool:
+    """Whether λ stays in a state what it was."""
+    return answer is not None and abs(answer.load_factor - load_factor) <= PLATEAU * abs(load_factor)
 
 
 def elastic_of(task: Task) -> Elastic:
