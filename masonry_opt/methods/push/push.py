@@ -19,7 +19,7 @@ from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.solution import GivingState
-from masonry_opt.answer.thresholds import PLATEAU
+from masonry_opt.answer.thresholds import APART, PLATEAU
 from masonry_opt.effort import Effort
 from masonry_opt.methods.push.growth import Growth, come_to_rest, grown, sharp_steps
 from masonry_opt.methods.push.law import Rounded, compliance
@@ -398,8 +398,8 @@ class Elastic:
 
 
 def _stays(answer: Answer | None, load_factor: float) -> bool:
-    """Whether λ stays in a state what it was."""
-    return answer is not None and abs(answer.load_factor - load_factor) <= PLATEAU * abs(load_factor)
+    """Whether the λ of a state is the one that stays, within what states are told apart by."""
+    return answer is not None and abs(answer.load_factor - load_factor) <= APART * abs(load_factor)
 
 
 def elastic_of(task: Task) -> Elastic:
