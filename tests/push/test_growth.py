@@ -12,8 +12,10 @@ from scenes_in_space import corner_wall
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.methods.push.compliant import _solution
 from masonry_opt.methods.push.growth import grown, sharp_steps
-from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.push.push import Elastic, Ended, Pushed
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import State
@@ -106,6 +108,9 @@ def test_the_last_state_is_one_of_contacts_that_give_from_those_before():
     state = elastic.carried(growth)
     assert state.answer.load_factor == pytest.approx(growth.carried / elastic.problem.live_norm, rel=3e-3)
     assert not LIMITS[Kind.COMPLIANT].failing(state.answer.residuals)
+    solution = _solution(elastic, Pushed(Ended.STOPPED, growth=growth), None)
+    assert (solution.status, solution.load_factor) == (mo.Status.CONVERGED, state.answer.load_factor)
+    assert solution.values_of(Code.GROWN)["beyond"] == growth.beyond / elastic.problem.live_norm
     problem, found = state.problem, state.answer
     p = problem.rates(found.d, problem.dilatancy, found.q)
     left = residuals(PyomoMcp(elastic.problem), State(found.load_factor, found.q, found.d, p)).compatibility
