@@ -226,7 +226,7 @@ class Elastic:
             before = np.flatnonzero(along[:last, 0] <= u / _LEVEL)
             if not len(before) or np.ptp(along[before[-1] : last + 1, 1]) > PLATEAU * load_factor:
                 continue
-            state = self.next_to(path, path.points[last].at, u)
+            state = self.next_to(path, path.points[last].at, float(u))
             if state is not None and not state.answer.failing(Kind.COMPLIANT):
                 steps, points = path.steps[: last + 1], path.points[: last + 1]
                 return Pushed(Ended.STOPPED, steps, points, rounding=path.rounding, level=state)
