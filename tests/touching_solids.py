@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 import masonry_opt as mo
-from masonry_opt.scene.contacts.find import find_joints
+from masonry_opt.scene.contacts.joints import find_joints
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.space.shapes import shapes
 

@@ -19,7 +19,7 @@ from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
-from masonry_opt.scene.contacts.find import find_joints, shapes_of
+from masonry_opt.scene.contacts.joints import find_joints, shapes_of
 from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import parse_file
 from masonry_opt.words.terminal import print_text

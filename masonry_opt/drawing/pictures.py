@@ -25,7 +25,7 @@ from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.contacts.find import refuse_floating
+from masonry_opt.scene.contacts.joints import refuse_floating
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import sentences
 

@@ -14,8 +14,7 @@ from masonry_opt.problem.limited_forces import LimitedForce, Role, columns, stru
 from masonry_opt.problem.loads import LoadedPiece, by_component, edge_forces, loads
 from masonry_opt.problem.matrices import Matrices, shares
 from masonry_opt.problem.problem import Problem
-from masonry_opt.scene.contacts.find import find_joints, shapes_of
-from masonry_opt.scene.contacts.joints import Joints, joint_properties
+from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_properties, shapes_of
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 

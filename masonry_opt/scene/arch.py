@@ -110,8 +110,7 @@ class ArchRing(AnyGenerator):
 
     @property
     def _circle(self) -> tuple[float, float]:
-        """Half the span and the radius of the intrados, of an arch by span and rise: of the circle through
-        springings and crown, or of arcs round points of the springing line."""
+        """Half the span and the radius of the intrados, given span and rise; if pointed, of its arcs."""
         assert self.span is not None
         assert self.rise is not None
         half = self.span / 2
@@ -208,22 +207,16 @@ class ArchRing(AnyGenerator):
             "centreline": (angle * radius * thickness, radius * arc),
             "straight": (math.sin(angle) * radius * thickness, mean * math.cos(angle / 2)),
         }[self.weights]
-        return Stone(
-            "",
-            [polar(inner, begin), polar(outer, begin), polar(outer, end), polar(inner, end)],
-            area,
-            polar(centroid, middle),
-            polar(outer * math.cos(angle / 2), middle),
-        )
+        corners = [polar(inner, begin), polar(outer, begin), polar(outer, end), polar(inner, end)]
+        return Stone("", corners, area, polar(centroid, middle), polar(outer * math.cos(angle / 2), middle))
 
     def _half_key(self, begin: float, plumb: float) -> Stone:
-        """The last voussoir of the left arc of a pointed arch, seen from the arc's centre: from a radial
-        joint in a direction, in radians, to an upright one at x = ``plumb``, less than 0."""
+        """The last voussoir of a pointed arch's left arc, seen from its centre, up to x = ``plumb`` < 0."""
         (_, inner), thickness, weights = self._circle, self.thickness, self.weights
         radius, outer = inner + thickness / 2, inner + thickness
         crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}
-        ends = ((inner, begin), (outer, begin), (outer, crown[outer]), (inner, crown[inner]))
-        corners = [polar(*end) for end in ends]
+        corners = [polar(inner, begin), polar(outer, begin)]
+        corners += [polar(outer, crown[outer]), polar(inner, crown[inner])]
         back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
         if weights == "centreline":
             angle = begin - crown[radius]

@@ -1,5 +1,4 @@
-"""Blocks and published values: records that are the Python interface and the schema of the
-case file alike, so that both refuse the same keys and values."""
+"""Blocks and published values: records that are the Python interface and the schema of case files alike."""
 
 import itertools
 from collections.abc import Iterator, Mapping
@@ -7,17 +6,7 @@ from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, get_type_hints
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Discriminator,
-    Field,
-    Strict,
-    StringConstraints,
-    ValidationError,
-    model_validator,
-)
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.mistakes import called, did_you_mean, wrong_values
@@ -44,8 +33,6 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
-#: Chooses between two types, each marked with its ``Tag``, so that errors name only the one that was meant.
-ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
 #: Keys of which one takes the place of the other in a record.
 INSTEAD = {
     "weight": "unit_weight",
@@ -56,9 +43,9 @@ INSTEAD = {
 SHAPES = "'box', or 'vertices' with 'faces'"  #: What gives the shape of a convex solid.
 #: Control characters, line ends, and marks that turn the direction of writing round.
 _UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
-Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=rf"^[^{_UNSEEN}]*$")]
+Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^[^{_UNSEEN}]*$")]
 #: What a person reads about a scene; it may have several lines.
-Text = Annotated[str, Strict(), StringConstraints(max_length=2000, pattern=rf"^(?:[^{_UNSEEN}]|[\t\n\r])*$")]
+Text = Annotated[str, Strict(), Field(max_length=2000, pattern=rf"^(?:[^{_UNSEEN}]|[\t\n\r])*$")]
 
 
 def _rightward(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -85,8 +72,7 @@ class _Shown:
 
 
 class _RecordType(_ModelType):
-    """Metaclass of records: a call with wrong values in Python raises CaseError. Records inside another one,
-    or in a case file, are validated without a call: errors are of the whole."""
+    """Metaclass of records: a call with wrong values raises CaseError; those within another make none."""
 
     # mypy does not know that every class of this type is a Record.
     def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
@@ -223,8 +209,7 @@ def _keys(value: Any) -> set[str]:
 
 
 class Body(Record):
-    """What a block in the plane and one in space have in common: weight, loads, support. The fields are those
-    of the records below it, each with as many numbers as its points have."""
+    """What blocks in the plane and in space have in common; the fields are those of the records below it."""
 
     #: Keys of its loads: what a fixed block has none of, and what does not tilt.
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "dead")

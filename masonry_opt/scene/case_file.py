@@ -31,16 +31,10 @@ OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstanc
 
 
 class MeshTable(AsDrawn):
-    """A table of a case file that stands for the blocks of a mesh in a file beside it.
+    """A table of a case file that stands for the blocks of a mesh in a file beside it: with supports, axes
+    and unit as :func:`read_mesh` takes them, and weight and live load of each as of a :class:`Solid`."""
 
-    Parameters
-    ----------
-    file: Its path, from the folder of the case file.
-    unit_weight, live_per_weight: Of each block, as :class:`Solid` has them.
-    fixed, fixed_layers, fixed_below, up, scale: Supports, axes and unit: see :func:`read_mesh`.
-    """
-
-    file: Text
+    file: Text  #: its path, from the folder of the case file
     unit_weight: NonNegative
     live_per_weight: Vector = (0.0, 0.0, 0.0)
 
@@ -98,9 +92,8 @@ class CaseFile(SceneKeys):
         return list(dict.fromkeys(_table(one) for one in self._of(Generator) if any(one.live)))
 
     def scene(self) -> Scene:
-        """The scene, its generators and its mesh expanded after the blocks written out. Raises
-        pydantic.ValidationError if the blocks do not make a scene, and CaseError if a generator cannot build
-        its own or the mesh cannot be read."""
+        """The scene, generators and mesh expanded after the blocks written out. Raises ValidationError if
+        these make no scene, CaseError if a generator cannot build its own or the mesh cannot be read."""
         blocks = list(self.blocks)
         for flat in self._of(Generator):
             blocks += flat.blocks(self.thickness)
@@ -181,18 +174,13 @@ def _keys(scene: SceneKeys, mode: Literal["python", "json"]) -> dict[str, Any]:
     return scene.model_dump(mode=mode, by_alias=True, exclude_defaults=True)
 
 
-#: A case file of the paper, by which the folder is recognised.
-_KNOWN_BY = Path("ferris_tinloi", "wall_1.toml")
-
-_PACKAGE = Path(__file__).parents[1]
-
-
 def case_folder(named: Path | None = None) -> Path:
     """The folder named; else ``cases/`` in the current folder, if it holds the paper's case files; else the
     package's own, which in a clone lies beside the package. Raises CaseError if there is none."""
     if named is not None:
         return named
-    for folder in (Path("cases"), _PACKAGE / "cases", _PACKAGE.parent / "cases"):
-        if (folder / _KNOWN_BY).is_file():
+    package = Path(__file__).parents[1]
+    for folder in (Path("cases"), package / "cases", package.parent / "cases"):
+        if (folder / "ferris_tinloi" / "wall_1.toml").is_file():
             return folder
     raise CaseError("the package's case files are missing: install it anew, or name a folder with --cases")

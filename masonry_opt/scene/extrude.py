@@ -13,12 +13,13 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.keys import of_plane_alone
-from masonry_opt.scene.loads import Earthquake, Load, Prop, Tie
+from masonry_opt.scene.loads import Earthquake
 from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, prism
 
 _J = TypeVar("_J", Joint, JointDefaults)
+_FORCES = ("loads", "ties", "props")
 
 
 def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
@@ -57,9 +58,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
         joints=_joint(scene.joints, cohesion),
         blocks=[_solid(block, shapes, index, scene.thickness, depth) for index, block in enumerate(blocks)],
         exceptions=[_joint(joint, cohesion) for joint in scene.exceptions],
-        loads=[Load(**_keys(load, depth)) for load in scene.loads],
-        ties=[Tie(**_keys(tie, depth)) for tie in scene.ties],
-        props=[Prop(**_keys(prop, depth)) for prop in scene.props],
+        **{name: [type(one)(**_keys(one, depth)) for one in getattr(scene, name)] for name in _FORCES},
         load_cases=[case.replace(earthquake=_quake(scene, case.earthquake)) for case in scene.load_cases],
         earthquake=_quake(scene, scene.earthquake),
     ).read_from(scene.origin)
@@ -73,9 +72,11 @@ def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
     return quake.replace(direction=_in_space(sideways.tolist()))
 
 
-def _in_space(vector: Any, at: float = 0.0) -> tuple[float, float, float]:
-    x, y = vector
-    return (x, at, y)
+def _in_space(vector: Any, at: float = 0.0) -> Any:
+    """A vector, or several."""
+    if isinstance(vector[0], tuple):
+        return tuple(_in_space(one, at) for one in vector)
+    return (vector[0], at, vector[1])
 
 
 def _joint(joint: _J, times: float) -> _J:
@@ -87,12 +88,8 @@ def _keys(record: Record, depth: float) -> dict[str, Any]:
     """The keys of a record that were given, its forces at y = 0 and its points halfway through the depth."""
     keys = {key: getattr(record, key) for key in record.model_fields_set}
     for key, value in keys.items():
-        if key in Block.LOADS and value is not None:
-            keys[key] = _in_space(value)
-        elif key in ("at", "weight_at", "live_at", "dead_at") and value is not None:
-            several = isinstance(value[0], tuple)
-            points = tuple(_in_space(point, depth / 2) for point in (value if several else [value]))
-            keys[key] = points if several else points[0]
+        if value is not None and key in (*Block.LOADS, "at", "weight_at", "live_at", "dead_at"):
+            keys[key] = _in_space(value, 0.0 if key in Block.LOADS else depth / 2)
     return keys
 
 

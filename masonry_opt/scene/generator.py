@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field, Strict, Tag
 
-from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Block, Body, Name, NonNegative, Point, Positive, Record
-from masonry_opt.scene.solids import Solid, Vector
+from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Positive, Record
+from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
 MOST_BLOCKS = 100_000  #: Blocks, openings and gaps of a generator: more than can be solved, and soon built.
 
@@ -17,20 +17,16 @@ Widths = Annotated[
     Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-#: Of a polygon its ``vertices``; of one convex part a ``box``, or ``vertices`` and ``faces``, as
-#: :class:`Solid` has them.
+#: Of a polygon its ``vertices``; of one convex part what gives its shape in a :class:`Solid`.
 PartKeys = dict[str, Any]
 
 
 class AnyGenerator(Record):
-    """A table of a case file that stands for many blocks, in the plane or in space.
+    """A table of a case file that stands for many blocks, in the plane or in space. They are named after its
+    ``name``, "left 3-2" in place of "3-2": for several generators in one scene.
 
     Raises CaseError if the values make nothing that can be built, or more than 100,000 blocks; all that is
     wrong is told at once.
-
-    Parameters
-    ----------
-    name: Its blocks are named after it, "left 3-2" in place of "3-2": for several generators in one scene.
     """
 
     name: Name | None = None
@@ -71,16 +67,9 @@ class AnyGenerator(Record):
 
 
 class Generator(AnyGenerator):
-    """A generator of blocks in the plane.
-
-    Parameters
-    ----------
-    name: See :class:`AnyGenerator`.
-    at: Where its origin lies, ``[x, y]``; which point that is, each generator says.
-    live_per_weight: Live force on every block as a multiple of its weight, ``[fx, fy]``, where the weight
-        acts.
-    live: The old name of ``live_per_weight``. (``live`` of a block or of a load is a force.)
-    """
+    """A generator of blocks in the plane. Its origin lies ``at`` ``[x, y]``; which point that is, each
+    generator says. ``live_per_weight`` is a live force on every block as a multiple of its weight, ``[fx,
+    fy]``, where the weight acts; ``live`` is its old name. (``live`` of a block or of a load is a force.)"""
 
     kind: ClassVar[type[Body]] = Block
 
@@ -94,8 +83,7 @@ class Generator(AnyGenerator):
             yield "'live' is the old name of 'live_per_weight': give one of them"
 
     def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The blocks, each with its weight as a force and its live load as a multiple of that, for a scene of
-        a thickness, by which what is given as ``unit_weight`` is multiplied here."""
+        """The blocks, with weights and live loads; a scene's thickness multiplies a ``unit_weight``."""
         raise NotImplementedError
 
     def _stone(self, name: str, corners: Iterable[Point], weight: float, **keys: Any) -> Block:
@@ -121,16 +109,8 @@ class WeighedGenerator(Generator):
 
 
 class SolidGenerator(AnyGenerator):
-    """A generator of blocks in space.
-
-    Parameters
-    ----------
-    name: See :class:`~masonry_opt.scene.generator.AnyGenerator`.
-    at: Where its origin lies, ``[x, y, z]``; which point that is, each generator says.
-    live_per_weight: Live force on every block as a multiple of its weight, ``[fx, fy, fz]``, where the weight
-        acts.
-    unit_weight: Weight per unit volume.
-    """
+    """A generator of blocks in space, which weigh ``unit_weight`` per unit volume. ``at`` and
+    ``live_per_weight`` are as of a :class:`Generator`, of three numbers each."""
 
     kind: ClassVar[type[Body]] = Solid
 
@@ -143,8 +123,7 @@ class SolidGenerator(AnyGenerator):
         raise NotImplementedError
 
     def _stone(self, name: str, *parts: PartKeys, **weight: Any) -> Solid:
-        """A movable block; points are seen from the generator's origin. It weighs by its volume, or as
-        ``weight`` and ``weight_at`` say."""
+        """A movable block, that weighs by its volume, or as ``weight`` and ``weight_at`` say."""
         weight = weight or {"unit_weight": self.unit_weight}
         return self._block(name, *parts, live_per_weight=self.live_per_weight, **weight)
 

@@ -1,5 +1,4 @@
-"""Where the blocks of a scene are: sizes, centroids, corners and boxes; the polygons of the plane, and the
-uppermost edges of these below a line, such as a road's."""
+"""Where the blocks of a scene are; the polygons of the plane, and their uppermost edges below a road."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
@@ -18,21 +17,16 @@ from masonry_opt.scene.scene import Scene
 
 #: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps, joints.
 RELATIVE_TOLERANCE = 1e-6
-
 #: Neighbours nearer than this, over the width of the smaller block, were surely meant to touch, and overlaps
 #: no deeper come of rounded coordinates.
 NEAR_MISS = 1e-2
-
 _NEAR_TOLERANCES = 3  #: So are those within so many tolerances: coordinates are off by a little more.
-
-#: Share of the tolerance within which corners lie on the outline without them: outlines off by so little are
-#: near each other where the blocks are.
+#: Share of the tolerance within which corners lie on the outline without them.
 STRAIGHT = 0.1
 
 
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
-    """Origin and tolerance of the shapes of a scene, given corners and the block of each. Supports may reach
-    far beyond what stands on them: the movable blocks give both."""
+    """Origin and tolerance of a scene's shapes, of its movable blocks: supports may reach far beyond them."""
     movable = corners[~scene.fixed[block]]
     low, high = movable.min(axis=0), movable.max(axis=0)
     tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot.reduce(high - low))
@@ -90,8 +84,7 @@ class Extents(ABC):
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Number of the pair, rising, and pieces that pairs of blocks (indices, shape (pairs, 2)) have in
-        common, deeper than the contact tolerance."""
+        """Numbers of pairs, rising, and what of their blocks overlaps by more than the contact tolerance."""
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -114,8 +107,7 @@ class Extents(ABC):
 class Geometry(Extents):
     """Shapes of a scene in the plane."""
 
-    #: Shapely polygons, or multipolygons, counter-clockwise, straight corners removed, one a block; for
-    #: finding joints and drawing.
+    #: Shapely polygons, or multipolygons, counter-clockwise, without straight corners, one a block.
     polygons: np.ndarray
 
     @property
@@ -147,8 +139,7 @@ class Geometry(Extents):
 
     @cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Edges of all outlines and holes, each with its block's interior to the left: their ends, shape
-        (edges, 2) each, and their blocks, shape (edges,), rising."""
+        """Ends of edges, their block to the left, shape (edges, 2) each, and these blocks, rising."""
         parts, block = shapely.get_parts(self.polygons, return_index=True)
         tail, tip, part = sides_of(parts)
         return tail, tip, block[part]
@@ -210,11 +201,8 @@ def _built_up(
     return whole
 
 
-def _plain(
-    rings: np.ndarray, tolerance: float, scene: Scene, blocks: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Counter-clockwise polygons of the blocks' rings, without the corners that make no difference, and which
-    of them are convex."""
+def _plain(rings: np.ndarray, tolerance: float, scene: Scene, blocks: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Counter-clockwise polygons of blocks' rings, without straight corners, and which of them are convex."""
     # Normalised rings begin at a leftmost, lowest corner, which no straight edge runs through.
     corners, ring = shapely.get_coordinates(shapely.normalize(rings), return_index=True)
     lines = shapely.linestrings(corners, indices=ring)
@@ -231,7 +219,7 @@ def _plain(
 
 
 def _least_width(piece: shapely.Geometry) -> float:
-    """The least distance of parallel lines that enclose a piece: how far apart its blocks must be moved."""
+    """The least distance of parallel lines that enclose a piece."""
     corners = shapely.get_coordinates(shapely.convex_hull(piece))
     sides = np.diff(corners, axis=0)
     if len(sides) < 3:
@@ -267,10 +255,14 @@ class Profile:
 
 
 def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str) -> Profile:
-    """The uppermost edges of a scene's blocks, fixed ones too, below a line through points from left to
-    right, relative to the geometry's origin, shape (points, 2). Raises CaseError, which calls the line
-    ``where``, if it runs through a block."""
-    _refuse_through(scene, shapes, points, where)
+    """The uppermost edges of all blocks below a line through points from left to right, shape (points, 2),
+    relative to the geometry's origin. Raises CaseError, which calls it ``where``, if it meets a block."""
+    line = shapely.linestrings(points)
+    met = np.flatnonzero(shapely.intersects(line, shapes.polygons))
+    inner = shapely.buffer(shapes.polygons[met], -2 * shapes.tolerance)
+    for index in met[shapely.intersects(line, inner)]:
+        name = scene.blocks[index].name
+        raise CaseError(f"{scene.origin}: {where} runs through block '{name}': lay it on or above blocks")
     tail, tip, owner = shapes.edges
     upper = np.flatnonzero(tip[:, 0] < tail[:, 0])  # of an edge with the block to its left
     tail, tip, owner = tail[upper], tip[upper], owner[upper]
@@ -278,25 +270,22 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     at = at[(at >= points[0, 0]) & (at <= points[-1, 0])]
     # Pieces shorter than what is nothing belong to their neighbours.
     at = at[np.r_[True, np.diff(at) > shapes.tolerance]]
-    edge = _uppermost(tail, tip, (at[1:] + at[:-1]) / 2, points, 2 * shapes.tolerance)
+    middle = (at[1:] + at[:-1]) / 2
+    edge = _uppermost(tail, tip, middle, np.interp(middle, *points.T) + 2 * shapes.tolerance)
     # A piece begins where the edge or the slope of the line changes.
-    slope = np.searchsorted(points[1:-1, 0], (at[1:] + at[:-1]) / 2)
+    slope = np.searchsorted(points[1:-1, 0], middle)
     begins = np.r_[True, (edge[1:] != edge[:-1]) | (slope[1:] != slope[:-1])]
     edge, starts = edge[begins], at[:-1][begins]
     x = np.column_stack([starts, np.r_[starts[1:], at[-1]]])
     tail, tip = tail[edge], tip[edge]
     y = tail[:, 1:] + (x - tail[:, :1]) * ((tip - tail)[:, 1:] / (tip - tail)[:, :1])
     found = edge >= 0
-    line = np.interp(x, points[:, 0], points[:, 1])
     numbers = (np.where(found, of[edge], -1) for of in (upper, owner))
-    return Profile(x, np.where(found[:, None], y, np.nan), line, *numbers)
+    return Profile(x, np.where(found[:, None], y, np.nan), np.interp(x, *points.T), *numbers)
 
 
-def _uppermost(
-    tail: np.ndarray, tip: np.ndarray, x: np.ndarray, points: np.ndarray, above: float
-) -> np.ndarray:
-    """The highest edge at each abscissa no more than so much above the line, shape (x,); -1 without one."""
-    high = np.interp(x, points[:, 0], points[:, 1]) + above
+def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The highest edge at each abscissa up to such a height, shape (x,); -1 without one."""
     low = np.full_like(high, min(tail[:, 1].min(), tip[:, 1].min()) - 1.0)
     plumb = shapely.linestrings(np.stack([np.column_stack([x, x]), np.column_stack([low, high])], axis=2))
     edges = shapely.linestrings(np.stack([tail, tip], axis=1))
@@ -306,12 +295,3 @@ def _uppermost(
     found = np.full(len(x), -1)
     found[number[rising]] = edge[rising]  # the highest is written last
     return found
-
-
-def _refuse_through(scene: Scene, shapes: Geometry, points: np.ndarray, where: str) -> None:
-    line = shapely.linestrings(points)
-    met = np.flatnonzero(shapely.intersects(line, shapes.polygons))
-    inner = shapely.buffer(shapes.polygons[met], -2 * shapes.tolerance)
-    for index in met[shapely.intersects(line, inner)]:
-        name = scene.blocks[index].name
-        raise CaseError(f"{scene.origin}: {where} runs through block '{name}': lay it on or above blocks")

@@ -8,12 +8,12 @@ import numpy as np
 from pydantic import Field, Tag
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, Positive, Record, Reference, Text
+from masonry_opt.scene.blocks import Name, Positive, Record, Reference, Text
 from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.loads import GROUND, GROUPS, Earthquake, EdgeLoad, Load, LoadCase, Prop, Tie
 from masonry_opt.scene.mistakes import did_you_mean, repeated
 from masonry_opt.scene.road import Axles, Fill
-from masonry_opt.scene.solids import AnyBlock, PlaneOrSpaceVector, Vector
+from masonry_opt.scene.solids import ONE_OR_SEVERAL, AnyBlock, PlaneOrSpaceVector, Vector
 
 Tilt = Annotated[
     Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
@@ -21,7 +21,6 @@ Tilt = Annotated[
 
 _ALONG_GRAVITY = 1e-9  #: Sine of the angle to gravity below which the direction of a tilt is gravity's own.
 _LIVE = ("live", "live_per_weight", "live_moment")  #: Keys of a block that are live loads.
-
 #: What a point is, and the direction of an earthquake, by dimension.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
 _DIRECTION = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
@@ -68,13 +67,11 @@ class SceneKeys(Record):
 
     @property
     def tilt_direction(self) -> np.ndarray | None:
-        """Unit vector square to gravity, shape (2,) or (3,), in which a tilted scene is pushed; None if it is
-        not tilted, or only along gravity."""
+        """Unit vector square to gravity in which a tilted scene is pushed; None if that is along gravity."""
         return None if self.tilt is None else self.sideways(self.tilt)
 
     def sideways(self, towards: str | tuple[float, ...]) -> np.ndarray | None:
-        """Unit vector square to gravity to a side, "left" or "right", or in space towards a vector; None if
-        that is along gravity."""
+        """Unit vector square to gravity to a side, or towards a vector; None if that is along gravity."""
         if isinstance(towards, str):
             x, y = self.down
             return np.array((-y, x) if towards == "right" else (y, -x))

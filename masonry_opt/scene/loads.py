@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, NonNegative, Number, Point, Positive, Record, YesNo
-from masonry_opt.scene.solids import PlaneOrSpaceVector, Vector
+from masonry_opt.scene.blocks import Name, NonNegative, Number, Point, Positive, Record, YesNo
+from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 KINDS: tuple[Kind, ...] = ("dead", "live")
@@ -22,8 +22,7 @@ Push = Annotated[
     Discriminator(lambda value: next((tag for kind, tag in _PUSHES if isinstance(value, kind)), "<one>")),
 ]
 
-#: Groups of load cases that no load may name: weights of blocks and of fill, loads that name no group, as
-#: they are given, and axles.
+#: Groups that no load may name: weights of blocks and fill, loads that name none, as given, and axles.
 GROUPS = ("weight", "fill", "dead", "live", "axles")
 
 GROUND = "ground"  #: What ``between`` calls what does not move, unless a block that moves has this name.

@@ -44,13 +44,10 @@ _PYTHON_MESSAGES = _MESSAGES | {
 
 _MOST_LINES = 20  #: Lines of one message: more mistakes than these usually repeat the same one.
 _LONGEST = 500  #: Characters of a message that quotes names.
-
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
-
 #: Tags of keys that take either of two types, which pydantic names beside the keys.
 _TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
-
 #: Tables of a case file that are written once for each entry.
 _LISTED = ("block", "joint", "edge_load", "load", "fill", "tie", "prop", "axles", "load_case")
 
@@ -58,8 +55,7 @@ _LISTED = ("block", "joint", "edge_load", "load", "fill", "tie", "prop", "axles"
 def wrong_values(
     error: ValidationError, record: type[BaseModel], values: Mapping[str, Any], head: str = ""
 ) -> CaseError:
-    """The error of a record filled with wrong values, a line a mistake: the head, by default what errors call
-    the record, table or block, key, what is wrong."""
+    """The error of wrong values, a line a mistake: a head (default: what errors call the record), and why."""
     head, mistakes = head or called(record, values), error.errors(include_url=False)
     named = _MOST_LINES - 1  # and a last line that counts the others
     lines = [_line(dict(item), record, values) for item in mistakes[:named]]
@@ -102,15 +98,12 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
         loc = [name, *loc[1:]]
     if in_file and item["type"] == "list_type" and key in _LISTED and not loc:
         return f"[{key}]: write [[{key}]], with double brackets, once for each {key}"
-    messages = _MESSAGES if in_file else _PYTHON_MESSAGES
-    return ": ".join([*where, _sentence(item, loc, held or record, messages)])
+    return ": ".join([*where, _sentence(item, loc, held or record, in_file)])
 
 
-def _sentence(
-    item: dict[str, Any], loc: list[Any], record: type[BaseModel], messages: Mapping[str, str]
-) -> str:
+def _sentence(item: dict[str, Any], loc: list[Any], record: type[BaseModel], in_file: bool) -> str:
     """The key at ``loc`` and what is wrong with it; ``record`` has the keys to suggest."""
-    kind, key = item["type"], _dotted(loc)
+    kind, key, messages = item["type"], _dotted(loc), _MESSAGES if in_file else _PYTHON_MESSAGES
     if kind == "extra_forbidden":
         return f"unknown key '{key}'{_suggestion(key, record)}"
     if kind == "missing" and len(loc) > 1 and loc[-2] == "between":
@@ -185,8 +178,7 @@ def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
 
 
 def _held(record: type[BaseModel], key: str, loc: Collection[str | int]) -> type[BaseModel] | None:
-    """The class of the records that a key of another one holds, of several kinds the one whose tag is in an
-    error's place; None if it holds plain values."""
+    """The class of the records that a key holds, of several the one of an error's place; else None."""
     waiting: list[Any] = [field.annotation] if (field := _fields(record).get(key)) else []
     found: list[tuple[bool, type[BaseModel]]] = []
     for annotation in waiting:  # which grows by the parts of each

@@ -21,8 +21,7 @@ def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """The polygons, counter-clockwise, holes clockwise, without corners that lie within the tolerance of the
-    outline without them; empty ones where nothing is left."""
+    """The polygons, counter-clockwise, without corners within the tolerance of the outline without them."""
     return shapely.orient_polygons(shapely.simplify(polygons, tolerance, preserve_topology=False))
 
 
@@ -38,8 +37,7 @@ def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
 def wide(pieces: np.ndarray, width: float) -> np.ndarray:
     """Which polygons have a place as wide as that, shape (pieces,)."""
     area, around = shapely.area(pieces), shapely.length(pieces)
-    # The largest circle inside a convex piece has a radius from area / perimeter to twice that, and none is
-    # larger than twice that.
+    # The radius of the largest circle is from area / perimeter, if convex, to twice that.
     mean = np.divide(2 * area, around, out=np.zeros_like(area), where=around > 0)
     found = mean >= width
     doubtful = ~found & (2 * mean >= width)
@@ -48,8 +46,7 @@ def wide(pieces: np.ndarray, width: float) -> np.ndarray:
 
 
 def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: float) -> np.ndarray:
-    """An overlay of polygons, on a grid where floating point fails: nearly coincident sides may leave nothing
-    of the whole without an error."""
+    """An overlay, on a grid where floating point fails, as it may in silence on nearly coincident sides."""
     polygons = tuple(map(valid, polygons))
     safe = operation(*polygons, grid_size=grid)
     try:
@@ -69,8 +66,7 @@ def valid(polygons: np.ndarray) -> np.ndarray:
 def common_to(
     one: np.ndarray, other: np.ndarray, convex: np.ndarray, tolerance: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The polygons that pairs of polygons have in common, in pieces, and the number of the pair of each,
-    rising; ``convex`` says of which pairs both are, shape (pairs,)."""
+    """What pairs of polygons have in common, in pieces, and the pairs, rising; ``convex``: both are."""
     whole = np.full(len(one), shapely.Polygon())
     whole[~convex] = sound(shapely.intersection, one[~convex], other[~convex], grid=GRID * tolerance)
     corners = np.maximum(shapely.get_num_coordinates(one), shapely.get_num_coordinates(other))
@@ -85,8 +81,7 @@ def common_to(
 
 
 def _clipped(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Convex polygons, each cut along the sides of another (Sutherland and Hodgman 1974), which coincident
-    sides do not disturb; empty where nothing is left."""
+    """Convex polygons cut along others' sides, coincident ones too (Sutherland and Hodgman 1974)."""
     points, _, owner = sides_of(shapely.orient_polygons(one))
     start, end, cutter = sides_of(shapely.orient_polygons(other))
     sides = np.bincount(cutter, minlength=len(one))

@@ -24,27 +24,20 @@ class AxleSet(NamedTuple):
 _LM1 = (
     "EN 1991-2:2003, 4.3.2, load model 1, tandem system of lane {}, characteristic, without the uniform load"
 )
+_LM71 = "EN 1991-2:2003, 6.3.2, load model 71 (UIC 702), its four axles without the uniform load"
 _CS = "CS 454 (UK), table 7.3.1a, normal traffic, {}, without axle lift-off; a tonne is 9.81 kN"
 
 #: Sets by name.
 SETS = {
-    **{
-        f"LM1 lane {lane}": AxleSet((1.2,), (load, load), _LM1.format(lane))
-        for lane, load in ((1, 300.0), (2, 200.0), (3, 100.0))
-    },
+    "LM1 lane 1": AxleSet((1.2,), (300.0,) * 2, _LM1.format(1)),
+    "LM1 lane 2": AxleSet((1.2,), (200.0,) * 2, _LM1.format(2)),
+    "LM1 lane 3": AxleSet((1.2,), (100.0,) * 2, _LM1.format(3)),
     "LM2": AxleSet((), (400.0,), "EN 1991-2:2003, 4.3.3, load model 2, single axle, characteristic"),
-    "LM71": AxleSet(
-        (1.6, 1.6, 1.6),
-        (250.0,) * 4,
-        "EN 1991-2:2003, 6.3.2, load model 71 (UIC 702), its four axles without the uniform load",
-    ),
+    "LM71": AxleSet((1.6,) * 3, (250.0,) * 4, _LM71),
     "CS 454 single": AxleSet((), (11.5 * _TONNE,), _CS.format("single axle of 11.5 t")),
-    **{
-        f"CS 454 double {apart} m": AxleSet(
-            (apart,), (tonnes * _TONNE,) * 2, _CS.format(f"double axle bogie of 2 × {tonnes:g} t")
-        )
-        for apart, tonnes in ((1.0, 8.0), (1.3, 9.5), (1.8, 10.0))
-    },
+    "CS 454 double 1.0 m": AxleSet((1.0,), (8.0 * _TONNE,) * 2, _CS.format("double axle bogie of 2 × 8 t")),
+    "CS 454 double 1.3 m": AxleSet((1.3,), (9.5 * _TONNE,) * 2, _CS.format("double axle bogie of 2 × 9.5 t")),
+    "CS 454 double 1.8 m": AxleSet((1.8,), (10.0 * _TONNE,) * 2, _CS.format("double axle bogie of 2 × 10 t")),
 }
 
 

@@ -61,9 +61,7 @@ def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return connected_components(links, directed=False)[1]
 
 
-def turned(
-    count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def turned(count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray) -> tuple[np.ndarray, ...]:
     """Which of so many faces to turn round, given pairs that share an edge, and whether they run along it the
     same way, which none shall; and which cannot be turned so. Shape (count,) each."""
     # Two nodes a face, as it is and turned round; edges say which of two faces' go together.
@@ -93,8 +91,7 @@ def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """All pairs of one from each range of numbers and one from the range beside it: which ranges, and the two
-    numbers; the second runs fastest."""
+    """All pairs from ranges of numbers side by side: which ranges, and the two; the second runs fastest."""
     size = count1 * count2
     number = np.repeat(np.arange(len(size)), size)
     step = ranges(np.zeros_like(size), size)

@@ -3,19 +3,17 @@
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 import numpy as np
 from pydantic import BaseModel, PrivateAttr
 
 from masonry_opt.errors import CaseError, MasonryError, OptionError, counted
-from masonry_opt.scene.blocks import Block, Body
+from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.keys import SceneKeys, inconsistencies, wrong_direction
 from masonry_opt.scene.loads import Earthquake, Kind, LoadCase
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import Solid
-
-_B = TypeVar("_B", bound=Body)
 
 _DRAWN = 2000  #: Blocks above which a notebook, which keeps all that it shows, shows no drawing.
 
@@ -32,12 +30,10 @@ class Scene(SceneKeys):
 
     Parameters
     ----------
-    blocks:
-        At least one fixed and one movable :class:`Block`, with unique names; for a scene in space
+    blocks: At least one fixed and one movable :class:`Block`, with unique names; for a scene in space
         :class:`Solid` in place of each.
     joints: Properties of every joint (:class:`JointDefaults`, or a mapping with the same keys).
-    exceptions:
-        :class:`Joint` records for the joints that differ.
+    exceptions: Records for the joints that differ (:class:`Joint`).
     gravity: Direction in which weights act (only the direction counts), default straight down: -y, in space
         -z.
     tolerance: Length below which gaps and overlaps between blocks are nothing; raise it for coordinates that
@@ -52,19 +48,13 @@ class Scene(SceneKeys):
         block's weight, turned a quarter from gravity to that side, and the load factor the tangent of the
         tilt. Goes with weights and friction alone. In space a direction ``[x, y, z]``, of which the part
         square to gravity counts.
-    edge_loads:
-        :class:`EdgeLoad` records: loads along edges.
-    loads:
-        :class:`Load` records: forces on single blocks by name, beside those the blocks have.
-    axles:
-        :class:`Axles` records: groups of axles that move along a road, for :func:`~masonry_opt.crossing`
-        alone; in the plane.
-    fills:
-        :class:`Fill` records: earth between blocks and a road; in the plane, with gravity straight down.
-    ties, props:
-        :class:`Tie` and :class:`Prop` records.
-    load_cases:
-        :class:`LoadCase` records, of which :func:`solve` takes one by its name and :func:`solve_cases` all.
+    edge_loads: Loads along edges (:class:`EdgeLoad`).
+    loads: Forces on single blocks by name (:class:`Load`), beside those the blocks have.
+    axles: Groups of axles that move along a road (:class:`Axles`), for :func:`~masonry_opt.crossing` alone;
+        in the plane.
+    fills: Earth between blocks and a road (:class:`Fill`); in the plane, with gravity straight down.
+    ties, props: :class:`Tie` and :class:`Prop` records.
+    load_cases: Of them (:class:`LoadCase`) :func:`solve` takes one by its name, :func:`solve_cases` all.
     earthquake: The live load of a scene without load cases: :class:`Earthquake`.
     title, source: What the scene is and where it comes from.
     reference: Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
@@ -135,10 +125,9 @@ class Scene(SceneKeys):
         by_name = {case.name: case for case in self.load_cases}
         if name in by_name:
             return self.with_load_case(by_name[name])
-        there = (
-            f"there are: {', '.join(map(repr, by_name))}" if by_name else "it has none: leave the name out"
-        )
-        raise OptionError(f"{self.origin}: no load case {name!r}; {there}")
+        there = ", ".join(map(repr, by_name))
+        what = f"there are: {there}" if there else "it has none: leave the name out"
+        raise OptionError(f"{self.origin}: no load case {name!r}; {what}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
         """The scene in a load case, whose groups and directions it knows."""
@@ -210,17 +199,15 @@ class Scene(SceneKeys):
 
     def in_plane(self) -> list[Block]:
         """The blocks of a scene in the plane. Raises OptionError of one in space."""
-        return self._only(Block, "its blocks are solids: this is for scenes in the plane")
+        if self.dimension == 3:
+            raise OptionError(f"{self.origin}: its blocks are solids: this is for scenes in the plane")
+        return [block for block in self.blocks if isinstance(block, Block)]
 
     def in_space(self) -> list[Solid]:
         """The blocks of a scene in space. Raises OptionError of one in the plane."""
-        return self._only(Solid, "its blocks lie in the plane: this is for solids")
-
-    def _only(self, kind: type[_B], why: str) -> list[_B]:
-        of_kind: list[_B] = [block for block in self.blocks if isinstance(block, kind)]
-        if len(of_kind) < len(self.blocks):
-            raise OptionError(f"{self.origin}: {why}")
-        return of_kind
+        if self.dimension == 2:
+            raise OptionError(f"{self.origin}: its blocks lie in the plane: this is for solids")
+        return [block for block in self.blocks if isinstance(block, Solid)]
 
     @property
     def origin(self) -> str:

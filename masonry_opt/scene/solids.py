@@ -20,6 +20,8 @@ def _list_of(count: int, entries: str) -> BeforeValidator:
     return BeforeValidator(checked)
 
 
+#: Chooses between two types, each marked with its ``Tag``, so that errors name only the one that was meant.
+ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
 #: A point, force, moment or direction in space.
 Vector = Annotated[tuple[Number, Number, Number], _list_of(3, "three numbers, [x, y, z]")]
 #: In the plane or in space, as the blocks of a scene are.
@@ -192,8 +194,7 @@ def box(
 
 
 def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> dict[str, Any]:
-    """``vertices`` and ``faces`` of a solid between two polygons with as many corners, the front one
-    counter-clockwise seen from outside, the back one in the same order."""
+    """``vertices`` and ``faces`` between polygons in one order, the front counter-clockwise from outside."""
     count = len(front)
     sides = [[i, count + i, count + j, j] for i, j in ((i, (i + 1) % count) for i in range(count))]
     faces = [list(range(count)), list(range(2 * count - 1, count - 1, -1)), *sides]

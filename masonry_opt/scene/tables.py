@@ -14,17 +14,14 @@ from typing import Any
 
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.files import JSON_KEY, write_whole
+from masonry_opt.scene.mistakes import repeated
 
 #: Bytes: some 90,000 blocks written out, far more than can be solved (larger walls are generated: see
 #: ``[wall]``). Memory takes some 80 times the file; for a file made to be dear, up to 400 times.
 LARGEST_FILE = 10_000_000
-
 _MOST_ENTRIES = 200_000  #: Entries of one list of tables: each wrong one is a mistake to be told.
-
-#: Parts of a dotted key. The deepest key of a case file has three; the parser's memory grows with the
-#: square of their number.
+#: Parts of a dotted key, of which case files have three; memory to parse them grows with their square.
 _MOST_PARTS = 9
-
 _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|(?<![\w-])[\w-]++)"""
 _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}")
 
@@ -41,8 +38,7 @@ def as_path(path: str | Path, of: str, *ends: str) -> Path:
 
 
 def read_tables(path: Path) -> dict[str, Any]:
-    """The tables of a ``.toml`` or ``.json`` file. Raises CaseError if there is no such file, or it is no
-    regular file, too large, no UTF-8 text, or not valid."""
+    """Tables of a TOML or JSON file. Raises CaseError if it cannot be read, or is too large or not valid."""
     case = parse_file(path)
     if not isinstance(case, dict):
         raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
@@ -77,8 +73,7 @@ def parse_file(path: Path) -> Any:
 
 
 def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
-    """Content of a regular file. Raises CaseError if there is no such file, it is no regular file, or larger
-    than is taken, with what to do about that."""
+    """Content of a file. Raises CaseError if there is none, it is no regular one, or larger than taken."""
     data = b""
     try:
         mode = path.stat().st_mode
@@ -141,12 +136,9 @@ def _number(text: str) -> float:
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """A JSON object. Raises ValueError if a key is given twice: the parser would keep the last in silence."""
-    table: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in table:
-            raise ValueError(f"key '{key}' is given twice in one object")
-        table[key] = value
-    return table
+    for key in repeated(key for key, _ in pairs):
+        raise ValueError(f"key '{key}' is given twice in one object")
+    return dict(pairs)
 
 
 _PARSERS: dict[str, Callable[[str], Any]] = {

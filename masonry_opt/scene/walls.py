@@ -252,15 +252,11 @@ class Column(WeighedGenerator):
 def _built(wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]], width: float) -> list[Block]:
     """The blocks of courses one above the other, and the base."""
     length, height = wall.block
-    built = [
-        wall._stone(
-            f"{row + 1}-{number}",
-            rectangle(left * length, right * length, row * height, (row + 1) * height),
-            weight,
-        )
-        for row, course in enumerate(courses)
-        for number, (left, right, weight) in enumerate(course, start=1)
-    ]
+    built: list[Block] = []
+    for row, course in enumerate(courses):
+        for number, (left, right, weight) in enumerate(course, start=1):
+            corners = rectangle(left * length, right * length, row * height, (row + 1) * height)
+            built.append(wall._stone(f"{row + 1}-{number}", corners, weight))
     if wall.base:
         foot = rectangle(-length, (width + 1) * length, -height, 0.0)
         built.append(wall._support("base", {"vertices": foot}))

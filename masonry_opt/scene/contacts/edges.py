@@ -19,8 +19,7 @@ _MOST_EDGES = 20_000_000  #: Most pairs of edges that are compared.
 
 @dataclass(frozen=True)
 class FacingEdges(sides.Facing):
-    """Parts of the bisectors of facing edges onto which both edges project, in the sense of the first block's
-    edge: from where to where, shape (facing, 2) each."""
+    """Parts of bisectors onto which both edges project, from where to where as the first one runs."""
 
     start: np.ndarray
     end: np.ndarray
@@ -96,21 +95,15 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
 
 
 def _joined(parts: FacingEdges, tolerance: float) -> FacingEdges:
-    """Parts, those that follow one another joined where their line is straight within the tolerance; without
-    those that are too short for their width."""
+    """Parts, those that follow one another joined where straight, without those too short for their width."""
     pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
-    found = [
-        _simplified(chain, tolerance)
-        for pair in pairs[count > 1]
-        for chain in _chains(parts.where(parts.pair == pair), tolerance)
-    ]
+    found = [one for pair in pairs[count > 1] for one in _chains(parts.where(parts.pair == pair), tolerance)]
     whole = parts.where(count[number] == 1).by_pair(*found)
     return whole.where(whole.most <= LEAN * whole.extent)
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Chains of parts of one pair, each of which begins where the one before ends: within two tolerances, as
-    a piece too short to be a part may lie between."""
+    """Parts of one pair, made one where one begins within two tolerances of where another ends."""
     apart = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
     np.fill_diagonal(apart, np.inf)
     after = {int(k): int(apart[k].argmin()) for k in np.flatnonzero(apart.min(axis=1) <= 2 * tolerance)}
@@ -123,7 +116,7 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
             chain.append(at)
             at = after.get(at, -1)
         if chain:
-            yield parts.where(np.array(chain))
+            yield _simplified(parts.where(np.array(chain)), tolerance)
 
 
 def _simplified(chain: FacingEdges, tolerance: float) -> FacingEdges:

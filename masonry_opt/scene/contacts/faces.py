@@ -39,8 +39,7 @@ class FacingFaces(sides.Facing):
         length = np.hypot(*side.T)
         longest = np.zeros(len(self.pair))
         np.maximum.at(longest, polygon[ring], length * outer[ring])
-        # Among sides of one length the one most along the first axis of the first block's face, then the
-        # second: a choice that turns with the scene.
+        # Of sides of one length that most along the first axis, then the second: it turns with the scene.
         as_long = np.flatnonzero(outer[ring] & (length >= longest[polygon[ring]] * (1 - 1e-6)))
         direction = side[as_long] / length[as_long, None]
         rank = np.round(direction @ [1.0, 1e-3], 6)
@@ -130,16 +129,14 @@ def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> 
     shorter = shapely.length(pieces[suspect]) - shapely.length(opened) > narrowest
     cut = shorter | (shapely.get_num_geometries(opened) != 1)
     parts, whole = shapely.get_parts(opened[cut], return_index=True)
-    parts_of = number[suspect[cut][whole]]
     pieces = np.concatenate([np.delete(pieces, suspect[cut]), parts])
-    number = np.concatenate([np.delete(number, suspect[cut]), parts_of])
+    number = np.concatenate([np.delete(number, suspect[cut]), number[suspect[cut][whole]]])
     order = np.argsort(number, kind="stable")
     return pieces[order], number[order]
 
 
 class SolidCorners(sides.BlockCorners):
-    """Edges and corners of the outer faces of some blocks, unit vectors along the edges, and sums of those
-    from each edge into its faces, shape (edges, 3) each."""
+    """Edges and corners of blocks' outer faces; edges' directions, and sums of those into their faces."""
 
     apart = NARROWEST
 

@@ -1,15 +1,33 @@
-"""The joints of a scene in one table, and the properties that it gives them."""
+"""Joints from geometry, in one table: what sides share, and where corners and edges touch beside that."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+import shapely
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, counted, rounded_up
+from masonry_opt.scene.contacts import edges, faces
+from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
+from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for
 from masonry_opt.scene.joints import JointDefaults
-from masonry_opt.scene.rows import following
+from masonry_opt.scene.rows import following, linked, ranges
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.faces import place
+from masonry_opt.scene.space.shapes import shapes
+
+#: By dimension: shapes of blocks, what of them faces what, and what touches beside it.
+_KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Callable[..., BlockCorners]]] = {
+    2: (geometry, edges.facing, edges.PlaneCorners),
+    3: (shapes, faces.facing, faces.SolidCorners),
+}
+
+
+#: By pairs of blocks (indices) that face each other across a small gap beside what they share, its largest
+#: width: the least 'tolerance' at which they share that edge or polygon.
+Gaps = dict[tuple[int, int], float]
 
 
 @dataclass(frozen=True)
@@ -20,15 +38,12 @@ class Joints:
     first: np.ndarray  #: index into the scene's blocks, shape (joints,)
     second: np.ndarray  #: index of the other block, first < second
     normal: np.ndarray  #: unit normal from the second block into the first, shape (joints, 2) or (joints, 3)
-    #: Unit vector square to it, in the plane a quarter turn clockwise of it. In space along the longest side
-    #: of the joint or along the edge that touches; of a contact at a point along a side of the face, or one
-    #: of the two edges. Shape (joints, 2) or (joints, 3).
+    #: Unit vector square to it: in the plane a quarter turn clockwise, in space along the longest side or
+    #: the edge that touches, at a point along a side of the face or one of the two edges.
     tangent: np.ndarray
-    #: Length of each joint, in space its area; 0 where a corner stands on an edge, in space along an edge or
-    #: at a point; shape (joints,).
+    #: Length, in space area; 0 where a corner stands on an edge, in space along an edge or at a point.
     extent: np.ndarray
-    #: Of each joint, of a polygon its centroid, relative to the shapes' origin, shape as of the normals.
-    middle: np.ndarray
+    middle: np.ndarray  #: of each joint, of a polygon its centroid, relative to the shapes' origin
     #: Contact points, relative to the shapes' origin: the two ends of an edge, the corners of a polygon and
     #: its holes, or one point, shape (points, 2) or (points, 3).
     point: np.ndarray
@@ -37,18 +52,14 @@ class Joints:
     friction: np.ndarray  #: shape (joints,)
     cohesion: np.ndarray  #: per unit of extent, shape (joints,)
     dilatancy: np.ndarray  #: shape (joints,)
-    #: Mean normal stresses up to which dilatancy is whole and from which there is none, ``inf`` where it does
-    #: not depend on them, shape (joints, 2).
+    #: Mean normal stresses up to which dilatancy is whole, and from which there is none, else ``inf``.
     dilatancy_stress: np.ndarray
     strength: np.ndarray  #: compressive, per unit of extent, ``inf`` where unlimited, shape (joints,)
     fixed_pairs: int  #: how many touching pairs were left out because both blocks are fixed
-    #: By pairs of blocks (indices) that face each other across a small gap beside what they share, its
-    #: largest width: the least 'tolerance' at which they share that edge or polygon.
-    gaps: dict[tuple[int, int], float]
+    gaps: Gaps
     facing: np.ndarray  #: lines along such gaps, in space round them, shape (lines, 2, 2) or (lines, 2, 3)
-    #: Pairs of blocks (indices) that meet corner on corner, in space also corner on edge or edge along edge,
-    #: which has no normal and is no joint, where not both have a joint there, and that face each other across
-    #: no small gap.
+    #: Pairs of blocks (indices) that meet without a normal, and so without a joint, where not both have one:
+    #: corner on corner, in space also corner on edge or edge along edge; but those beside a small gap.
     without_normal: list[tuple[int, int]]
     meets: np.ndarray  #: points where they do, shape (points, 2) or (points, 3)
 
@@ -59,7 +70,7 @@ class Joints:
 
     @property
     def last_point(self) -> np.ndarray:
-        """Number of the last contact point of each joint, shape (joints,)."""
+        """Number of the last one."""
         return np.searchsorted(self.joint, np.arange(len(self.first)), side="right") - 1
 
     @property
@@ -88,10 +99,8 @@ class Joints:
     @property
     def axes(self) -> np.ndarray:
         """Normal and tangent of each joint, in space also their product, shape (dim, joints, dim)."""
-        axes = [self.normal, self.tangent]
-        if self.normal.shape[1] > 2:
-            axes.append(np.cross(self.normal, self.tangent))
-        return np.stack(axes)
+        across = [np.cross(self.normal, self.tangent)] if self.normal.shape[1] > 2 else []
+        return np.stack([self.normal, self.tangent, *across])
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
         """Sides of the outlines of all joints, in the plane the joints themselves: both ends of each, shape
@@ -101,16 +110,87 @@ class Joints:
 
 
 def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sides of rings of so many corners, one after the other: both ends, shape (sides, 2, 2) or (sides, 2,
-    3), and the number of the corner that each begins at. Two corners have one side."""
+    """Ends of sides of rings of so many corners, and the corner that each begins at; two have one side."""
     after = following(count)
     back = (np.repeat(count, count) == 2) & (after < np.arange(len(after)))
     return np.stack([points, points[after]], axis=1)[~back], np.flatnonzero(~back)
 
 
+def shapes_of(scene: Scene) -> Extents:
+    """Shapes of the blocks of a scene, in the plane or in space. Raises CaseError if one is wrong."""
+    return _KINDS[scene.dimension][0](scene)
+
+
+def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joints:
+    """Find the joints of a scene.
+
+    Two blocks share a joint wherever their sides face each other and stay within the tolerance (or the
+    contact tolerance) over all they share, at any angle: its line or plane is the sides' bisector. Two fixed
+    blocks share no joint.
+
+    In the plane sides are edges: they share lengths of ten tolerances or more, or of less, if they stay
+    within a tenth of that length. Where a corner of one stands on an edge of the other, away from such a
+    length, is a joint without length, normal to the edge.
+
+    In space they are outer faces: each connected polygon that two share is one joint; what is narrower than
+    ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a joint of two points,
+    a corner on a face and two edges that cross are joints of one.
+
+    Raises CaseError if blocks overlap, a movable block touches nothing or reaches no support (unless they are
+    ``floating``, to show them), an exception names two blocks that do not touch, or there are more pairs to
+    compare than memory holds.
+    """
+    pairs = near_pairs(scene, shapes)
+    both_fixed = scene.fixed[pairs].all(axis=1)
+    refuse_overlaps(scene, shapes, pairs[~both_fixed])
+    _, facing, corners_of = _KINDS[scene.dimension]
+    found = facing(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
+    touch, joined = found.most <= shapes.contact_tolerance, ~both_fixed[found.pair]
+    fixed_pairs = len(np.unique(found.pair[touch & ~joined]))
+    shared, across = found.where(touch & joined), found.where(~touch & joined)
+    # Two convex blocks that share a side meet nowhere else.
+    alone = ~both_fixed
+    alone[shared.pair] &= ~shapes.convex[pairs[shared.pair]].all(axis=1)
+    asked = np.flatnonzero(alone)
+    corners = corners_of(shapes, np.unique(pairs[asked]))
+    beside = corners.touches(pairs, asked, shared)
+    across = _near_misses(shared, beside, across, len(pairs))
+    gaps: Gaps = {}
+    for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
+        gaps[i, j] = min(gaps.get((i, j), np.inf), width)
+    # What sides share first, then lines and points of each pair.
+    owner = np.concatenate([shared.pair, beside.pair])
+    order = np.argsort(owner, kind="stable")
+    both = zip(shared.outlines(), beside.outlines(len(shared.pair)), strict=True)
+    tangent, owner_of_ring, count, point = map(np.concatenate, both)
+    joint = np.argsort(order)[owner_of_ring]
+    rings = np.argsort(joint, kind="stable")
+    first, second = pairs[owner[order]].T
+    meeting, meets = corners.without_normal(pairs, asked, (shared, beside))
+    loose = ~np.isin(meeting, across.pair)
+    if not floating:
+        refuse_floating(scene, shapes, first, second, gaps)
+    return Joints(
+        first=first,
+        second=second,
+        normal=np.concatenate([shared.normal, beside.normal])[order],
+        tangent=tangent[order],
+        extent=np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order],
+        middle=np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order],
+        point=point[ranges((np.cumsum(count) - count)[rings], count[rings])],
+        joint=np.repeat(joint[rings], count[rings]),
+        ring=np.repeat(np.arange(len(rings)), count[rings]),
+        **joint_properties(scene, first, second),
+        fixed_pairs=fixed_pairs,
+        gaps=gaps,
+        facing=outline_sides(*across.outlines()[2:])[0],
+        without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[loose])]],
+        meets=meets[loose],
+    )
+
+
 def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
-    """Properties of joints by name, as :class:`Joints` has them. Raises CaseError if an exception names two
-    blocks that do not touch."""
+    """Properties as :class:`Joints` has them. Raises CaseError if an exception's two blocks do not touch."""
     found = {name: np.tile(value, (len(first), 1)) for name, value in _values(scene.joints).items()}
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for exception in scene.exceptions:
@@ -127,14 +207,125 @@ def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dic
 
 
 def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
-    """Properties of a joint, ``inf`` for what does not limit. With unlimited friction it never slides:
-    cohesion and dilatancy say nothing there."""
-    slides = np.isfinite(joint.friction)
+    """Properties of a joint, ``inf`` for what does not limit."""
+    slides = np.isfinite(joint.friction)  # else cohesion and dilatancy say nothing
     return {
         "friction": joint.friction,
         "cohesion": joint.cohesion if slides else 0.0,
         "dilatancy": joint.dilatancy if slides else 0.0,
-        # Stresses up to which dilatancy is whole and from which there is none.
         "dilatancy_stress": joint.dilatancy_stress or (np.inf, np.inf),
         "strength": joint.strength or np.inf,
     }
+
+
+def _near_misses(shared: Facing, beside: Touches, across: Facing, pairs: int) -> Facing:
+    """What faces each other across a small gap, beside what its pair shares."""
+    # Not so wide that it leans away, and no mere chamfer of what is shared.
+    of_pair = np.bincount(shared.pair, shared.extent, pairs)
+    width = across.extent ** (1 / (across.middle.shape[1] - 1))
+    across = across.where((across.most <= LEAN * width) & (across.extent > LEAN * of_pair[across.pair]))
+    apart = [nearest(across.pair, across.middle, found, found.pair) for found in (shared, beside)]
+    return across.where(np.minimum(*apart) > 2 * across.most)
+
+
+#: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
+#: some six neighbours; of blocks that lie on one another each is a neighbour of all.
+_MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
+
+
+def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
+    """Sorted index pairs (i < j) of blocks whose boxes come near. Raises CaseError if they are too many."""
+    (low, high), far = shapes.boxes, shapes.reach
+    # Seen along the axis, if there are three, where blocks hide one another least.
+    share = (high - low) / (high.max(axis=0) - low.min(axis=0))
+    depth = [np.prod(np.delete(share, axis, axis=1), axis=1).sum() for axis in range(share.shape[1])]
+    across = np.sort(np.argsort(depth, kind="stable")[-2:])
+    tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
+    grown = shapely.box(*(low[:, across] - far[:, None]).T, *(high[:, across] + far[:, None]).T)
+    count = len(low)
+    found: list[np.ndarray] = []
+    pairs = 0
+    for first in range(0, count, 100):
+        i, j = tree.query(grown[first : first + 100])
+        i += first
+        apart = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
+        near = (i < j) & (apart <= np.minimum(far[i], far[j]))
+        found.append(np.column_stack([i[near], j[near]]))
+        pairs += len(found[-1])
+        if pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
+            raise CaseError(
+                f"{scene.origin}: blocks lie on one another: the first {min(first + 100, count)} have "
+                f"{pairs} neighbours; give each block a place of its own"
+            )
+    every = np.concatenate(found)
+    return every[np.lexsort((every[:, 1], every[:, 0]))]
+
+
+def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
+    """Raise CaseError if blocks of the pairs overlap by more than the contact tolerance."""
+    (low, high), (i, j) = shapes.boxes, pairs.T
+    inside = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
+    pairs = pairs[(inside > shapes.contact_tolerance).all(axis=1)]
+    found: dict[int, list[Common]] = {}
+    for number, piece in shapes.overlaps(pairs):
+        found.setdefault(number, []).append(piece)
+        if len(found) == shapes.enough:
+            break
+    if not found:
+        return
+    size = {pair: sum(piece.size for piece in pieces) for pair, pieces in found.items()}
+    worst = max(size, key=lambda pair: size[pair])
+    deepest = max(found[worst], key=lambda piece: piece.depth)
+    names = [repr(scene.blocks[index].name) for index in pairs[worst]]
+    most = rounded_up(max(piece.depth for pieces in found.values() for piece in pieces), 2)
+    # Rounding leaves slivers; what is deeper is no matter of tolerance.
+    remedy = shapes.remedy.format(most)
+    if size[worst] > shapes.inside * shapes.size[pairs[worst]].min():
+        remedy = ", or leave one out: one lies within the other"
+    elif deepest.depth <= shapes.reach[pairs[worst]].min():
+        remedy = f", or raise 'tolerance' to {most} if their coordinates were rounded"
+    others = len(found) - 1
+    least = "at least " if len(found) == shapes.enough else ""
+    more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
+    raise CaseError(
+        f"{scene.origin}: blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g} "
+        f"round {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep: "
+        f"move them apart{remedy}{more}"
+    )
+
+
+def refuse_floating(scene: Scene, shapes: Extents, first: np.ndarray, second: np.ndarray, gaps: Gaps) -> None:
+    """Raise CaseError if blocks touch nothing or reach no support, given those of joints, and small gaps."""
+    fixed, count = scene.fixed, len(scene.blocks)
+    joints, ground = len(first), int(fixed.argmax())  # which does not move, as a fixed block
+    index = {block.name: number for number, block in enumerate(scene.blocks)}
+    for strut in [*scene.ties, *scene.props]:
+        ends = [index.get(name, ground) for name in strut.between]
+        first, second = np.append(first, ends[0]), np.append(second, ends[1])
+    touched = np.zeros(count, dtype=bool)
+    touched[first] = touched[second] = True
+    alone = np.flatnonzero(~touched & ~fixed)
+    if len(alone):
+        raise_for(alone, scene, f"touches no other block: {_nearest(scene, shapes, int(alone[0]), gaps)}")
+    group = linked(count, first, second)
+    loose = np.flatnonzero(~np.isin(group, group[fixed]))
+    raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
+    if not joints:
+        raise CaseError(f"{scene.origin}: ties and props hold every block: one must stand on another")
+
+
+def _nearest(scene: Scene, shapes: Extents, block: int, gaps: Gaps) -> str:
+    """How far from a block that touches nothing the one that it faces is, else the nearest; and a remedy."""
+    remedy = ""
+    if faced := [(gap, sum(pair) - block) for pair, gap in gaps.items() if block in pair]:
+        (gap, other), which = min(faced), "which it faces, is up to"
+    else:
+        (other, gap), which = shapes.nearest(block), "the nearest, is"
+    name, both = repr(scene.blocks[other].name), [block, other]
+    if not faced and gap <= shapes.tolerance:
+        return f"it meets {name} {shapes.meeting} of either"
+    if faced or gap <= shapes.reach[both].min():
+        remedy = f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded"
+    elif gap <= shapes.mortar * shapes.width[both].min():
+        remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if mortar was left out"
+    return f"{name}, {which} {gap:.3g} away: close the gap{remedy}, or take the block away"

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -17,16 +17,14 @@ LEAN = 0.1
 
 @dataclass(frozen=True)
 class Items:
-    """Faces, edges or corners of the blocks in turn: the block of each, rising, shape (items,), and the boxes
-    round them, shape (items, 2) or (items, 3) each."""
+    """Faces, edges or corners of the blocks in turn: the block of each, rising, and the boxes round them."""
 
     block: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
     def beside(self, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Pair, rising, and item, of the items of each pair's first block that come as near as ``far``, shape
-        (pairs,), to the box round the second block."""
+        """Pair, rising, and item of its first block that is as near as ``far`` to its second's box."""
         (low, high), (block, other) = shapes.boxes, pairs.T
         count = np.bincount(self.block, minlength=len(low))
         pair = np.repeat(np.arange(len(pairs)), count[block])
@@ -39,8 +37,7 @@ class Items:
 def near_items(
     shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items]
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Pair, item of the first kind of its first block, and item of the second kind of its second block, of
-    all whose boxes are as near as ``far``; so many at a time as memory holds."""
+    """Pair, item of its first and of its second block, of boxes as near as ``far``, some at a time."""
     (one, other), far = kinds, np.broadcast_to(far, len(pairs))
     pair1, item1 = one.beside(shapes, pairs, far)
     pair2, item2 = other.beside(shapes, pairs[:, ::-1], far)
@@ -84,12 +81,10 @@ class Touches(Rows):
     """Contacts of pairs of blocks at points, in space also along lines."""
 
     pair: np.ndarray  #: number of each one's pair, shape (touches,)
-    #: The two ends, the same at a point, shape (touches, 2) or (touches, 3) each.
-    start: np.ndarray
-    end: np.ndarray
+    start: np.ndarray  #: one end, shape (touches, 2) or (touches, 3)
+    end: np.ndarray  #: the other one, the same at a point
     normal: np.ndarray  #: unit normal into the first block, of the same shape
-    #: Unit vector square to it: in the plane a quarter turn clockwise of it, in space of the edge, or of a
-    #: side of the face; of the same shape.
+    #: Square to it: in the plane a quarter turn clockwise, in space of the edge, or of a side of the face.
     along: np.ndarray
 
     @classmethod
@@ -111,7 +106,7 @@ class Touches(Rows):
 class BlockCorners(ABC):
     """Corners of blocks, what they meet without a normal, and where blocks touch at them."""
 
-    shapes: Extents  #: the blocks' shapes
+    shapes: Extents
     point: np.ndarray  #: corners, shape (corners, 2) or (corners, 3)
     corners: Items  #: the same as items
     met: Items  #: what corners meet without a normal: corners, in space edges
@@ -124,12 +119,11 @@ class BlockCorners(ABC):
         """Where pairs of blocks touch, those of each kind; ``pair`` is the number in these pairs."""
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
-        """Where the pairs asked for touch away from what they share along sides, and from each other; ordered
-        by pair, then by kind, then the longest first."""
+        """Where pairs touch away from what they share, and from each other, by pair, kind, then length."""
         every = [Touches.of(kind, self.point.shape[1]) for kind in self.kinds(pairs[asked])]
         kind = np.repeat(np.arange(len(every)), [len(one.pair) for one in every])
         found = Touches.of(every, self.point.shape[1])
-        found = Touches(asked[found.pair], found.start, found.end, found.normal, found.along)
+        found = replace(found, pair=asked[found.pair])
         near = self.apart * self.shapes.tolerance
         off = np.zeros(len(found.pair), dtype=bool)
         for share in (0.0, 0.5, 1.0):
@@ -154,8 +148,7 @@ class BlockCorners(ABC):
     def without_normal(
         self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers, rising, of the pairs asked for that meet without a normal, away from what they share,
-        where not both blocks have a joint; and the points where they do."""
+        """Numbers, rising, of pairs that meet without a normal where not both have a joint; and where."""
         tolerance, meet = self.shapes.tolerance, []
         for both in (pairs[asked], pairs[asked, ::-1]):
             for pair, i, j in near_items(self.shapes, both, tolerance, (self.corners, self.met)):

@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull, QhullError
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, first_near, polyhedron
 from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.rows import bounds, dots
-from masonry_opt.scene.space.surfaces import place
+from masonry_opt.scene.space.faces import place
 
 _MOST_PARTS = 1000  #: Of one block: more are of a curved surface, whose contacts nobody could solve for.
 _EXACT = 1e-3  #: Share of the tolerance within which triangles of a hull are of one plane for certain.

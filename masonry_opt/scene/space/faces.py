@@ -1,18 +1,107 @@
-"""Planes with axes, and outer faces of blocks: coplanar pieces made one, without what lies inside."""
+"""Faces of solids: those of their parts, closed and turned outwards, planes, and what of them is outside."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from itertools import chain
+from typing import NoReturn, Self
 
 import numpy as np
 import shapely
 
+from masonry_opt.errors import CaseError
 from masonry_opt.scene import outlines
 from masonry_opt.scene.geometry import STRAIGHT
-from masonry_opt.scene.rows import Rows, bounds, dots, lengths, ranges
-from masonry_opt.scene.space.surfaces import Surfaces
+from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
+from masonry_opt.scene.scene import Scene
 
 _ROUNDING = 1e-12  #: Share of an area that is rounding.
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """Faces of all parts of all blocks in turn."""
+
+    scene: Scene  #: theirs, for messages
+    points: np.ndarray  #: vertices, shape (vertices, 3)
+    block: np.ndarray  #: block of each part, rising, shape (parts,)
+    part: np.ndarray  #: part of each face, rising, shape (faces,)
+    face: np.ndarray  #: face of each corner, rising, shape (corners,)
+    vertex: np.ndarray  #: vertex of each corner, shape (corners,)
+    mixed: np.ndarray  #: blocks whose faces were not all given turned one way
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Positions of the corners, shape (corners, 3)."""
+        return self.points[self.vertex]
+
+    @property
+    def count(self) -> np.ndarray:
+        """Number of corners of each face, shape (faces,)."""
+        return np.bincount(self.face, minlength=len(self.part))
+
+    def following(self) -> np.ndarray:
+        """The next corner of each corner's face, shape (corners,)."""
+        return following(self.count)
+
+    def refuse(self, face: int, why: str) -> NoReturn:
+        """Raise CaseError that names the block, part and face."""
+        part = self.part[face]
+        block = self.block[part]
+        number = face - np.searchsorted(self.part, part) + 1
+        several = np.count_nonzero(self.block == block) > 1
+        of_part = f" of part no. {part - np.searchsorted(self.block, block) + 1}" if several else ""
+        name = self.scene.blocks[block].name
+        raise CaseError(f"{self.scene.origin}: block {name!r}: face no. {number}{of_part} {why}")
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """Those of a scene, turned one way in each part. Raises CaseError if they do not close or turn so."""
+        bodies = [block.polyhedra for block in scene.in_space()]
+        parts = list(chain.from_iterable(bodies))
+        points = np.concatenate([vertices for vertices, _ in parts])
+        of_vertices = np.array([len(vertices) for vertices, _ in parts])
+        part = np.repeat(np.arange(len(parts)), [len(faces) for _, faces in parts])
+        rings = [ring for _, faces in parts for ring in faces]
+        of_corners, vertex = np.array(list(map(len, rings))), np.fromiter(chain(*rings), dtype=np.int64)
+        vertex += np.repeat((np.cumsum(of_vertices) - of_vertices)[part], of_corners)
+        # Meshes may repeat vertices face by face.
+        vertex = first_alike(np.column_stack([np.repeat(np.arange(len(parts)), of_vertices), points]))[vertex]
+        face = np.repeat(np.arange(len(part)), of_corners)
+        apart = vertex != vertex[following(of_corners)]
+        block = np.repeat(np.arange(len(bodies)), list(map(len, bodies)))
+        given = cls(scene, points, block, part, face[apart], vertex[apart], np.zeros(0, dtype=int))
+        tail, tip = given.vertex, given.vertex[given.following()]
+        key = np.minimum(tail, tip) * np.int64(len(given.points)) + np.maximum(tail, tip)
+        _, edge, uses = np.unique(key, return_inverse=True, return_counts=True)
+        wrong = np.flatnonzero(uses[edge] != 2)
+        if len(wrong):
+            one, other = (place(given.points[end[wrong[0]]]) for end in (tail, tip))
+            more = uses[edge[wrong[0]]] - 1
+            others = f"{more} other faces have" if more else "no other face has"
+            given.refuse(
+                int(given.face[wrong[0]]),
+                f"has an edge from {one} to {other} that {others}: close the surface, each edge in two faces",
+            )
+        mates = np.argsort(edge, kind="stable").reshape(-1, 2)
+        one, other = given.face[mates].T
+        same_way = tail[mates[:, 0]] == tail[mates[:, 1]]
+        turn, twisted = turned(len(given.part), one, other, same_way)
+        if twisted.any():
+            why = "is part of a surface without inside and outside: give a solid's faces"
+            given.refuse(int(twisted.argmax()), why)
+        mixed = np.unique(given.block[given.part[one[same_way]]])
+        return replace(given, mixed=mixed).reversed(turn)
+
+    def reversed(self, chosen: np.ndarray) -> Self:
+        """The surfaces with the chosen faces, shape (faces,), turned round."""
+        first, at = np.cumsum(self.count) - self.count, np.arange(len(self.face))
+        turned = (2 * first + self.count - 1)[self.face] - at
+        return replace(self, vertex=self.vertex[np.where(chosen[self.face], turned, at)])
+
+
+def place(point: np.ndarray, tolerance: float = 0.0) -> str:
+    """A point in words, coordinates within the tolerance as 0."""
+    return f"({', '.join(f'{0.0 if abs(value) <= tolerance else value:.6g}' for value in point)})"
 
 
 @dataclass(frozen=True)
@@ -66,8 +155,7 @@ class OuterFaces(Rows):
         return shapely.area(shapely.convex_hull(self.polygon)) - area <= _ROUNDING * area
 
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Sides of all outlines and holes, each with its face to the left seen from outside: their ends in
-        space, shape (sides, 3) each, and their faces, rising."""
+        """Sides of outlines and holes, their face to the left seen from outside: ends, and faces, rising."""
         tail, tip, face = outlines.sides_of(self.polygon)
         return self.frame.up(tail, face), self.frame.up(tip, face), face
 
@@ -88,15 +176,14 @@ class Planes:
 
 
 def planes(surfaces: Surfaces, tolerance: float) -> Planes:
-    """The planes of all faces, those of the largest faces first. Raises CaseError if a face is not flat
-    within the tolerance."""
+    """The planes of all faces. Raises CaseError if a face is not flat within the tolerance."""
     corners, count, face = surfaces.corners, surfaces.count, surfaces.face
-    middle = surfaces.sum_by_face(corners) / np.maximum(count, 1)[:, None]
+    middle = sums(face, corners, len(count)) / np.maximum(count, 1)[:, None]
     after = corners[surfaces.following()]
-    area = surfaces.sum_by_face(np.cross(corners - middle[face], after - middle[face]) / 2)
+    area = sums(face, np.cross(corners - middle[face], after - middle[face]) / 2, len(count))
     size = lengths(area)
-    around = np.bincount(face, lengths(after - corners), len(count))
-    thick = 2 * size > tolerance * around
+    side = lengths(after - corners)
+    thick = 2 * size > tolerance * np.bincount(face, side, len(count))
     normal = np.divide(area, size[:, None], out=np.zeros_like(area), where=size[:, None] > 0)
     height = np.abs(dots(corners - middle[face], normal[face]))
     height[~thick[face]] = 0.0
@@ -133,7 +220,6 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     of_face = np.full(len(count), -1)
     of_face[thick] = of_thick
     # Along the first of the longest sides: an axis that turns with the scene.
-    side = lengths(after - corners)
     longest = np.zeros(len(count))
     np.maximum.at(longest, face, side)
     long = np.flatnonzero(side >= longest[face] * (1 - 1e-6))

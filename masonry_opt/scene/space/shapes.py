@@ -11,8 +11,7 @@ from scipy.optimize import nnls
 from masonry_opt.scene.geometry import Common, Extents, frame_of, raise_for
 from masonry_opt.scene.rows import bounds, chunks, combine, dots, lengths, sums
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.faces import OuterFaces, Planes, outer_faces, planes
-from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, surfaces
+from masonry_opt.scene.space.faces import OuterFaces, Planes, Surfaces, outer_faces, place, planes
 
 
 @dataclass(frozen=True)
@@ -133,11 +132,9 @@ class Shapes(Extents):
         return np.array(off, dtype=float)
 
     def away(self, block: int, point: np.ndarray) -> float:
-        parts, nearest = self.parts, np.inf
-        for part in np.flatnonzero(parts.block == block):
-            planes = parts.of_plane == part
-            nearest = min(nearest, float((parts.normal[planes] @ point - parts.offset[planes]).max()))
-        return nearest
+        over = self.parts.normal @ point - self.parts.offset
+        own = np.flatnonzero(self.parts.block == block)
+        return min(float(over[self.parts.of_plane == part].max()) for part in own)
 
     def nearest(self, block: int) -> tuple[int, float]:
         low, high = self.boxes
@@ -147,10 +144,8 @@ class Shapes(Extents):
         for other in np.argsort(at_least).tolist():
             if at_least[other] >= gap:
                 break
-            apart = min(
-                _from_hull((one[:, None] - own[None]).reshape(-1, 3))
-                for one, own in product(*map(self._parts_of, (block, other)))
-            )
+            both = product(*map(self._parts_of, (block, other)))
+            apart = min(_from_hull((one[:, None] - own[None]).reshape(-1, 3)) for one, own in both)
             found, gap = (other, apart) if apart < gap else (found, gap)
         return found, gap
 
@@ -185,7 +180,7 @@ def shapes(scene: Scene) -> Shapes:
     Raises CaseError if a part is not closed, not convex, or has no volume, a face is not flat or crosses
     itself, or parts of a block overlap; the message names the block.
     """
-    given = surfaces(scene)
+    given = Surfaces.of(scene)
     origin, tolerance = frame_of(scene, given.corners, given.block[given.part[given.face]])
     given = replace(given, points=given.points - origin)
     signed, surface, middle = _masses(given)
@@ -197,11 +192,10 @@ def shapes(scene: Scene) -> Shapes:
         f"has no volume (the tolerance is {tolerance:.3g}): give the faces of a solid, and all coordinates "
         "in one unit",
     )
-    given = reversed_faces(given, signed[given.part] < 0)
+    given = given.reversed(signed[given.part] < 0)
     flat = planes(given, tolerance)
     parts = ConvexParts.of(given, flat)
-    _refuse_hollows(scene, parts, tolerance)
-    _refuse_overlaps_inside(scene, parts, origin, tolerance)
+    _refuse_parts(scene, parts, origin, tolerance)
     blocks = len(scene.blocks)
     whole = np.bincount(given.block, volume, blocks)
     centroid = sums(given.block, volume[:, None] * middle, blocks) / whole[:, None]
@@ -212,8 +206,7 @@ def shapes(scene: Scene) -> Shapes:
 
 
 def _masses(given: Surfaces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Volume of each part, negative if its faces are inside out, surface, and centroid, shape (parts, 3): by
-    tetrahedra between a point of each part and triangles of its faces."""
+    """Volume of each part, negative if inside out, surface, and centroid: by tetrahedra round a point."""
     count, corners, parts = given.count, given.corners, len(given.block)
     part = given.part[given.face]
     inside = sums(part, corners, parts) / np.maximum(np.bincount(part, minlength=parts), 1)[:, None]
@@ -227,23 +220,21 @@ def _masses(given: Surfaces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return whole, surface, inside + moment / safe
 
 
-def _refuse_hollows(scene: Scene, parts: ConvexParts, tolerance: float) -> None:
+def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, tolerance: float) -> None:
+    """Raise CaseError if a part is not convex, or parts of a block overlap."""
     number = np.arange(len(parts.block))
     _, farthest = parts.beyond(number, number)
     worst = int(farthest.argmax())
     if farthest[worst] > tolerance:
-        first, hollow = parts.block[worst], np.unique(parts.block[farthest > tolerance])
-        own = np.flatnonzero(parts.block == first)
+        block, hollow = parts.block[worst], np.unique(parts.block[farthest > tolerance])
+        own = np.flatnonzero(parts.block == block)
         what = f"a part, no. {worst - own[0] + 1}," if len(own) > 1 else "a shape"
         raise_for(
-            [first, *hollow[hollow != first]],
+            [block, *hollow[hollow != block]],
             scene,
             f"has {what} that is not convex (a corner lies {farthest[worst]:.3g} in front of the plane of a "
             "face): give 'parts', each convex",
         )
-
-
-def _refuse_overlaps_inside(scene: Scene, parts: ConvexParts, origin: np.ndarray, tolerance: float) -> None:
     count = np.bincount(parts.block)
     first = np.cumsum(count) - count
     _, one, other = combine(first, count, first, count)
