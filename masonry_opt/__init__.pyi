@@ -38,13 +38,13 @@ from masonry_opt.scene.road import Axles as Axles
 from masonry_opt.scene.road import Backing as Backing
 from masonry_opt.scene.road import Fill as Fill
 from masonry_opt.scene.scene import Scene as Scene
+from masonry_opt.scene.solid_generators.plan import Opening as Opening
 from masonry_opt.scene.solid_generators.plan import Plan as Plan
-from masonry_opt.scene.solid_generators.round import Dome as Dome
-from masonry_opt.scene.solid_generators.round import Shaft as Shaft
-from masonry_opt.scene.solid_generators.stretches import Opening as Opening
-from masonry_opt.scene.solid_generators.stretches import PlanWall as PlanWall
+from masonry_opt.scene.solid_generators.plan import PlanWall as PlanWall
 from masonry_opt.scene.solid_generators.vaults import Barrel as Barrel
+from masonry_opt.scene.solid_generators.vaults import Dome as Dome
 from masonry_opt.scene.solid_generators.vaults import Groin as Groin
+from masonry_opt.scene.solid_generators.vaults import Shaft as Shaft
 from masonry_opt.scene.solids import Part as Part
 from masonry_opt.scene.solids import Solid as Solid
 from masonry_opt.scene.solids import box as box
@@ -52,7 +52,7 @@ from masonry_opt.scene.walls import Column as Column
 from masonry_opt.scene.walls import Facade as Facade
 from masonry_opt.scene.walls import Wall as Wall
 from masonry_opt.studies.compare.comparison import compare as compare
-from masonry_opt.studies.crossing.crossing import Crossing as Crossing
+from masonry_opt.studies.crossing.answer import Crossing as Crossing
 from masonry_opt.studies.crossing.crossing import crossing as crossing
 from masonry_opt.studies.load_cases.cases import directions as directions
 from masonry_opt.studies.load_cases.cases import solve_cases as solve_cases
@@ -62,5 +62,5 @@ from masonry_opt.studies.many.sample import Sample as Sample
 from masonry_opt.studies.many.sample import sample as sample
 from masonry_opt.studies.many.sweep import sweep as sweep
 from masonry_opt.studies.report.report import report as report
-from masonry_opt.studies.settle.settle import Settlement as Settlement
+from masonry_opt.studies.settle.answer import Settlement as Settlement
 from masonry_opt.studies.settle.settle import settle as settle

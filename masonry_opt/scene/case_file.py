@@ -18,8 +18,7 @@ from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import wrong_values
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solid_generators.plan import Plan
-from masonry_opt.scene.solid_generators.round import Dome, Shaft
-from masonry_opt.scene.solid_generators.vaults import Barrel, Groin
+from masonry_opt.scene.solid_generators.vaults import Barrel, Dome, Groin, Shaft
 from masonry_opt.scene.solids import Solid, Vector
 from masonry_opt.scene.tables import as_path, read_tables, write_file
 from masonry_opt.scene.walls import Column, Facade, Wall

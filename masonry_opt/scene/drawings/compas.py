@@ -1,9 +1,11 @@
-"""COMPAS JSON to a scene: in space, or in the plane of prisms along one direction, seen along it."""
+"""COMPAS JSON, of assemblies, block models, and lists of meshes or polygons, to a scene: in space, or in the
+plane of prisms along one direction, seen along it."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+import ast
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
@@ -11,9 +13,10 @@ from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block, Number
-from masonry_opt.scene.drawings import compas_data, stones
-from masonry_opt.scene.drawings.meshes import Mesh, Side, area_vector, polyhedron
+from masonry_opt.scene.drawings import stones
+from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import box
 from masonry_opt.scene.tables import as_path, parse_file
 
 _ONE_PLANE = 1e-4  #: Solids lie in one plane if their middles differ by no more, over the thickest of them.
@@ -23,6 +26,9 @@ _RELATIVE_TOLERANCE = 1e-5  #: Lengths that are nothing over a solid's size: cor
 _SideView = tuple[list[shapely.Polygon], np.ndarray]
 
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+#: Keys that a COMPAS object's own content has; everything round it is wrapping ("data", older "value").
+_CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
 
 
 class CompasDrawing(stones.FlatDrawing):
@@ -85,7 +91,7 @@ def read_compas(
     given = locals() | {"along": _AXES.get(along, along) if isinstance(along, str) else along}
     supports = stones.Supports(fixed=list(fixed), fixed_below=fixed_below)
     with stones.naming(f"{path}:"):
-        meshes = stones.with_supports(compas_data.meshes(data), supports)
+        meshes = stones.with_supports(_meshes(data), supports)
         if not space:
             flat = CompasDrawing.of(given)
             try:
@@ -100,37 +106,28 @@ def read_compas(
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
     """The solids seen along the direction that is asked for, or along the only one there is."""
-    flat = all(mesh.flat for mesh in meshes)
-    asked = drawing.along is not None
+    asked, views, whys = drawing.along is not None, {}, []
     if asked and not any(drawing.along or ()):
         raise ValueError("'along' needs a direction, such as y")
-    sizes = [float(np.linalg.norm(np.ptp(mesh.points, axis=0))) for mesh in meshes]
-    tolerances = [drawing.tolerance or _RELATIVE_TOLERANCE * size for size in sizes]
-    solids, views, whys = list(map(_Prism, meshes, tolerances)), {}, []
     for direction in [np.array(drawing.along)] if asked else _directions(meshes):
         name = _said(direction)
         try:
-            view = _seen_along(solids, direction)
-            if not flat:
-                _refuse_apart(meshes, view, asked)
-            views[name] = view
+            views[name] = _seen_along(meshes, direction, drawing)
         except ValueError as error:
             if asked:
                 raise ValueError(f"'along' {name}: {error}") from None
             whys.append(f"along {name} {error}")
     if not views:
-        raise ValueError(
-            f"the blocks are not prisms of one wall: {'; '.join(whys[:3])}. Name the direction by 'along' if "
-            "it is another, or their middles need not lie in one plane"
-        )
+        instead = "Name the direction by 'along' if it is another, or their middles need not lie in one plane"
+        raise ValueError(f"the blocks are not prisms of one wall: {'; '.join(whys[:3])}. {instead}")
     if len(views) > 1:
         raise ValueError(f"all blocks are prisms along {' and along '.join(views)}: say by 'along' which")
     return next(iter(views.values()))
 
 
-def _refuse_apart(meshes: Sequence[Mesh], view: _SideView, asked: bool) -> None:
+def _refuse_apart(meshes: Sequence[Mesh], reach: np.ndarray, asked: bool) -> None:
     """Raise ValueError if no plane cuts all blocks seen as was asked for, or others have no middle plane."""
-    begin, end = view[1].T
+    begin, end = reach.T
     last, first = int(begin.argmax()), int(end.argmin())
     if asked and begin[last] >= end[first]:
         behind, before = meshes[last].name, meshes[first].name
@@ -138,9 +135,8 @@ def _refuse_apart(meshes: Sequence[Mesh], view: _SideView, asked: bool) -> None:
     middle = (begin + end) / 2
     off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max((end - begin).max(), 1e-300)
     if not asked and off.any():
-        raise ValueError(
-            f"block '{meshes[int(off.argmax())].name}' has its middle in another plane than most"
-        )
+        other = meshes[int(off.argmax())].name
+        raise ValueError(f"block '{other}' has its middle in another plane than most")
 
 
 def _said(direction: np.ndarray) -> str:
@@ -188,45 +184,34 @@ def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     return found
 
 
-@dataclass(frozen=True)
-class _Prism:
-    """A block, and the length that is nothing beside it."""
-
-    mesh: Mesh
-    tolerance: float
-
-    @cached_property
-    def sides(self) -> list[Side]:
-        """Its plane sides, for all directions that it is looked at along."""
-        return polyhedron(self.mesh, self.tolerance).sides
-
-
-def _seen_along(solids: Sequence[_Prism], direction: np.ndarray) -> _SideView:
-    """The solids as prisms along a direction. Raises ValueError, naming the block, if one is no prism along
-    it."""
+def _seen_along(meshes: Sequence[Mesh], direction: np.ndarray, drawing: CompasDrawing) -> _SideView:
+    """The solids as prisms along a direction; ValueError, naming the block, if one is none, or lies apart."""
     plane = _axes(direction)
     unit = direction / np.linalg.norm(direction)
-    outlines, reach = [], []
-    flat = all(solid.mesh.flat for solid in solids)
-    for solid in solids:
-        if solid.mesh.flat and not flat:
-            raise ValueError(f"block '{solid.mesh.name}' is a single face among solids: give it a thickness")
-        with stones.naming(f"block '{solid.mesh.name}'"):
-            outlines.append(_end(solid, plane, unit))
-        along = solid.mesh.points @ unit
-        reach.append((along.min(), along.max()))
-    return outlines, np.array(reach)
+    outlines, ends = [], []
+    flat = all(mesh.flat for mesh in meshes)
+    for mesh in meshes:
+        if mesh.flat and not flat:
+            raise ValueError(f"block '{mesh.name}' is a single face among solids: give it a thickness")
+        with stones.naming(f"block '{mesh.name}'"):
+            outlines.append(_end(mesh, drawing.tolerance, plane, unit))
+        along = mesh.points @ unit
+        ends.append((along.min(), along.max()))
+    reach = np.array(ends)
+    if not flat:
+        _refuse_apart(meshes, reach, drawing.along is not None)
+    return outlines, reach
 
 
-def _end(solid: _Prism, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
+def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
     """The outline of a prism's ends, which must be the same."""
-    mesh, tolerance = solid.mesh, solid.tolerance
+    tolerance = tolerance or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     along, seen = mesh.points @ unit, mesh.points @ plane.T
     thickness = np.ptp(along)
     if mesh.flat != (thickness <= tolerance):
         raise ValueError("does not lie across it" if mesh.flat else "has no thickness along it")
     ends = []
-    for side in sorted(solid.sides, key=lambda side: side.base @ unit):
+    for side in sorted(polyhedron(mesh, tolerance).sides, key=lambda side: side.base @ unit):
         if np.ptp(along[side.rings[0]]) <= tolerance:
             ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
         elif abs(side.normal @ unit) * thickness > tolerance:
@@ -238,3 +223,175 @@ def _end(solid: _Prism, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
     if shapely.area(shapely.symmetric_difference(ends[0], ends[-1])) > tolerance * ends[0].length:
         raise ValueError("has two ends that differ: it is no prism")
     return shapely.orient_polygons(ends[0])
+
+
+def _meshes(data: Any) -> list[Mesh]:
+    """Blocks that the content of a file holds: an assembly (of compas_assembly or compas_cra, new or old), a
+    block model of compas_dem or a problem that holds one, or a list of meshes, polyhedra, boxes or polygons.
+    Raises ValueError if it is none of these, or a block cannot be read; the message names the block."""
+    found: dict[str, Mesh] = {}
+    for key, shape, fixed, matrix in _drawn(data):
+        name = stones.block_name(_text(key)) or "block"
+        if name in found:
+            raise ValueError(f"has two blocks '{name}': rename one")
+        try:
+            points, faces = _faces(shape)
+            found[name] = Mesh(name, _moved(points, matrix), faces, fixed)
+        except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
+            why = str(error) if isinstance(error, CaseError) else "has no mesh, polyhedron or polygon"
+            raise ValueError(f"block '{name}' {why}: take it away, or give it as a mesh") from None
+    if not found:
+        raise ValueError("holds no blocks")
+    return list(found.values())
+
+
+def _text(key: object) -> str:
+    """The text of a key, which COMPAS writes as Python does: in quotes."""
+    text = str(key)
+    try:
+        return str(ast.literal_eval(text)) if text[:1] in ("'", '"') else text
+    except (ValueError, SyntaxError, MemoryError, RecursionError):
+        return text.strip("'\"")
+
+
+def _content(value: Any) -> Any:
+    """The inside of the wrapping of a COMPAS object."""
+    while isinstance(value, dict) and not any(key in value for key in _CONTENT):
+        if (inner := value.get("data", value.get("value"))) is None:
+            break
+        value = inner
+    return value
+
+
+def _table(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _drawn(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
+    """Key, shape, whether it is a support, and transformation, of each block."""
+    content = _content(data)
+    data = _table(content)
+    if isinstance(content, list):
+        for number, one in enumerate(_flattened(content)):
+            yield number, one, _is_support(_table(_content(one)).get("attributes")), None
+    elif "model" in data:
+        yield from _drawn(data["model"])
+    elif isinstance(data.get("elements"), dict | list):
+        if data.get("transformation"):
+            raise ValueError("has a model that is transformed as a whole: apply the transformation first")
+        elements = data["elements"]
+        for number, element in enumerate(elements.values() if isinstance(elements, dict) else elements):
+            own = _table(_table(element).get("data"))
+            yield number, own.get("geometry", own.get("shape")), _is_support(own), own.get("transformation")
+    elif "graph" in data:
+        yield from _drawn(data["graph"])
+    elif isinstance(data.get("node"), dict):
+        for key, node in _sorted(data["node"]):
+            yield key, _table(node).get("block"), _is_support(node), None
+    elif isinstance(data.get("blocks"), dict):
+        assembly = _table(data.get("assembly"))
+        nodes = _table(assembly.get("node", assembly.get("vertex")))
+        for key, block in _sorted(data["blocks"]):
+            yield key, block, _is_support(nodes.get(key)), None
+    elif isinstance(blocks := data.get("blocks", data.get("courses")), list):
+        yield from _drawn(blocks)
+    else:
+        known = "an assembly, a model, or a list of meshes or polygons"
+        raise ValueError(f"is no COMPAS data: it must hold {known}")
+
+
+def _flattened(items: list[Any]) -> Iterator[Any]:
+    """Blocks of a list, or of lists in it, as courses are; a list of points is a polygon."""
+    for item in items:
+        if isinstance(item, list) and all(
+            isinstance(one, dict | list) and not _is_point(one) for one in item
+        ):
+            yield from _flattened(item)
+        else:
+            yield item
+
+
+def _is_point(value: Any) -> bool:
+    inside = _content(value)
+    return isinstance(inside, list) and all(isinstance(number, int | float) for number in inside)
+
+
+def _is_support(attributes: Any) -> bool:
+    return _table(attributes).get("is_support") is True
+
+
+def _sorted(table: dict[str, Any]) -> list[tuple[str, Any]]:
+    """By number, where all keys are numbers; else as they stand."""
+    if all(re.fullmatch(r"[0-9]{1,9}", key) for key in table):
+        return sorted(table.items(), key=lambda entry: int(entry[0]))
+    return list(table.items())
+
+
+def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
+    """Points and faces of a mesh or polyhedron; of a polygon one face."""
+    shape = _content(shape)
+    if isinstance(shape, list):
+        return _polygon(shape)
+    if "xsize" in shape:
+        return _box(shape)
+    if isinstance(shape.get("vertex"), dict):
+        table = shape["vertex"]
+        index = {key.strip("'\""): number for number, key in enumerate(table)}
+        usual = shape.get("default_vertex_attributes", shape.get("dva")) or {}
+        points = [[corner.get(axis, usual.get(axis, 0.0)) for axis in "xyz"] for corner in table.values()]
+        faces = [[index[str(key).strip("'\"")] for key in face] for face in shape["face"].values() if face]
+    elif "vertices" in shape:
+        points, faces = shape["vertices"], [list(face) for face in shape["faces"]]
+    else:
+        return _polygon(shape["points"])
+    corners = _numbers(points)
+    if not faces or any(len(face) < 3 or not 0 <= min(face) <= max(face) < len(corners) for face in faces):
+        raise CaseError("has no faces, or faces without corners")
+    if len(faces) == 1:
+        return corners[faces[0]], [list(range(len(faces[0])))]
+    return corners, faces
+
+
+def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
+    """Corners and faces of a box, whose frame stands in its middle."""
+    frame = _table(_content(shape["frame"]))
+    point, x, y = _numbers([_content(frame[key]) for key in ("point", "xaxis", "yaxis")])
+    z, half = np.cross(x, y), [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
+    if not (z.any() and min(half) > 0):
+        raise CaseError("is a box without extent, or whose frame has no two axes")
+    x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
+    unit = box("box", *((-size, size) for size in half), fixed=True).polyhedra[0]
+    return point + unit.vertices @ np.array([x, np.cross(z, x), z]), unit.faces
+
+
+def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
+    corners = _numbers([_content(point) for point in points])
+    if len(corners) > 1 and (corners[0] == corners[-1]).all():
+        corners = corners[:-1]
+    if len(corners) < 3:
+        raise CaseError("is a polygon of less than three corners")
+    return corners, [list(range(len(corners)))]
+
+
+def _numbers(points: list[Any]) -> np.ndarray:
+    """Points in space, shape (points, 3); those of a plane get z = 0."""
+    rows = [tuple(map(_number, point)) for point in points]
+    if any(len(row) not in (2, 3) for row in rows):
+        raise CaseError("has a corner of neither two nor three coordinates")
+    return np.array([(*row, 0.0)[:3] for row in rows])
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e30:
+        raise CaseError("has a coordinate that is no number")
+    return float(value)
+
+
+def _moved(points: np.ndarray, transformation: Any) -> np.ndarray:
+    """The points where the transformation of their block puts them."""
+    if transformation is None:
+        return points
+    matrix = np.array([[_number(value) for value in row] for row in transformation["data"]["matrix"]])
+    if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0.0, 0.0, 0.0, 1.0)):
+        raise CaseError("has a transformation that is no 4 × 4 matrix")
+    return points @ matrix[:3, :3].T + matrix[:3, 3]

@@ -1,6 +1,6 @@
 """Polyhedra with notches and holes, cut into convex parts."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -19,8 +19,7 @@ _SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 _UNIT_BOX = [np.insert(_SQUARE, axis, at, axis=1) for axis in range(3) for at in (0, 1)]
 
 
-@dataclass(frozen=True)
-class _Pieces:
+class _Pieces(NamedTuple):
     """Convex pieces of the sides of a polyhedron that lie in a cell: the corners of each, shape (corners, 3),
     and the number of its side."""
 
@@ -45,9 +44,7 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
     Raises ValueError if the sides do not close or cross, or there are too many parts, or none.
     """
     sides = [side for side in block.sides if side.width > tolerance]
-    base, normal = (
-        np.array([getattr(side, key) for side in sides]).reshape(-1, 3) for key in ("base", "normal")
-    )
+    base, normal = np.array([(side.base, side.normal) for side in sides]).reshape(-1, 2, 3).swapaxes(0, 1)
     corners = block.points[np.unique([one for side in sides for ring in side.rings for one in ring])]
     low, high = corners.min(axis=0), corners.max(axis=0)
     low, high = low - (high - low), high + (high - low)
@@ -77,8 +74,7 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
 
 
 def _refuse_unlike(block: MeshSolid, parts: list[MeshSolid], tolerance: float) -> None:
-    """Raise ValueError if parts have another volume than the block: sides that do not close, or cross, are
-    cut all the same, into some shape."""
+    """Raise ValueError if parts have another volume than the block: its sides do not close, or cross."""
     off = abs(sum(part.volume for part in parts) - block.volume)
     edge = block.unclosed()
     if edge is not None and off > tolerance * block.area:
@@ -112,9 +108,7 @@ def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: floa
     return int(planes[np.lexsort((-within, cut, ahead))[0]])
 
 
-def _divided(
-    pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float
-) -> tuple[_Pieces, _Pieces]:
+def _divided(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> list[_Pieces]:
     """The pieces in front of a plane and behind it, without those in it."""
     low, high = (bound[:, 0] for bound in pieces.heights(base[None], normal[None]))
     ahead, behind = high > tolerance, low < -tolerance
@@ -124,7 +118,7 @@ def _divided(
         rings = [_cut(ring, base, normal)[0] if crosses else ring for ring, crosses in own]
         return _Pieces(rings, pieces.side[within])
 
-    return half(ahead, behind, -normal), half(behind, ahead, normal)
+    return [half(ahead, behind, -normal), half(behind, ahead, normal)]
 
 
 def _cut(ring: np.ndarray, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

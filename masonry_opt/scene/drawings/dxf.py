@@ -12,7 +12,7 @@ from pydantic import ConfigDict, Field
 from masonry_opt.errors import CaseError, OptionError, OutputError
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Positive, YesNo
-from masonry_opt.scene.drawings import dxf_curves, outlines, stones
+from masonry_opt.scene.drawings import outlines, stones
 from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
@@ -103,16 +103,14 @@ def read_dxf(
     path = as_path(path, "such a drawing", ".dxf")
     drawing = DxfDrawing.of(locals())
     if not drawing.net and drawing.window_layers != list(WINDOWS):
-        raise OptionError(
-            "'window_layers' (--window-layer) are those of a net: give 'net' (--net), or leave layers out by "
-            "'without_layers' (--without-layer)"
-        )
-    document = dxf_curves.read_document(path)
+        instead = "give 'net' (--net), or leave layers out by 'without_layers' (--without-layer)"
+        raise OptionError(f"'window_layers' (--window-layer) are those of a net: {instead}")
+    document = outlines.read_document(path)
     with stones.naming(f"{path}:"):
-        scale = dxf_curves.metres(document) if to_metres else 1.0
-        shown = dxf_curves.visible(document)
+        scale = outlines.metres(document) if to_metres else 1.0
+        shown = outlines.visible(document)
         read = _on_layers(shown, drawing)
-        curves, diagonal = dxf_curves.curves(read, scale, drawing.sagitta)
+        curves, diagonal = outlines.curves(read, scale, drawing.sagitta)
         rounding = RELATIVE_TOLERANCE * diagonal
         apart = drawing.tolerance or rounding
         short = drawing.outline_tolerance or apart
@@ -122,7 +120,7 @@ def read_dxf(
         lines = [curve for curve in curves if drawing.net and not _has(curve, drawing.fixed_layers)]
         windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
         if joints := [curve for curve in lines if not _has(curve, drawing.window_layers)]:
-            near = drawing.outline_tolerance or max(apart, drawing.sagitta or dxf_curves.SAGITTA * diagonal)
+            near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
             found = [*outlines.net_cells(joints, windows, [one.polygon for one in found], near), *found]
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
@@ -142,7 +140,7 @@ def read_dxf(
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
-    drawn = [dxf_curves.layer_of(entity).casefold() for entity in entities]
+    drawn = [outlines.layer_of(entity).casefold() for entity in entities]
     for key, option in (("layers", "--layer"), ("without_layers", "--without-layer")):
         for layer in getattr(drawing, key) or ():
             if layer.casefold() not in drawn:
@@ -159,7 +157,7 @@ def _has(curve: Curve, words: Iterable[str]) -> bool:
 
 def _known(entities: list[Any]) -> str:
     """The layers that something is drawn on, as a message ends with them."""
-    layers = sorted({dxf_curves.layer_of(entity) for entity in entities})
+    layers = sorted({outlines.layer_of(entity) for entity in entities})
     return f" (layers drawn on: {stones.listed(layers)})" if layers else " (it is empty)"
 
 
@@ -167,17 +165,14 @@ def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[
     """Names of the blocks, from the texts that stand in them, else from layer and handle."""
     said: defaultdict[int, list[str]] = defaultdict(list)
     tree = shapely.STRtree([shape.polygon for shape in found])
-    for text, x, y in dxf_curves.texts(entities):
+    for text, x, y in outlines.texts(entities):
         for block in tree.query(shapely.Point(x * scale, y * scale), predicate="within").tolist():
             said[block].append(stones.block_name(text))
     alone = {block: texts[0] for block, texts in said.items() if len(texts) == 1}
     once = Counter(alone.values())
-    return [
-        alone[index]
-        if alone.get(index) and once[alone[index]] == 1
-        else stones.block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}")
-        for index, shape in enumerate(found)
-    ]
+    own = {block: text for block, text in alone.items() if text and once[text] == 1}
+    drawn = (stones.block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}") for shape in found)
+    return [own.get(block, name) for block, name in enumerate(drawn)]
 
 
 def _blocks(
@@ -195,10 +190,9 @@ def _blocks(
         if layer.casefold() not in loaded:
             raise ValueError(f"'live_layers' (--live-layer): no movable block is on '{layer}' ({layers})")
     if not any(block.fixed for block in blocks):
-        raise ValueError(
-            f"no block is on a layer of supports, with {' or '.join(map(repr, words))} in its name ({layers})"
-            ": move the supports to one, or name theirs by 'fixed_layers' (--fixed-layer)"
-        )
+        named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
+        instead = "move the supports to one, or name theirs by 'fixed_layers' (--fixed-layer)"
+        raise ValueError(f"no block is on a layer of supports, {named}: {instead}")
     return blocks
 
 
@@ -218,7 +212,7 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
         raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")
     path = as_path(path, "such a drawing", ".dxf")
     refuse_replacing(path, force)
-    ezdxf = dxf_curves.ezdxf()
+    ezdxf = outlines.ezdxf()
     document = ezdxf.new("R2010")
     document.units = 0  # the scene's, which has no name
     for name in ("blocks", "fixed", "names"):

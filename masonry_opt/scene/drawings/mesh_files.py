@@ -137,8 +137,7 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
 
 
 def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
-    """Meshes of a PLY or STL file; one, by the name given, if the file names none. Raises OptionError if
-    trimesh, of the extra "meshes", is not installed."""
+    """Meshes of a PLY or STL file; one, by the name given, if the file names none."""
     trimesh = library("trimesh", "PLY and STL need trimesh; install it with: pip install '.[meshes]'")
     with broken(lambda said: ValueError(f"not valid {kind.upper()}: {said}; save the mesh again")):
         # Nothing joined or dropped: blocks that touch keep corners of their own.

@@ -45,18 +45,13 @@ class Side:
     normal: np.ndarray
     width: float
 
-    @property
-    def axes(self) -> np.ndarray:
-        """Unit vectors in the plane, as :func:`across` has them."""
-        return across(self.normal)
-
     def flat(self, points: np.ndarray) -> list[np.ndarray]:
-        """The rings in the axes, each of shape (corners, 2)."""
-        return [(points[ring] - self.base) @ self.axes.T for ring in self.rings]
+        """The rings in the plane's own axes (see :func:`across`), each of shape (corners, 2)."""
+        return [(points[ring] - self.base) @ across(self.normal).T for ring in self.rings]
 
     def up(self, points: np.ndarray) -> np.ndarray:
-        """Points in the axes as points in space."""
-        return self.base + points @ self.axes
+        """Points in these axes as points in space."""
+        return self.base + points @ across(self.normal)
 
 
 @dataclass(frozen=True)
@@ -93,11 +88,9 @@ class MeshSolid:
     def convex(self, tolerance: float) -> bool:
         """Whether it is convex, but for the tolerance; sides no wider than that have no plane."""
         used = self.points[np.unique([corner for side in self.sides for corner in side.rings[0]])]
-        return all(
-            len(side.rings) == 1
-            and (side.width <= tolerance or ((used - side.base) @ side.normal).max() <= tolerance)
-            for side in self.sides
-        )
+        wide = [side for side in self.sides if side.width > tolerance]
+        convex = all(((used - side.base) @ side.normal).max() <= tolerance for side in wide)
+        return convex and all(len(side.rings) == 1 for side in self.sides)
 
 
 def across(normal: np.ndarray) -> np.ndarray:
@@ -156,30 +149,26 @@ def shells(mesh: Mesh) -> list[Mesh]:
 
 def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = "") -> Mesh:
     """The block of some faces, with the points that they use."""
-    numbers, corner = np.unique(np.concatenate(faces), return_inverse=True)
-    ends = np.cumsum([len(face) for face in faces])[:-1]
-    own = [face.tolist() for face in np.split(corner.reshape(-1), ends)]
-    return Mesh(name, points[numbers], own, layers=layers)
+    corners = np.unique(np.concatenate(faces))
+    own = [np.searchsorted(corners, face).tolist() for face in faces]
+    return Mesh(name, points[corners], own, layers=layers)
 
 
 def _through_inside(
     points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
 ) -> Iterator[list[int]]:
-    """Pairs of the faces that have an edge: each one and the first that turns the other way round the edge
-    behind it."""
+    """Pairs of faces that have an edge: each and the first behind it that turns the other way round it."""
     low, high = points[list(edge)]
     u, v = across((high - low) / np.linalg.norm(high - low))
-    forth: list[tuple[int, float]] = []
-    back: list[tuple[int, float]] = []
+    angles: dict[bool, list[tuple[int, float]]] = {True: [], False: []}
     for number in having:
         away = points[faces[number]].mean(axis=0) - low
-        angle = float(np.arctan2(away @ v, away @ u))
-        (forth if edge in steps_round(faces[number]) else back).append((number, angle))
-    for number, angle in forth:
+        forth = edge in steps_round(faces[number])
+        angles[forth].append((number, float(np.arctan2(away @ v, away @ u))))
+    for number, angle in angles[True] if angles[False] else ():
         # Faces of two blocks that lie on each other have nothing between them.
-        behind = [((angle - other - _SAME_ANGLE) % (2 * np.pi), mate) for mate, other in back]
-        if behind:
-            yield [number, min(behind)[1]]
+        behind = [((angle - other - _SAME_ANGLE) % (2 * np.pi), mate) for mate, other in angles[False]]
+        yield [number, min(behind)[1]]
 
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:

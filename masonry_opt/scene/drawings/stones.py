@@ -21,6 +21,8 @@ from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid, Vector, prism
 
 _LONGEST_NAME = 200  #: Characters of a block's name; a record takes no more.
 FIXED = ("fixed", "support")  #: Supports have one of these words in the name of their layer or object.
+_MOST_DECIMALS = 7  #: Most decimals of coordinates that were rounded; more are those of numbers as they are.
+_SLAB = 0.1  #: Thickness of the slab that a flat support becomes, over the root of its area.
 
 
 class Drawing(Record):
@@ -44,10 +46,8 @@ class FlatDrawing(Drawing):
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
         """The block of an outline with holes: a support, or of this unit weight, which ``keys`` override."""
-        outer, *holes = [
-            [(float(x), float(y)) for x, y in ring.coords[:-1]]
-            for ring in (outline.exterior, *outline.interiors)
-        ]
+        rings = [ring.coords[:-1] for ring in (outline.exterior, *outline.interiors)]
+        outer, *holes = [[(float(x), float(y)) for x, y in ring] for ring in rings]
         loads = {"unit_weight": self.unit_weight} | keys
         return Block(name=name, vertices=outer, holes=holes, **({"fixed": True} if fixed else loads))
 
@@ -107,26 +107,16 @@ def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] 
         raise ValueError(f"'fixed': no block '{unknown[0]}' (blocks: {listed(names)})")
     below = -np.inf if which.fixed_below is None else which.fixed_below
     lowest = [float(mesh.points[:, 2].min()) for mesh in meshes]
-    found = [
-        replace(
-            mesh,
-            fixed=mesh.fixed
-            or mesh.name in which.fixed
-            or low <= below
-            or any(word.casefold() in f"{mesh.name} {mesh.layers}".casefold() for word in words),
-        )
-        for mesh, low in zip(meshes, lowest, strict=True)
-    ]
+    found = []
+    for mesh, low in zip(meshes, lowest, strict=True):
+        called = f"{mesh.name} {mesh.layers}".casefold()
+        asked = mesh.name in which.fixed or any(word.casefold() in called for word in words)
+        found.append(replace(mesh, fixed=mesh.fixed or asked or low <= below))
     if not any(mesh.fixed for mesh in found):
-        raise ValueError(
-            f"no block is a support: name them by 'fixed' (blocks: {listed(names)}), or take those that "
-            f"reach down to a height by 'fixed_below' (the lowest corner is at z = {min(lowest):.6g})"
-        )
+        named = f"name them by 'fixed' (blocks: {listed(names)})"
+        lower = f"by 'fixed_below' (the lowest corner is at z = {min(lowest):.6g})"
+        raise ValueError(f"no block is a support: {named}, or take those that reach down to a height {lower}")
     return found
-
-
-_MOST_DECIMALS = 7  #: Most decimals of coordinates that were rounded; more are those of numbers as they are.
-_SLAB = 0.1  #: Thickness of the slab that a flat support becomes, over the root of its area.
 
 
 class SolidDrawing(Drawing):

@@ -2,21 +2,119 @@
 
 import math
 from collections.abc import Iterator
-from itertools import combinations, count, pairwise
+from dataclasses import dataclass, replace
+from itertools import combinations, count, pairwise, permutations
 from typing import Annotated, Literal, NamedTuple
 
+import numpy as np
 from pydantic import Field, Strict
 
-from masonry_opt.scene.blocks import Positive, YesNo
+from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
 from masonry_opt.scene.generator import Count, SolidGenerator
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.rows import spaces
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
-from masonry_opt.scene.solid_generators.stretches import PlanWall, WallStretch, conflicts, crossed
 from masonry_opt.scene.solids import Solid
 
 _ROUNDING = 1e-6  #: Of a block, what is rounding.
+_EXACT = 1e-9  #: Of the plan's size, a distance that is nothing.
 _Run = tuple[float, float]  #: From and to.
+
+
+class Opening(Record):
+    """A door or window through a wall, under a lintel one course high and as deep as the wall is thick.
+
+    Parameters
+    ----------
+    at: Of its nearer jamb, from the first point of the wall's axis along it.
+    width: Between the jambs.
+    sill: Courses below it: 0 is a door.
+    height: Courses of it.
+    bearing: Of the lintel on either side (default: half a block, which lies in bond where ``sill`` and
+        ``height`` add up to an odd number and jambs are whole blocks from the wall's end).
+    """
+
+    at: NonNegative
+    width: Positive
+    sill: Annotated[int, Strict(), Field(ge=0, le=1000)] = 0
+    height: Count
+    bearing: Positive | None = None
+
+
+class PlanWall(Record):
+    """A wall of a plan.
+
+    Parameters
+    ----------
+    name: Its blocks are named after it, "front 3-2".
+    axis: Points ``[[x, y], ...]`` of its middle line, each straight above, below, left or right of the one
+        before. It meets another wall where it crosses or ends on the other's axis.
+    leaves: One or two, each as thick as a block.
+    courses: Its height (default: that of the plan).
+    openings:
+        :class:`Opening` records.
+    """
+
+    name: Name
+    axis: Annotated[list[Point], Field(min_length=2, max_length=50)]
+    leaves: Literal[1, 2] = 1
+    courses: Count | None = None
+    openings: list[Opening] = []
+
+
+class WallCrossing(NamedTuple):
+    """Where another wall crosses a stretch or meets its end."""
+
+    start: float  #: faces of the other wall, along the stretch
+    end: float
+    leaves: int  #: of the other wall
+    courses: int  #: of the other wall; above them there is nothing to cross
+    passes: tuple[bool, bool]  #: whether the stretch passes through, in even courses (from 0) and in odd ones
+
+    @property
+    def middles(self) -> list[float]:
+        """Of the other wall's leaves."""
+        leaf = (self.end - self.start) / self.leaves
+        return [self.start + (number + 0.5) * leaf for number in range(self.leaves)]
+
+
+@dataclass(frozen=True)
+class WallStretch:
+    """A straight piece of a wall along x or y."""
+
+    wall: PlanWall  #: it is a piece of
+    along: int  #: 0 if it runs along x, 1 along y
+    line: float  #: the other coordinate of its axis
+    start: float  #: of it along the axis; at corners the outer faces
+    end: float
+    thickness: float  #: of the wall, as the courses
+    courses: int
+    #: Where the wall's own measure, from the first point of its axis, is 0 along the stretch, and 1 if it
+    #: grows with the coordinate, else -1.
+    origin: float
+    way: float
+    crossings: tuple[WallCrossing, ...] = ()  #: rising
+
+    @property
+    def faces(self) -> _Run:
+        """Across its axis."""
+        return self.line - self.thickness / 2, self.line + self.thickness / 2
+
+    @property
+    def bounds(self) -> tuple[_Run, _Run]:
+        """Least and greatest x, and y."""
+        along = self.start, self.end
+        return (self.faces, along) if self.along else (along, self.faces)
+
+    def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
+        """Lengths between crossings, and the crossing at the start of each."""
+        start, left = self.start, None
+        for crossing in self.crossings:
+            if crossing.start > start:
+                yield start, crossing.start, left
+            start, left = crossing.end, crossing
+        if start < self.end:
+            yield start, self.end, left
 
 
 class _Hole(NamedTuple):
@@ -73,13 +171,8 @@ class Plan(SolidGenerator):
             return
         if self.headers and all(wall.leaves == 1 for wall in self.walls):
             yield "'headers' bind two leaves: give a wall 'leaves = 2', or take 'headers' away"
-        stretches = crossed(self._stretches(), self.bond == "toothed")
-        for one, other, parallel in conflicts(stretches):
-            a, b = one.wall.name, other.wall.name
-            if parallel:
-                yield f"walls '{a}' and '{b}' overlap: move one; what goes on in one line is one 'axis'"
-            else:
-                yield f"wall '{a}' ends within wall '{b}': end its 'axis' on that of '{b}', or at its face"
+        stretches = _crossed(self._stretches(), self.bond == "toothed")
+        yield from _overlaps(stretches)
         mistakes = [*self._wrong_openings(stretches)]
         yield from mistakes or self._slivers(stretches)
 
@@ -89,13 +182,11 @@ class Plan(SolidGenerator):
         for wall in self.walls:
             for number, (one, other) in enumerate(pairwise(wall.axis), start=1):
                 if (one[0] == other[0]) == (one[1] == other[1]):
-                    yield (
-                        f"wall '{wall.name}': its 'axis' runs neither along x nor along y from point no. "
-                        f"{number} to the next: walls meet at right angles"
-                    )
+                    runs = f"runs neither along x nor along y from point no. {number} to the next"
+                    yield f"wall '{wall.name}': its 'axis' {runs}: walls meet at right angles"
                     break
-            runs = [a[0] == b[0] for a, b in pairwise(wall.axis)]
-            if any(a == b for a, b in pairwise(runs)):
+            upright = [a[0] == b[0] for a, b in pairwise(wall.axis)]
+            if any(a == b for a, b in pairwise(upright)):
                 yield f"wall '{wall.name}': its 'axis' has a point where it does not turn: take it away"
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
@@ -108,18 +199,14 @@ class Plan(SolidGenerator):
                 if (rows := opening.sill + opening.height + 1) > top:
                     yield f"{where}: its lintel ends at course {rows}, of {top}: lower 'sill' or 'height'"
                 elif (wall.name, number) not in held:
-                    yield (
-                        f"{where}: with its lintel it reaches beyond the wall, or into one that crosses: "
-                        "move it, or make its 'width' or 'bearing' less"
-                    )
+                    beyond = "with its lintel it reaches beyond the wall, or into one that crosses"
+                    yield f"{where}: {beyond}: move it, or make its 'width' or 'bearing' less"
         for name, own in holes:
             for a, b in combinations(own, 2):
                 overlap = min(a.lintel[1], b.lintel[1]) - max(a.lintel[0], b.lintel[0])
                 if overlap > self._nothing and a.sill <= b.top and b.sill <= a.top:
-                    yield (
-                        f"wall '{name}': openings no. {a.number} and no. {b.number} overlap, with their "
-                        "lintels: move one, or make a 'bearing' less"
-                    )
+                    overlapping = f"openings no. {a.number} and no. {b.number} overlap, with their lintels"
+                    yield f"wall '{name}': {overlapping}: move one, or make a 'bearing' less"
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
         for stretch in stretches:
@@ -127,10 +214,9 @@ class Plan(SolidGenerator):
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in _runs(stretch, holes, course)]
                 if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._nothing:
-                    yield (
-                        f"wall '{stretch.wall.name}': a piece of course {course + 1} would be "
-                        f"{min(pieces):.3g} long, less than a quarter of a block: move ends or openings"
-                    )
+                    piece = f"wall '{stretch.wall.name}': a piece of course {course + 1}"
+                    short = f"{min(pieces):.3g} long, less than a quarter of a block"
+                    yield f"{piece} would be {short}: move ends or openings"
                     break
 
     @property
@@ -173,7 +259,7 @@ class Plan(SolidGenerator):
         """The blocks, course by course and in each wall by wall, named ``wall course-block``; a wall's blocks
         are counted along its axis's straights in turn, in each by rising coordinates, leaf by leaf. The
         ``base`` comes last."""
-        stretches = crossed(self._stretches(), self.bond == "toothed")
+        stretches = _crossed(self._stretches(), self.bond == "toothed")
         holes = [[*self._holes(stretch)] for stretch in stretches]
         built, height = [], self.block[1]
         for course in range(max(stretch.courses for stretch in stretches)):
@@ -187,13 +273,9 @@ class Plan(SolidGenerator):
                     shape = {"box": (x, y, (course * height, (course + 1) * height))}
                     built.append(self._stone(name, shape))
         if self.base:
-            sides = [
-                (
-                    min(stretch.bounds[axis][0] for stretch in stretches) - self.thickness,
-                    max(stretch.bounds[axis][1] for stretch in stretches) + self.thickness,
-                )
-                for axis in (0, 1)
-            ]
+            reach = np.array([stretch.bounds for stretch in stretches])
+            low, high = reach[:, :, 0].min(axis=0), reach[:, :, 1].max(axis=0)
+            sides = zip((low - self.thickness).tolist(), (high + self.thickness).tolist(), strict=True)
             built.append(self._support("base", {"box": (*sides, (-height, 0.0))}))
         return built
 
@@ -219,7 +301,55 @@ class Plan(SolidGenerator):
 
 
 def _runs(stretch: WallStretch, holes: list[_Hole], course: int) -> list[_Run]:
-    """Lengths of a stretch that a course fills with blocks, beside openings and lintels."""
+    """Lengths of a stretch that a course fills, beside walls that pass through it, openings and lintels."""
     here = [hole for hole in holes if hole.sill <= course <= hole.top]
     taken = [hole.lintel if course == hole.top else hole.jambs for hole in here]
-    return spaces(stretch.start, stretch.end, [*stretch.gaps(course), *taken])
+    crossings = [own for own in stretch.crossings if course < own.courses and not own.passes[course % 2]]
+    return spaces(stretch.start, stretch.end, [*((own.start, own.end) for own in crossings), *taken])
+
+
+def _crossed(stretches: list[WallStretch], toothed: bool) -> list[WallStretch]:
+    """The stretches with their crossings, ends that meet reaching to the outer face."""
+    near = _EXACT * _size(stretches)
+    found: list[list[WallCrossing]] = [[] for _ in stretches]
+    for (i, one), (j, other) in combinations(enumerate(stretches), 2):
+        both = [(one, other), (other, one)]
+        if one.along == other.along or any(not a.start - near <= b.line <= a.end + near for a, b in both):
+            continue  # their axes neither cross nor touch
+        ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
+        # Butted, what ends there lies against what goes on, and else the second named.
+        first = not ends[0] or ends[1]
+        passes = ((True, False), (False, True)) if toothed else ((first, first), (not first, not first))
+        for number, wall, through in ((i, other, passes[0]), (j, one, passes[1])):
+            found[number].append(WallCrossing(*wall.faces, wall.wall.leaves, wall.courses, through))
+    whole = []
+    for stretch, own in zip(stretches, found, strict=True):
+        start, end = stretch.start, stretch.end
+        for crossing in sorted(own):
+            centre = (crossing.start + crossing.end) / 2
+            start = crossing.start if abs(centre - stretch.start) <= near else start
+            end = crossing.end if abs(centre - stretch.end) <= near else end
+        whole.append(replace(stretch, start=start, end=end, crossings=tuple(sorted(own))))
+    return whole
+
+
+def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
+    """What is wrong with crossed stretches that overlap and cannot be bonded."""
+    near = _EXACT * _size(stretches)
+    for one, other in combinations(stretches, 2):
+        overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(one.bounds, other.bounds, strict=True)]
+        if min(overlap) <= near:
+            continue
+        if one.along == other.along:
+            names = f"'{one.wall.name}' and '{other.wall.name}'"
+            yield f"walls {names} overlap: move one; what goes on in one line is one 'axis'"
+            continue
+        for a, b in permutations((one, other)):
+            if a.start > b.faces[0] + near or a.end < b.faces[1] - near:
+                ends = f"wall '{a.wall.name}' ends within wall '{b.wall.name}'"
+                yield f"{ends}: end its 'axis' on that of '{b.wall.name}', or at its face"
+                break
+
+
+def _size(stretches: list[WallStretch]) -> float:
+    return max(max(abs(each.line), abs(each.start), abs(each.end), each.thickness) for each in stretches)

@@ -26,13 +26,11 @@ from masonry_opt.words.sentences import numeral
 
 #: What tells positions apart, and what else of the table is printed.
 _PLACE, _TOLD = ["axles", "direction", "position"], ["load_factor", "mechanism", "status"]
-
 WITHIN = 1e-3  #: Distance of the least load factor from what is proven, relative, where anything is.
 
 #: Inches: width of the axes, height of the chart, room beside, below, between and above them; most of the
 #: bridge's height.
 _WIDTH, _HIGH, _LEFT, _BELOW, _BETWEEN, _ABOVE, _TALLEST = 7.2, 3.0, 0.8, 0.85, 0.75, 0.7, 5.0
-
 _SHOWN_UP_TO = 4.0  #: Load factors are shown up to so many times the least.
 _ARROW = 0.05  #: Length of the arrow of the greatest axle, as a share of the bridge's length.
 
@@ -98,8 +96,7 @@ class Crossing(StudyAnswer):
 
     @property
     def resolution(self) -> float | None:
-        """How finely the worst position was sought: the larger distance from it to the next positions solved
-        on either side."""
+        """How finely it was sought: the larger distance from it to the next solved on either side."""
         return self.least.resolution if self.least else None
 
     @property
@@ -262,10 +259,8 @@ class Crossing(StudyAnswer):
             chart, bridge = made.subplots(2)
             if worst.load_factor is not None:
                 draw_mechanism(worst, bridge)
-                heading = printable(
-                    f"least λ = {numeral(worst.load_factor, '.5g')} with '{passage.axles.name}' at "
-                    f"{numeral(least.position, '.4g')}, travelling {passage.direction}"
-                )
+                where = f"'{self.axles}' at {numeral(least.position, '.4g')}, travelling {self.direction}"
+                heading = printable(f"least λ = {numeral(worst.load_factor, '.5g')} with {where}")
             low, high = bridge.get_xlim()
             positions = np.concatenate([one.positions for one in self.passages])
             low, high = min(low, positions.min()), max(high, positions.max())

@@ -21,11 +21,11 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing import search
-from masonry_opt.studies.crossing.answer import WITHIN
-from masonry_opt.studies.crossing.answer import Crossing as Crossing  # its home for readers
+from masonry_opt.studies.crossing.answer import WITHIN, Crossing
 from masonry_opt.studies.crossing.search import Passage
 
 _LONGEST = 0.01  #: Longest range between two positions, as a share of the road.
+_Asked = str | Axles | Sequence[Axles] | None  #: The axles that are to cross, or their name.
 
 
 def crossing(
@@ -123,10 +123,8 @@ def crossing(
         interrupted = True
         known = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=at_worst)
         result = session.result(known, worst.answers[worst.position], effort)
-    passages = tuple(crossed)
-    return told(
-        worst=result, passages=passages, interrupted=interrupted, default=default, no_default=no_default
-    )
+    told = partial(told, worst=result, passages=tuple(crossed), interrupted=interrupted)
+    return told(default=default, no_default=no_default)
 
 
 def _at_the_same(together: list[search.PassageTrials]) -> None:
@@ -145,11 +143,8 @@ def _solve(session: Session, passage: Passage, effort: Effort) -> search.SolveLi
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
-def _ways(
-    scene: Scene, axles: str | Axles | Sequence[Axles] | None
-) -> tuple[list[list[Passage]], tuple[str, ...]]:
-    """The groups asked for, in the directions in which they travel, in each load case; names of those that
-    leave axles out."""
+def _ways(scene: Scene, axles: _Asked) -> tuple[list[list[Passage]], tuple[str, ...]]:
+    """Groups in the directions in which they travel, by load case; names of those that leave axles out."""
     if scene.tilt:
         raise CaseError(f"{scene.origin}: axles do not tilt: take 'tilt' away")
     if scene.earthquake:
@@ -172,7 +167,7 @@ def _ways(
     return ways, tuple(case.name for case in cases if case not in crossed)
 
 
-def _groups(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> list[Axles]:
+def _groups(scene: Scene, axles: _Asked) -> list[Axles]:
     if isinstance(axles, str):
         named = [group for group in scene.axles if group.name == axles]
         if not named:
@@ -193,8 +188,6 @@ def _line(scene: Scene, group: Axles) -> list[Point]:
         return group.road
     points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]
     if not points:
-        raise CaseError(
-            f"{scene.origin}: axles '{group.name}': on which road? Give 'road', the points of a line above "
-            "the blocks from left to right"
-        )
+        needed = "'road', the points of a line above the blocks from left to right"
+        raise CaseError(f"{scene.origin}: axles '{group.name}': on which road? Give {needed}")
     return [point for point, _ in groupby(points)]

@@ -29,10 +29,7 @@ from masonry_opt.solvers.registry import Verdict
 
 SolveLive = Callable[[np.ndarray], Solution]  #: The answer under a live load, shape (3b,).
 
-#: Share of the road's length beside a break of the loads at which they are taken there, on either side: at
-#: the break itself they may jump.
-_BESIDE = 1e-9
-
+_BESIDE = 1e-9  #: Share of the road beside a break, at which loads may jump, where they are taken instead.
 _ROUNDING = 1e-7  #: Share of the loads, by their largest entry, that is nothing.
 _FINEST = 1e-4  #: Share of the way to which ranges are halved at most.
 
@@ -212,8 +209,7 @@ class PassageTrials:
 
     @property
     def resolution(self) -> float:
-        """The larger distance from where λ is least to the next positions on either side that were solved,
-        other than those across a jump of the loads."""
+        """The larger distance from there to the next positions solved on either side, none across a jump."""
         aside = self.positions - self.position
         aside = aside[np.abs(aside) > _FINEST**2 * np.ptp(self.positions)]
         sides = aside[aside < 0], aside[aside > 0]

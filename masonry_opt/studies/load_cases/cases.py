@@ -30,9 +30,7 @@ from masonry_opt.words.terminal import frame_text
 
 _BAR, _LETTERS = 0.09, 24  #: Height of a bar over the width of the axes; most letters of a name beside one.
 
-#: Columns of a table of results, beside what tells them apart.
-COLUMNS = ("load_factor", "status", "expected", "associative", "exact")
-
+COLUMNS = ("load_factor", "status", "expected", "associative", "exact")  #: What a table says of results.
 _APART = 1e-4  #: Load factors no farther from λ than this are not drawn beside it.
 EVERY, _MOST = 15.0, 3600  #: Degrees between directions in plan, and the most directions.
 
@@ -76,8 +74,7 @@ class Cases(StudyAnswer):
 
     @cached_property
     def governing(self) -> str | None:
-        # No load factor is below zero: what falls comes first. Of those that rounding alone tells apart the
-        # first.
+        # No load factor is below zero: what falls comes first; of those alike but for rounding the first.
         falls = self.table["status"] == str(Status.UNSTABLE)
         load_factors = self.table["load_factor"].mask(falls, -1.0)
         least = at_least(load_factors.to_frame())
@@ -173,8 +170,7 @@ class Directions(Cases):
         return told | {"load_case": of.load_case, "method": of.method, "directions": rows}
 
     def plot(self) -> Picture:
-        """Draw the load factor over the direction: in space in plan, as a polar chart, x to the right; in the
-        plane as bars."""
+        """Draw λ over the direction: in space as a polar chart, x to the right; in the plane as bars."""
         drawn, table = self.to_draw, self.table
         if drawn.assembly.scene.dimension == 2:
             return super().plot()

@@ -1,10 +1,6 @@
-"""Charts of a sweep: λ against one number, with a mark for each mechanism, and dashes for the load to
-expect; a heat map of two numbers. The least is ringed. A value far above the others stands above the axis, as
-a number.
-
-Charts of a sample: the fragility curve, and what matters, of the lowest found and of the load to expect;
-``sure`` says with what confidence.
-"""
+"""Charts of a sweep: λ against one number, with a mark for each mechanism and dashes for the load to expect,
+the least ringed, and values far above the others as numbers above the axis; a heat map of two numbers. Charts
+of a sample: the fragility curve, and what matters; ``sure`` says with what confidence."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -31,8 +27,8 @@ _LOOKS = {
 #: Colour and mark of a run without a load factor, and mark of a value off the axis.
 _DARK, _CROSS, _UP = "#333333", "M-.8-.8L.8.8M.8-.8L-.8.8", "triangle-up"
 
-#: Most values of the second number that have a line each, and most values off the axis that are written.
-_MOST_LINES, _MOST_NAMED = 7, 6
+_MOST_LINES = 7  #: Values of the second number that have a line each.
+_MOST_NAMED = 6  #: Values off the axis that are written.
 
 #: Titles of axes of numbers that have a symbol.
 _SYMBOLS = {
@@ -46,9 +42,7 @@ _SYMBOLS = {
 #: A load factor so many times the greatest of the others is left off the axis: at most this share of all, or
 #: one of three or more.
 _FAR, _FEW = 10.0, 0.25
-
 _LABEL = "load factor λ"  #: The axis of load factors.
-
 _MARGIN = 24  #: Pixels above and below the values, for those off the axis and for runs without a load factor.
 _SHOWN = 15  #: Most numbers drawn that are shown, those that matter most.
 
@@ -147,10 +141,8 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     of_colours = alt.Legend(title=_LABEL, orient="bottom", direction="horizontal", gradientLength=200)
     scale = alt.Scale(scheme="viridis", domain=ends(frame["load_factor"][~off]), clamp=True)
     told = [alt.Tooltip("x:O", title=across), alt.Tooltip("y:O", title=up), "λ:N", "status:N"]
-    every, found = (
-        alt.Chart(of).mark_rect(color="#CCCCCC").encode(x, y, tooltip=told)
-        for of in (cells, cells.dropna(subset=["λ"]))
-    )
+    tiles = (alt.Chart(of).mark_rect(color="#CCCCCC") for of in (cells, cells.dropna(subset=["λ"])))
+    every, found = (tile.encode(x, y, tooltip=told) for tile in tiles)
     ring = alt.Chart(cells[least]).mark_point(size=90, filled=True, fill="white", stroke=_DARK, opacity=1)
     notes = [_RING] if least.any() else []
     notes += ["values far above the others have the last colour"] if off.any() else []

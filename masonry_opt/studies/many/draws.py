@@ -17,22 +17,15 @@ from masonry_opt.scene.joints import Joint
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
-#: A joint property is drawn once for all joints, for each course, or for each joint.
-BY = ("scene", "course", "joint")
+BY = ("scene", "course", "joint")  #: What a property of joints is drawn once for.
 
 #: Dimensions up to which points are Sobol's. In 83 dimensions, 128 of them have pairs correlated by 0.8,
 #: where independent points have 0.3 at most.
 _FEW = 10
 
-#: Least distance of probabilities from 0 and 1, where distributions are infinite; below the sequence's step.
-_EDGE = 2.0**-32
-
-#: Difference in height of joints of one course, as a share of the median length of a joint, in space of the
-#: root of its area.
-_LEVEL = 1e-3
-
+_EDGE = 2.0**-32  #: Least distance of probabilities from 0 and 1, where distributions are infinite.
+_LEVEL = 1e-3  #: Difference in height of joints of one course, over the median length of a joint.
 _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties that an exception can have.
-
 _HOW = (
     "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or '15%' "
     "of the mean, both positive; ('normal', mean, positive deviation); ('uniform', least, greatest); or any "
@@ -94,10 +87,9 @@ def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
     name, equals, words = text.partition("=")
     parts = [_read(part.strip()) for part in words.split(":")]
     if not equals or not name.strip() or len(parts) != 3:
-        raise OptionError(
-            f"'{text}': write it as NAME=lognormal:MEAN:DEVIATION (a number, or 15% of the mean), "
-            "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST"
-        )
+        lognormals = "NAME=lognormal:MEAN:DEVIATION (a number, or 15% of the mean)"
+        others = "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST"
+        raise OptionError(f"'{text}': write it as {lognormals}, {others}")
     return name.strip(), tuple(parts)  # type: ignore[return-value]
 
 
@@ -120,11 +112,10 @@ def _deviation(value: Any, mean: float, of: str) -> float:
         return abs(mean) / 100 * _number(_read(value.strip()[:-1]))
     number = _number(value)
     if mean and number > abs(mean):
-        raise OptionError(
-            f"{of}: a standard deviation of {number:g} is more than the mean, {mean:g}: if per cent of the "
-            f"mean are meant, write '{number:g}%'; if it is meant as it stands, "
-            f"'{100 * number / abs(mean):.6g}%'"
-        )
+        more = f"a standard deviation of {number:g} is more than the mean, {mean:g}"
+        if_share = f"if per cent of the mean are meant, write '{number:g}%'"
+        if_not = f"if it is meant as it stands, '{100 * number / abs(mean):.6g}%'"
+        raise OptionError(f"{of}: {more}: {if_share}; {if_not}")
     return number
 
 
@@ -154,9 +145,8 @@ class Draws:
 
     def __init__(self, scene: Scene, distributions: Mapping[str, Any], by: str) -> None:
         if not isinstance(distributions, Mapping) or not distributions:
-            raise OptionError(
-                "name what is uncertain, with its distribution: {'joints.friction': ('lognormal', 0.6, 0.1)}"
-            )
+            such = "{'joints.friction': ('lognormal', 0.6, 0.1)}"
+            raise OptionError(f"name what is uncertain, with its distribution: {such}")
         if by not in BY:
             raise OptionError(f"by='{by}' is unknown; choose from: {', '.join(BY)}")
         self._by, self._parameters = by, Parameters(scene)
@@ -166,8 +156,7 @@ class Draws:
         if by != "scene" and not spread:
             raise OptionError(f"by='{by}': no property of joints is uncertain, such as 'joints.friction'")
         courses = _courses(scene) if spread else {}
-        #: Of the table of values, in order.
-        self.columns: list[DrawnColumn] = []
+        self.columns: list[DrawnColumn] = []  #: of the table of values, in order
         for name in self._laws:
             self.columns += self._spread(name, courses) if name in spread else [DrawnColumn(name, name)]
         #: Distributions in words, by names of numbers.
@@ -208,11 +197,9 @@ class Draws:
             self._parameters.at({name: value})
         except CaseError as error:
             how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
-            raise OptionError(
-                f"'{name}': {law.text} gives {value:g}{how}, which the scene does not take: {error}; take a "
-                "distribution without such values, such as a lognormal, or one cut off, such as "
-                "scipy.stats.truncnorm"
-            ) from None
+            why = f"{law.text} gives {value:g}{how}, which the scene does not take: {error}"
+            such = "such as a lognormal, or one cut off, such as scipy.stats.truncnorm"
+            raise OptionError(f"'{name}': {why}; take a distribution without such values, {such}") from None
 
     def scene(self, values: Mapping[str, float]) -> Scene:
         """The scene of a run, its values by the names of the columns.
@@ -222,9 +209,8 @@ class Draws:
         scene = self._parameters.at({c.name: values[c.name] for c in self.columns if not c.pairs})
         if not any(c.pairs for c in self.columns):
             return scene
-        given: dict[frozenset[str], dict[str, Any]] = {
-            frozenset(own.between): own.model_dump(exclude_none=True) for own in scene.exceptions
-        }
+        exceptions = ((own.between, own.model_dump(exclude_none=True)) for own in scene.exceptions)
+        given = {frozenset(pair): properties for pair, properties in exceptions}
         for column in self.columns:
             for pair in column.pairs:
                 properties = given.setdefault(frozenset(pair), {"between": pair})

@@ -28,7 +28,7 @@ from masonry_opt.words.sentences import numeral
 
 #: ``Trial.number`` of a scene without a load factor: it falls by itself, or no load makes it collapse.
 FALLS, UNLIMITED = -math.inf, math.inf
-
+_WORDS = {FALLS: "none (it falls by itself)", UNLIMITED: "any"}
 _OWN = ("value", "holds", "number")  #: What a table says of a trial itself.
 
 
@@ -38,12 +38,9 @@ class Trial:
 
     value: float
     holds: bool  #: whether the scene stands, or carries the load
-    #: Load factor, or margin under dead load; -inf where the scene falls, inf where it carries any load.
-    number: float
-    #: State and mechanism; under dead load see :class:`~.standing.DeadLoadMargin`.
-    result: Result = field(repr=False)
-    #: Residuals of ``number``; None where it is not finite.
-    certificate: Certificate | None = field(repr=False)
+    number: float  #: load factor, or margin under dead load; -inf: the scene falls; inf: it carries any load
+    result: Result = field(repr=False)  #: state and mechanism: see :class:`~.standing.DeadLoadMargin`
+    certificate: Certificate | None = field(repr=False)  #: residuals of ``number``, where that is finite
 
 
 @dataclass(frozen=True)
@@ -114,7 +111,7 @@ class Threshold(StudyAnswer):
             "scenes solved": str(self.evaluations),
         }
         if self.jump:
-            before, after = map(_worded, self.jump)
+            before, after = (_WORDS.get(number) or numeral(number, ".6g") for number in self.jump)
             told["jump"] = f"the {self._measure} goes from {before} to {after} at once"
         if self.contradictions:
             values = ", ".join(f"{value:.6g}" for value in self.contradictions)
@@ -150,15 +147,8 @@ def _telling(number: float, others: Sequence[float], least: int) -> str:
     return next(told, formats[-1])
 
 
-def _worded(number: float) -> str:
-    if number == FALLS:
-        return "none (it falls by itself)"
-    return "any" if number == UNLIMITED else numeral(number, ".6g")
-
-
-#: A scene of a number; and what is called with every trial.
-Make = Callable[[float], "Scene | str | Path"]
-Tried = Callable[[Trial], None]
+Make = Callable[[float], "Scene | str | Path"]  #: The scene of a number.
+Tried = Callable[[Trial], None]  #: Called with every trial.
 
 TOLERANCE = 1e-6  #: Distance of the two ends of the answer, relative to their value.
 SAMPLES = 5  #: Values between the ends that are tried before the search: they may show several thresholds.
@@ -242,9 +232,8 @@ class _Search:
             raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
         self.session = prepare(method, keeps=True, **({"expected": False} | options))
         if not callable(make):
-            raise OptionError(
-                f"the scene must be a function of the value, such as lambda t: mo.Scene(...) (found {make!r})"
-            )
+            needed = "a function of the value, such as lambda t: mo.Scene(...)"
+            raise OptionError(f"the scene must be {needed} (found {make!r})")
         self.make, self.progress, self.least = make, progress, least
         self.load = None if load is None else _number("load", load)
         self.asked = self.load or 0.0  # of the number of a trial
@@ -299,10 +288,8 @@ class _Search:
         elif result.associative is not None and result.associative < self.load:
             number = result.associative  # which no Coulomb answer exceeds
         else:
-            raise NoLoadFactorError(
-                f"whether the load is carried could not be decided: {result.status}: {result.message}; "
-                "narrow the range, or name another method"
-            )
+            why = f"{result.status}: {result.message}; narrow the range, or name another method"
+            raise NoLoadFactorError(f"whether the load is carried could not be decided: {why}")
         return number, result.certificate, result
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:

@@ -19,10 +19,7 @@ from masonry_opt.scene.scene import Scene
 
 _Way = tuple[str | int, ...]  #: A path through records: names of fields, and indices of entries.
 
-#: Tables whose entries are always named; entries of other tables are named where there are several.
-_NAMED = ("block", "joint")
-
-#: Tables of generators.
+_NAMED = ("block", "joint")  #: Tables whose entries are always named; of others where there are several.
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
 
 #: Points, forces and moments: their two or three numbers are x, y and z.
@@ -160,9 +157,8 @@ def _changed(holder: Any, way: _Way, value: float) -> Any:
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)
     first, rest = way[0], way[1:]
     if isinstance(first, int):
-        return type(holder)(
-            _changed(entry, rest, value) if number == first else entry for number, entry in enumerate(holder)
-        )
+        numbered = enumerate(holder)
+        return type(holder)(_changed(of, rest, value) if number == first else of for number, of in numbered)
     if isinstance(holder, dict):
         return holder | {first: _changed(holder[first], rest, value)}
     return holder.replace(**{first: _changed(getattr(holder, first), rest, value)})

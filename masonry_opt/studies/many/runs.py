@@ -43,14 +43,12 @@ COLUMNS = {
     "seconds": "float64",
 }
 
-#: What names of columns begin with that tell of the load to expect, in tables of a sample.
-EXPECTED = "expected_"
+EXPECTED = "expected_"  #: Begins names of a sample's columns that tell of the load to expect.
 
 #: Names of mechanisms by the one thing that joints do in them, beside coming apart.
 _NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
 
-#: Least length of an axis, as a share of the largest load factor: a shorter one would magnify rounding.
-_LEAST = 0.02
+_LEAST = 0.02  #: Least length of an axis, over the largest load factor: less would magnify rounding.
 
 RunProgress = Callable[[int, int], None]  #: Called with how many runs are done, and of how many.
 
@@ -68,8 +66,7 @@ class Study(NamedTuple):
 
 
 def run_solver(how: HowToSolve) -> Callable[[Scene], dict[str, Any]]:
-    """What solves the scenes of one study in one process, to columns, and keeps what does not change between
-    them."""
+    """What solves a study's scenes in one process, to columns, and keeps what is the same between them."""
     session = Session(how, Kept(keeps=True))
     return lambda scene: columns(*session.answer(scene, lambda _: None, Effort()))
 
@@ -163,8 +160,7 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
-    """Order in which points that differ in joint properties alone follow one another: a worker builds its
-    programs once for all of them."""
+    """Order in which points that differ in joint properties alone follow: their programs are built once."""
     first: dict[tuple[float, ...], int] = {}
     others = [tuple(value for name, value in point.items() if not is_of_joints(name)) for point in points]
     return sorted(range(len(points)), key=lambda index: first.setdefault(others[index], index))

@@ -237,10 +237,9 @@ class Sample(StudyAnswer):
         lower, upper = self.table["spread_lower"], self.table["spread_upper"]
         if lower.notna().any():
             share = ((upper - lower) / self.table["expected"]).median()
-            told["spread"] = (
-                f"the load to expect of a run by {share:.1%} (median) with other stiffness of contacts and "
-                f"self-stress, in all {numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
-            )
+            within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
+            by = f"by {share:.1%} (median) with other stiffness of contacts and self-stress"
+            told["spread"] = f"the load to expect of a run {by}, in all {within}"
         return told
 
     def __str__(self) -> str:
@@ -268,10 +267,8 @@ def _told(row: Mapping[Any, Any], name: str, spec: str) -> str:
             return numeral(value, spec)
         return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
 
-    found, beside = (
-        "{} ({} to {})".format(*(said(row[of + column]) for column in (name, "lower", "upper")))
-        for of in ("", EXPECTED)
-    )
+    told = (map(said, (row[of + column] for column in (name, "lower", "upper"))) for of in ("", EXPECTED))
+    found, beside = (f"{value} ({lower} to {upper})" for value, lower, upper in told)
     if math.isnan(row[EXPECTED + name]):
         return found
     return f"{found}; to expect {'the same' if beside == found else beside}"

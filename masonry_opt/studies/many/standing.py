@@ -64,17 +64,13 @@ def standing(scene: Scene) -> DeadLoadMargin:
         solution = replace(solution, status=Status.STANDS)
     solution = replace(solution, found=found)
     # The result has no load factor, and so no live load, tilt or published value.
-    dead = replace(
-        assembly,
-        problem=replace(problem, live=np.zeros_like(problem.live)),
-        scene=scene.replace(tilt=None, reference={}),
-    )
+    still = replace(problem, live=np.zeros_like(problem.live))
+    dead = replace(assembly, problem=still, scene=scene.replace(tilt=None, reference={}))
     return DeadLoadMargin(margin, certificate, make_result(dead, solution, effort, "static", solver))
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
-    """Eq. (9) with that live load; None without an answer, and for joints of limited strength: more pressure
-    crushes them."""
+    """Eq. (9) with that live load; None without an answer, and for joints that more pressure would crush."""
     if len(pressed.crushing) or not pressed.live_norm:
         return None
     solution = associative(Task(pressed, solver, effort=effort))

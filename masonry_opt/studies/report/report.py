@@ -1,17 +1,21 @@
 """``report``: answers with their inputs, what was checked and what was not, as one page that prints whole."""
 
-import math
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
 from functools import singledispatch
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 from masonry_opt.answer.acceptance import LIMITS
+from masonry_opt.answer.motion import joint_motion
+from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.carried import round_below
 from masonry_opt.drawing.elements import counts, title_of
 from masonry_opt.drawing.figure import Picture, is_page
@@ -23,12 +27,14 @@ from masonry_opt.files import refuse_unwritable, write_whole
 from masonry_opt.finite_motion.capacity import Capacity
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.result import Result
+from masonry_opt.scene.blocks import Record
+from masonry_opt.scene.case_file import toml_text
 from masonry_opt.scene.road import Axles
+from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.journal import versions
 from masonry_opt.studies.load_cases.cases import Cases, Directions
-from masonry_opt.studies.report.tables import case_text, given, of_result
-from masonry_opt.studies.settle.settle import Settlement
+from masonry_opt.studies.settle.answer import Settlement
 from masonry_opt.studies.writing import frame_table, render, table
 from masonry_opt.words.page import RESIDUALS
 from masonry_opt.words.page import answer as in_full
@@ -39,6 +45,16 @@ Answer = Result | Crossing | Cases | Settlement | Capacity  #: What can be repor
 
 _NAMED = 60  #: Blocks whose names are written into the drawing, at most.
 _BELOW = 0.08  #: Height below a drawing for its scale bar, over its width.
+_ROWS, _LINES = 150, 600  #: Rows of a table, and lines of a case, that are printed at most.
+
+#: Lists of a scene's records, by what their tables are headed.
+_RECORDS = {"Joints that differ": "exceptions", "Fill": "fills", "Loads on blocks": "loads"}
+_RECORDS |= {"Loads along edges": "edge_loads", "Ties": "ties", "Props": "props", "Load cases": "load_cases"}
+
+#: Columns of the table of joints, in the plane and in space.
+_JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
+_DOES = ("slides", "hinges", "separates", "crushes")  #: What joints do.
+_LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")  #: An innermost list of TOML, written over several lines.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +66,7 @@ class Part:
     assembly: Assembly  #: of the scene as that was given
     told: Mapping[str, Result] = field(default_factory=dict)  #: told in full, by what they are
     others: Mapping[str, Result] = field(default_factory=dict)  #: results that are not
-    #: Of the answer itself, by what they are of.
-    facts: Mapping[str, str] = field(default_factory=dict)
+    facts: Mapping[str, str] = field(default_factory=dict)  #: of the answer itself, as the next two
     pictures: Mapping[str, Picture] = field(default_factory=dict)
     tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     axles: Sequence[Axles] = ()  #: groups that crossed
@@ -132,10 +147,8 @@ def _units(units: str | None) -> dict[str, str]:
 
 @singledispatch
 def _part(answer: object) -> Part:
-    raise OptionError(
-        "a report is of what solve, crossing, solve_cases, directions, settle or capacity found "
-        f"(found {type(answer).__name__})"
-    )
+    studies = "solve, crossing, solve_cases, directions, settle or capacity"
+    raise OptionError(f"a report is of what {studies} found (found {type(answer).__name__})")
 
 
 @_part.register
@@ -252,7 +265,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
     low, high = movable_box(assembly)
     given_in = {"scene": scene, "problem": problem, "units": units, "loads": loads, "axles": axles}
     answers = {"parts": parts, "results": results, "proven": proven, "pushed": pushed}
-    makers = {"pictures_of": _pictures, "tables_of": of_result, "in_full": in_full, "printable": printable}
+    makers = {"pictures_of": _pictures, "tables_of": _of_result, "in_full": in_full, "printable": printable}
     return render(
         "report.html",
         **given_in,
@@ -262,7 +275,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         day=date.today().isoformat(),
         versions=versions(),
         drawn_as="png" if len(scene.blocks) > MOST_BLOCKS else "svg",
-        angle=lambda tangent: math.degrees(math.atan(tangent)),
+        angle=lambda tangent: np.degrees(np.arctan(tangent)),
         residuals=table(["answer", *RESIDUALS], [[name, *_residuals(of)] for name, of in found.items()]),
         meaning=RESIDUALS,
         stands=list(found) if len(found) < len(results) else [],
@@ -271,9 +284,9 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         solved={of.load_case for of in results.values()} | {name for part in parts for name in part.crossed},
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
-        given=given(scene, axles),
+        given=_given(scene, axles),
         drawing=_drawing(assembly, units["length"] or "units"),
-        case=case_text(scene),
+        case=_case_text(scene),
     )
 
 
@@ -314,3 +327,67 @@ def _drawing(assembly: Assembly, length: str) -> Picture:
     scale.set_zorder(10)
     axes.add_artist(scale)
     return made
+
+
+def _given(scene: Scene, axles: Sequence[Record]) -> dict[str, dict[str, Any]]:
+    """Records of a scene, and axles, key by key, as tables of a page by their headings."""
+    records = {heading: getattr(scene, name) for heading, name in _RECORDS.items()} | {"Axles": axles}
+    return {_counted(heading, of): _of_records(of[:_ROWS]) for heading, of in records.items() if of}
+
+
+def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
+    count = len(rows)
+    return f"{heading} ({count if count <= _ROWS else f'{_ROWS} of {count}'})"
+
+
+def _of_records(records: Sequence[Record]) -> dict[str, Any]:
+    rows = [one.model_dump(exclude_defaults=True) for one in records]
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    return table(keys, ([_said(row.get(key, "")) for key in keys] for row in rows))
+
+
+def _said(value: object) -> str:
+    """A value of a record as a cell."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_said(one)}" for key, one in value.items())
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_said, value))}]"
+    return f"{value:.6g}" if isinstance(value, float) else printable(str(value))
+
+
+def _case_text(scene: Scene) -> str:
+    """Content of the scene's case file, generators not expanded; "" where that is too long to print."""
+    text = toml_text(scene.case or scene)
+    while (joined := _LIST.sub(lambda found: f"[{' '.join(found[1].split())}]", text)) != text:
+        text = joined
+    return text if text.count("\n") <= _LINES else ""
+
+
+def _of_result(result: Result) -> dict[str, dict[str, Any]]:
+    """Joints, ties and pressures of fill as tables of a page by their headings."""
+    pressures = result.pressures.drop(columns=["kind", "second"])
+    frames = {"Joints": _joints(result), "Ties and props": result.ties, "Pressure of fill": pressures}
+    kept = {_counted(name, frame): frame.head(_ROWS) for name, frame in frames.items() if len(frame)}
+    for name, frame in kept.items():
+        if "yields" in frame:
+            told = frame.assign(yields=frame["yields"].map({True: "yes", False: "no"}))
+            kept[name] = told.drop(columns="lengthens").dropna(axis=1, how="all")
+    return {name: frame_table(frame) for name, frame in kept.items()}
+
+
+def _joints(result: Result) -> pd.DataFrame:
+    """Forces on joints, and how these move, the most used first where not all are printed."""
+    frame = result.joints.copy()
+    if "m" in frame:
+        pressed = frame["n"] > IDLE * frame["n"].abs().max()
+        frame["e"] = (frame["m"] / frame["n"]).where(pressed)
+    frame = frame[[name for name in _JOINTS if name in frame and frame[name].notna().any()]]
+    numbers = frame.select_dtypes("number")
+    frame = frame.assign(**numbers.mask(numbers.abs() <= IDLE * numbers.abs().max(), 0.0))
+    if result.solution.d is not None:
+        motion = joint_motion(result.assembly, result.solution)
+        does = zip(*(getattr(motion, word) for word in _DOES), strict=True)
+        frame["moves"] = [", ".join(compress(_DOES, which)) for which in does]
+    if len(frame) > _ROWS and "utilisation" in frame:
+        frame = frame.sort_values("utilisation", ascending=False, kind="stable")
+    return frame

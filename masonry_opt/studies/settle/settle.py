@@ -1,217 +1,33 @@
 """``settle``: the least and the greatest reaction of supports with which a scene stands."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
+from pydantic import BaseModel
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import ZERO
-from masonry_opt.drawing.elements import result_elements, title_of
-from masonry_opt.drawing.figure import Picture, save_as
-from masonry_opt.drawing.pictures import elements_picture
-from masonry_opt.drawing.view import ViewAngles, refuse_view
 from masonry_opt.effort import Effort, Phases
-from masonry_opt.errors import OptionError, printable
+from masonry_opt.errors import OptionError
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.push.compliant import PUSHED_UP_TO
 from masonry_opt.methods.push.push import Elastic
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.assembly import Assembly, assemble, with_supports_freed
+from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
+from masonry_opt.problem.loads import moments_in
 from masonry_opt.problem.problem import Problem
-from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.standing.diagnosis import carries
-from masonry_opt.studies.settle.bound import COLUMNS, NOTE, Bound, moving, opening_marks
-from masonry_opt.studies.settle.freed import freed, refuse_idle, supports_of, unit_of
-from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.names import some
-from masonry_opt.words.sentences import numeral
-
-_WAY = "way in which the support moves"  #: What a legend says of the arrows on supports.
-
-
-@dataclass(frozen=True, kw_only=True)
-class Settlement(StudyAnswer):
-    """The reactions with which a scene stands on supports that can move in one direction.
-
-    Attributes
-    ----------
-    case: case file or title of the scene.
-    supports, direction, turns: names of the supports, unit vector in which they settle, and whether each can
-        turn.
-    method: as asked for.
-    at_rest: reaction while the supports are held (and turn, if they can), of contacts that give; None where
-        it was not found.
-    least, greatest: the reactions; None where none holds the scene.
-    fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
-    assembly: of the scene as it was given, its supports fixed, in its load case.
-    """
-
-    case: str
-    supports: tuple[str, ...]
-    direction: tuple[float, ...]
-    turns: bool
-    method: str
-    at_rest: float | None = None
-    least: Bound | None = None
-    greatest: Bound | None = None
-    fallen: Result | None = field(default=None, repr=False)
-    assembly: Assembly = field(repr=False, compare=False)
-
-    @property
-    def ends(self) -> dict[str, Bound]:
-        """Least and greatest by name; empty where no reaction holds the scene."""
-        return {name: end for name in ("least", "greatest") if (end := getattr(self, name))}
-
-    @property
-    def status(self) -> Status:
-        """Whether some reaction holds the scene."""
-        return self.fallen.status if self.fallen else Status.STANDS
-
-    @property
-    def usable(self) -> bool:
-        """Whether some reaction holds the scene, and the method found both ends, or that there is none."""
-        found = (end.reaction is not None or end.unlimited for end in self.ends.values())
-        return not self.fallen and all(found)
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """A row for each end and kind of flow: ``end`` ("least", "greatest"), ``kind`` ("coulomb",
-        "expected", "associative"), ``reaction`` (NaN where there is none), ``status``, ``moves`` (names of
-        blocks, fastest first)."""
-        rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
-        return pd.DataFrame(rows, columns=["end", *COLUMNS]).astype({"reaction": float})
-
-    told = table
-
-    @property
-    def openings(self) -> pd.DataFrame:
-        """A row a joint that opens or slides at the least reaction, the widest first: ``joint`` (its row in
-        the result's ``joints``), ``first``, ``second``, ``x``, ``y`` (``z``) where it opens most, ``opening``
-        there and ``sliding``, both for each unit that the support moves: mm per mm, in a small motion."""
-        return self.least.openings if self.least else pd.DataFrame()
-
-    def facts(self) -> dict[str, str]:
-        along = ", ".join(numeral(part, ".6g") for part in self.direction)
-        rate = ", at a common rate" if len(self.supports) > 1 else ""
-        turning = "and each can turn" if self.turns else "without turning"
-        settles = f"{some([*map(repr, self.supports)])} along ({along}){rate}, {turning}"
-        told = {"case": self.case, "method": self.method, "settles": settles}
-        if self.fallen:
-            return told | {"reaction": f"none holds the scene ({self.status}): {self.fallen.message}"}
-        if self.at_rest is not None:
-            told["at rest"] = numeral(self.at_rest, ".6g")
-        told |= {name: _words(end) for name, end in self.ends.items()}
-        if len(found := self.openings):
-            wide = found[["opening", "sliding"]].max(axis=1)
-            joints = zip(found["first"], found["second"], wide, strict=True)
-            listed = some([f"'{one}'–'{other}' {numeral(width, '.3g')}" for one, other, width in joints])
-            told["openings"] = f"per unit of movement, at the least: {listed}"
-        return told
-
-    def as_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
-        own = ("case", "supports", "direction", "turns", "method", "at_rest")
-        told: dict[str, Any] = {name: getattr(self, name) for name in own}
-        told |= {"status": str(self.status), "usable": self.usable}
-        numbers = ("reaction", "expected", "associative", "across_rest", "unlimited")
-        for name in ("least", "greatest"):
-            end = self.ends.get(name)
-            told[name] = end and {key: getattr(end, key) for key in numbers} | {
-                "openings": records(end.openings),
-                "results": {
-                    row["kind"]: {"reaction": row["reaction"], "moves": row["moves"]} | of.as_dict()
-                    for row, of in zip(end.rows(), end.results.values(), strict=True)
-                },
-            }
-        return told | {"fallen": self.fallen and self.fallen.as_dict()}
-
-    def plot(
-        self, end: str = "least", kind: str | None = None, names: bool = False, view: ViewAngles | None = None
-    ) -> Picture:
-        """Draw what moves at the "least" or the "greatest" reaction, with an arrow on each support in the
-        direction in which it moves, as a matplotlib figure; how the scene falls, where no reaction holds it.
-        Raises OptionError if there is no such end or kind, or the view is none.
-
-        Parameters
-        ----------
-        kind: one of ``Bound.results``; by default the first.
-        names: whether to write each block's name into it.
-        view: of solids, as of :meth:`Result.plot`.
-        """
-        if end not in ("least", "greatest"):
-            raise OptionError(f"there is no end '{end}': choose from least, greatest")
-        if self.fallen:
-            return _drawn(self.fallen, "no reaction holds it: how it falls", names, view, settles=False)
-        rows = {row["kind"]: row for row in self.ends[end].rows()}
-        kind = kind or next(iter(rows))
-        if kind not in rows:
-            raise OptionError(f"there is no answer of kind '{kind}': choose from {', '.join(rows)}")
-        reaction, of = rows[kind]["reaction"], printable(some([*map(repr, self.supports)]))
-        said = f"none ({rows[kind]['status']})" if reaction is None else numeral(reaction, ".6g")
-        return _drawn(self.ends[end].results[kind], f"{end} reaction of {of}: {said} ({kind})", names, view)
-
-    def save(
-        self,
-        path: str | Path,
-        end: str = "least",
-        kind: str | None = None,
-        force: bool = False,
-        view: ViewAngles | None = None,
-    ) -> None:
-        """Write one picture (.png, .svg, .pdf; ``end``, ``kind`` and ``view`` as in ``plot``), or a page with
-        both ends (.html), whole or not at all. Raises OptionError if the file's name has another ending, it
-        cannot be written or replaced (``force`` replaces what was not written here), or as ``plot``."""
-        save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
-
-    def _page(self, view: ViewAngles | None) -> str:
-        title, pictures = title_of(self.assembly.scene), self.pictures(view)
-        return render("study.html", title=title, answer=self, pictures=pictures, parts={})
-
-    def pictures(self, view: ViewAngles | None = None) -> dict[str, Picture]:
-        if self.fallen:
-            return {"How it falls": self.plot(view=view)}
-        return {f"What moves at the {end} reaction": self.plot(end, view=view) for end in self.ends}
-
-    def page_tables(self) -> dict[str, dict[str, Any]]:
-        told = {"Reactions": frame_table(self.table, kind="flow", moves="moves, fastest first")}
-        for name, end in self.ends.items():
-            if len(end.openings):
-                rows = frame_table(end.openings.drop(columns="joint"))
-                told[f"Openings per unit of movement, at the {name} reaction"] = rows
-        return told if self.ends else {}
-
-
-def _drawn(
-    result: Result, heading: str, names: bool, view: ViewAngles | None, settles: bool = True
-) -> Picture:
-    refuse_view(result.assembly.scene, view)
-    elements = result_elements(result)
-    loads = [replace(each, label=_WAY) if each.name == "live" else each for each in elements.loads]
-    numbers = opening_marks(result, elements) if settles else []
-    elements = replace(elements, heading=heading, loads=[*loads, *numbers])
-    return elements_picture(elements, "mechanism", names, view, (NOTE,) if numbers else ())
-
-
-def _words(end: Bound) -> str:
-    """An end in one line."""
-    if end.reaction is None:
-        said = "unlimited" if end.unlimited else f"not found ({end.result.status})"
-    else:
-        said = f"{numeral(end.reaction, '.6g')}; moves {some(moving(end.result))}"
-    others = {"with other forces at rest": end.across_rest}
-    if end.result is not end.with_associative:
-        others |= {"to expect": end.expected, "associative": end.associative}
-    told = [f"{label} {numeral(value, '.6g')}" for label, value in others.items() if value is not None]
-    return " · ".join([said, *told])
+from masonry_opt.studies.settle.answer import Bound, Settlement
 
 
 def settle(
@@ -251,17 +67,17 @@ def settle(
     session = prepare(method, **options)
     scene, effort = as_scene(scene, load_case), Effort(phases)
     scene.refuse_without_case()
-    supports = supports_of(scene, support)
-    along = unit_of(scene, direction)
+    supports = _supports_of(scene, support)
+    along = _unit_of(scene, direction)
     effort.begins("finding joints")
     assembly = assemble(scene)
     problem = assembly.problem
     unit = problem.force_unit * (float(problem.force_sizes(problem.dead).sum()) or 1.0)
-    settling, pushed_back = (freed(assembly, supports, along, push, turns) for push in (unit, -unit))
-    refuse_idle(assembly, settling, supports)
+    settling, pushed_back = (_freed(assembly, supports, along, push, turns) for push in (unit, -unit))
+    _refuse_idle(assembly, settling, supports)
     told = partial(Settlement, case=scene.called, turns=turns, method=method, assembly=assembly)
     told = partial(told, supports=tuple(assembly.names(supports)), direction=tuple(along.tolist()))
-    held = freed(assembly, supports, along, None, turns) if turns else assembly
+    held = _freed(assembly, supports, along, None, turns) if turns else assembly
     if fallen := session.falls(held, effort):
         return told(fallen=fallen)
     effort.begins("reaction at rest")
@@ -270,7 +86,7 @@ def settle(
         session = session.without_expected()
         begins = _ends_by_statics(settling.problem, pushed_back.problem)[::-1]
     else:
-        begins = [(_reaction(settling.problem, rest), rest)] * 2
+        begins = [rest, rest]
     sessions = [session] if session.method.associative else [session, prepare("static")]
 
     def bound(moved: Assembly, sign: float, start: float, settled: np.ndarray | None) -> Bound:
@@ -280,36 +96,112 @@ def settle(
         results = [each.push(begun, lambda _: None, Effort(phases)) for each in sessions]
         return Bound(results[0], results[-1], start=unit * start, per_load_factor=-sign * unit)
 
-    at_rest = None if rest is None else unit * begins[0][0]
+    at_rest = None if rest is None else unit * rest[0]
     least, greatest = bound(settling, 1.0, *begins[0]), bound(pushed_back, -1.0, *begins[1])
     return told(at_rest=at_rest, least=least, greatest=greatest)
 
 
-def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
-    """Forces under the dead load of contacts that give while the supports are held, as those of supports that
-    settle, shape (3c + t,); None if these do not come to carry it. The first, so many, are the scene's own;
-    the others hold supports."""
+def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
+    """Reaction, over the live load, and forces under the dead load of contacts that give while the supports
+    are held, as those of supports that settle, shape (3c + t,); None if these do not come to carry it. The
+    first, so many, are the scene's own; the others hold supports."""
     if held.joints > PUSHED_UP_TO or held.dilatancy_depends_on_stress:
         return None
     q = Elastic(held).settled
     if q is None or not carries(held, q, ZERO):
         return None
-    return np.append(q[:own], np.zeros(settling.B.shape[1] - own))
-
-
-def _reaction(settling: Problem, q: np.ndarray) -> float:
-    """What forces press on the supports, over the live load."""
+    q = np.append(q[:own], np.zeros(settling.B.shape[1] - own))
     reaction = float(settling.B @ q @ settling.live / (settling.live @ settling.live))
     # What is rounding counts as zero: solvers would measure loads by it.
-    return reaction if abs(reaction) > ZERO else 0.0
+    return reaction if abs(reaction) > ZERO else 0.0, q
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
     """Least and greatest reaction with associative flow, over the live load, and the forces there; for one
     without limit a reaction beyond the other."""
     least, greatest = (associative(Task(problem)) for problem in (settling, pushed_back))
-    low = None if least.load_factor is None else -least.load_factor
-    high = greatest.load_factor
-    if low is None:
-        low = 0.0 if high is None else high - 1.0
+    low, high = least.load_factor, greatest.load_factor
+    low = -low if low is not None else 0.0 if high is None else high - 1.0
     return [(low, least.q), (low + 1.0 if high is None else high, greatest.q)]
+
+
+def _supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
+    """Indices of the supports. Raises OptionError if one is none, or is named twice."""
+    names: list[Any] = list(support) if isinstance(support, list | tuple) else [support]
+    known = {block.name: number for number, block in enumerate(scene.blocks)}
+    fixed = [block.name for block in scene.blocks if block.fixed]
+    if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
+        raise OptionError(f"{scene.origin}: support: name each support once (found {support!r})")
+    for name in names:
+        if name not in known:
+            instead = did_you_mean(name, fixed) or f"; supports: {', '.join(fixed)}"
+            raise OptionError(f"{scene.origin}: support: no block '{name}'{instead}")
+        if name not in fixed:
+            known_as = f"a block with 'fixed = true': {', '.join(fixed)}"
+            raise OptionError(f"{scene.origin}: support '{name}' can move already: name {known_as}")
+    return np.array([known[name] for name in names])
+
+
+def _unit_of(scene: Scene, direction: Sequence[float]) -> np.ndarray:
+    """Unit vector of a direction. Raises OptionError if it is none of the scene's."""
+    vector = coordinates(direction, scene.dimension)
+    if vector is None or not vector.any():
+        needed = f"{COORDINATES[scene.dimension]}, not all of them zero"
+        raise OptionError(f"{scene.origin}: direction: needs {needed} (found {direction!r})")
+    vector = vector / np.abs(vector).max()
+    return vector / np.linalg.norm(vector)
+
+
+def _refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -> None:
+    """Raise OptionError if nothing that can move presses or pulls a support."""
+    scene, forces = assembly.scene, assembly.problem.B.shape[1]
+    touched = freed_of.problem.by_block(np.abs(freed_of.problem.B[:, :forces]).sum(axis=1)).any(axis=1)
+    for support in np.setdiff1d(supports, freed_of.movable[touched], assume_unique=True):
+        idle = f"support '{scene.blocks[support].name}' touches no block that can move"
+        raise OptionError(f"{scene.origin}: {idle}: nothing changes where it settles")
+
+
+def _freed(
+    assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float | None, turns: bool
+) -> Assembly:
+    """Assembly in which supports, by their indices (k,), move in one direction (a unit vector) at a common
+    rate, or turn about their centroids at most. The supports are blocks without weight, held by forces
+    without limits: across the direction, against rotation, and, of several, on each other along it. The live
+    load is the push, along the direction, shared by them, in the case's unit of force: the scene's own live
+    loads are left out. Without a push they are held along the direction too."""
+    held = push is None
+    across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
+    # Moments at a usual lever, so that all are forces of one size whatever the units.
+    couples = assembly.problem.length_unit * np.eye(moments_in(len(direction)))
+    restraints: list[LimitedForce] = []
+    before = None
+    for support in supports.tolist():
+        name, point = assembly.scene.blocks[support].name, assembly.geometry.centroid[support]
+        fixed = [Action(support, point, unit) for unit in across]
+        if not turns:
+            fixed += [Action(support, point, np.zeros(len(direction)), couple) for couple in couples]
+        restraints += [LimitedForce(Role.SUPPORT, name, (each,)) for each in fixed]
+        if before is not None and not held:
+            together = before, Action(support, point, direction)
+            restraints.append(LimitedForce(Role.SUPPORT, name, together))
+        before = Action(support, point, -direction)
+    force = (push or 0.0) / len(supports) * direction
+    return with_supports_freed(assembly, _pushed(assembly.scene, supports, force), force, restraints)
+
+
+def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
+    """The scene with supports that can move, and no live loads but those on them."""
+    none = (0.0,) * scene.dimension
+    still: dict[str, Any] = {"live": none, "live_per_weight": none, "live_at": None}
+    if scene.dimension == 3:
+        still["live_moment"] = none
+    moves = still | {"fixed": False, "weight": 0.0, "unit_weight": None, "live": tuple(force.tolist())}
+    numbered, acting = enumerate(scene.blocks), ("live", "live_moment")
+    blocks = [block.replace(**(moves if number in supports else still)) for number, block in numbered]
+    loads = [load.replace(**{key: none for key in acting if getattr(load, key)}) for load in scene.loads]
+    no_push = {"pressure": None, "force": (0.0, 0.0)}
+    edge_loads = [load if load.kind == "dead" else load.replace(**no_push) for load in scene.edge_loads]
+    changes = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
+    none_else: dict[str, Any] = {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
+    # Unchecked: a scene that is checked needs a fixed block, and here all may be free to move.
+    return BaseModel.model_copy(scene.with_load_case(None), update=changes | none_else)

@@ -1,0 +1,321 @@
+"""The answer of ``settle``: the least and the greatest reaction, what moves there, and how joints open and
+slide."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from masonry_opt.answer.frames import unsigned
+from masonry_opt.answer.motion import fastest, joint_motion, moving_names
+from masonry_opt.answer.reasons import Status
+from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.drawing.colours import BLACK
+from masonry_opt.drawing.elements import Elements, result_elements, title_of
+from masonry_opt.drawing.figure import Picture, save_as
+from masonry_opt.drawing.marks import Marks
+from masonry_opt.drawing.pictures import elements_picture
+from masonry_opt.drawing.view import ViewAngles, refuse_view
+from masonry_opt.errors import OptionError, printable
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.result import Result
+from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
+from masonry_opt.words.names import some
+from masonry_opt.words.sentences import numeral
+
+_COLUMNS = ("kind", "reaction", "status", "moves")  #: Columns of a table of reactions, beside the end.
+_WRITTEN = 12  #: Joints at which a picture has numbers, and what it says of them.
+_NOTE = "Numbers at joints: how wide they open, or slide (s), per unit of the support's movement"
+_WAY = "way in which the support moves"  #: What a legend says of the arrows on supports.
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The least or the greatest reaction, in the case's unit of force; None where there is none.
+
+    Attributes
+    ----------
+    result: of the method asked, with its mechanism, tables and pictures. Its live load pushes the supports,
+        from the reaction ``start`` on: the reaction is ``start`` and its load factor times
+        ``per_load_factor``.
+    with_associative: the same with associative flow; ``result`` itself where that is what was asked.
+    """
+
+    result: Result
+    with_associative: Result = field(repr=False)
+    start: float = field(repr=False)
+    per_load_factor: float = field(repr=False)
+
+    @property
+    def reaction(self) -> float | None:
+        """That of the method asked."""
+        return self._reaction(self.result.load_factor)
+
+    @property
+    def expected(self) -> float | None:
+        """That to expect of a scene at rest whose supports then move; None of an associative answer, or where
+        the forces at rest were not found."""
+        return self._reaction(self.result.expected)
+
+    @property
+    def associative(self) -> float | None:
+        """That with associative flow, which no other lies beyond."""
+        return self._reaction(self.with_associative.load_factor)
+
+    @property
+    def across_rest(self) -> float | None:
+        """That of a state met on the other side of rest, of other forces there than those at rest, if any."""
+        return self._reaction(below if (below := self.result.solution.below_zero) < -ZERO else None)
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether the scene is proven to stand with any reaction on this side."""
+        return self.result.solution.carries_any_load
+
+    @property
+    def results(self) -> dict[str, Result]:
+        """Results by kind: "coulomb" and "expected", where asked for, and "associative"."""
+        if self.result is self.with_associative:
+            return {"associative": self.result}
+        found = {"coulomb": self.result, "expected": self.result.at_expected}
+        return {kind: of for kind, of in found.items() if of} | {"associative": self.with_associative}
+
+    @cached_property
+    def openings(self) -> pd.DataFrame:
+        """How wide joints open, and how far they slide, for each unit that the support moves, in the small
+        motion of the mechanism of the first of ``results`` that has one: see :attr:`Settlement.openings`."""
+        return _joint_openings(next((of for of in self.results.values() if of.solution.answer), self.result))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Reaction, status and moving blocks of each of the results."""
+        results = self.results.items()
+        rows = ((kind, self._reaction(of.load_factor), str(of.status), _moving(of)) for kind, of in results)
+        return [dict(zip(_COLUMNS, row, strict=True)) for row in rows]
+
+    def _reaction(self, load_factor: float | None) -> float | None:
+        if load_factor is None:
+            return None
+        reaction = self.start + self.per_load_factor * load_factor
+        return reaction if abs(reaction) > ZERO * abs(self.per_load_factor) else 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settlement(StudyAnswer):
+    """The reactions with which a scene stands on supports that can move in one direction.
+
+    Attributes
+    ----------
+    case: case file or title of the scene.
+    supports, direction, turns: names of the supports, unit vector in which they settle, and whether each can
+        turn.
+    method: as asked for.
+    at_rest: reaction while the supports are held (and turn, if they can), of contacts that give; None where
+        it was not found.
+    least, greatest: the reactions; None where none holds the scene.
+    fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
+    assembly: of the scene as it was given, its supports fixed, in its load case.
+    """
+
+    case: str
+    supports: tuple[str, ...]
+    direction: tuple[float, ...]
+    turns: bool
+    method: str
+    at_rest: float | None = None
+    least: Bound | None = None
+    greatest: Bound | None = None
+    fallen: Result | None = field(default=None, repr=False)
+    assembly: Assembly = field(repr=False, compare=False)
+
+    @property
+    def ends(self) -> dict[str, Bound]:
+        """Least and greatest by name; empty where no reaction holds the scene."""
+        return {name: end for name in ("least", "greatest") if (end := getattr(self, name))}
+
+    @property
+    def status(self) -> Status:
+        """Whether some reaction holds the scene."""
+        return self.fallen.status if self.fallen else Status.STANDS
+
+    @property
+    def usable(self) -> bool:
+        """Whether some reaction holds the scene, and the method found both ends, or that there is none."""
+        found = (end.reaction is not None or end.unlimited for end in self.ends.values())
+        return not self.fallen and all(found)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each end and kind of flow: ``end`` ("least", "greatest"), ``kind`` ("coulomb",
+        "expected", "associative"), ``reaction`` (NaN where there is none), ``status``, ``moves`` (names of
+        blocks, fastest first)."""
+        rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
+        return pd.DataFrame(rows, columns=["end", *_COLUMNS]).astype({"reaction": float})
+
+    told = table
+
+    @property
+    def openings(self) -> pd.DataFrame:
+        """A row a joint that opens or slides at the least reaction, the widest first: ``joint`` (its row in
+        the result's ``joints``), ``first``, ``second``, ``x``, ``y`` (``z``) where it opens most, ``opening``
+        there and ``sliding``, both for each unit that the support moves: mm per mm, in a small motion."""
+        return self.least.openings if self.least else pd.DataFrame()
+
+    def facts(self) -> dict[str, str]:
+        along = ", ".join(numeral(part, ".6g") for part in self.direction)
+        rate = ", at a common rate" if len(self.supports) > 1 else ""
+        turning = "and each can turn" if self.turns else "without turning"
+        settles = f"{some([*map(repr, self.supports)])} along ({along}){rate}, {turning}"
+        told = {"case": self.case, "method": self.method, "settles": settles}
+        if self.fallen:
+            return told | {"reaction": f"none holds the scene ({self.status}): {self.fallen.message}"}
+        if self.at_rest is not None:
+            told["at rest"] = numeral(self.at_rest, ".6g")
+        told |= {name: _words(end) for name, end in self.ends.items()}
+        if len(found := self.openings):
+            wide = found[["opening", "sliding"]].max(axis=1)
+            joints = zip(found["first"], found["second"], wide, strict=True)
+            listed = some([f"'{one}'–'{other}' {numeral(width, '.3g')}" for one, other, width in joints])
+            told["openings"] = f"per unit of movement, at the least: {listed}"
+        return told
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
+        own = ("case", "supports", "direction", "turns", "method", "at_rest")
+        told: dict[str, Any] = {name: getattr(self, name) for name in own}
+        told |= {"status": str(self.status), "usable": self.usable}
+        numbers = ("reaction", "expected", "associative", "across_rest", "unlimited")
+        for name in ("least", "greatest"):
+            end = self.ends.get(name)
+            told[name] = end and {key: getattr(end, key) for key in numbers} | {
+                "openings": records(end.openings),
+                "results": {
+                    row["kind"]: {"reaction": row["reaction"], "moves": row["moves"]} | of.as_dict()
+                    for row, of in zip(end.rows(), end.results.values(), strict=True)
+                },
+            }
+        return told | {"fallen": self.fallen and self.fallen.as_dict()}
+
+    def plot(
+        self, end: str = "least", kind: str | None = None, names: bool = False, view: ViewAngles | None = None
+    ) -> Picture:
+        """Draw what moves at the "least" or the "greatest" reaction, with an arrow on each support in the
+        direction in which it moves, as a matplotlib figure; how the scene falls, where no reaction holds it.
+        Raises OptionError if there is no such end or kind, or the view is none.
+
+        Parameters
+        ----------
+        kind: one of ``Bound.results``; by default the first.
+        names: whether to write each block's name into it.
+        view: of solids, as of :meth:`Result.plot`.
+        """
+        if end not in ("least", "greatest"):
+            raise OptionError(f"there is no end '{end}': choose from least, greatest")
+        if self.fallen:
+            return _drawn(self.fallen, "no reaction holds it: how it falls", names, view)
+        rows = {row["kind"]: row for row in self.ends[end].rows()}
+        kind = kind or next(iter(rows))
+        if kind not in rows:
+            raise OptionError(f"there is no answer of kind '{kind}': choose from {', '.join(rows)}")
+        reaction, of = rows[kind]["reaction"], printable(some([*map(repr, self.supports)]))
+        said = f"none ({rows[kind]['status']})" if reaction is None else numeral(reaction, ".6g")
+        return _drawn(self.ends[end].results[kind], f"{end} reaction of {of}: {said} ({kind})", names, view)
+
+    def save(
+        self,
+        path: str | Path,
+        end: str = "least",
+        kind: str | None = None,
+        force: bool = False,
+        view: ViewAngles | None = None,
+    ) -> None:
+        """Write one picture (.png, .svg, .pdf; ``end``, ``kind`` and ``view`` as in ``plot``), or a page with
+        both ends (.html), whole or not at all. Raises OptionError if the file's name has another ending, it
+        cannot be written or replaced (``force`` replaces what was not written here), or as ``plot``."""
+        save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
+
+    def _page(self, view: ViewAngles | None) -> str:
+        title, pictures = title_of(self.assembly.scene), self.pictures(view)
+        return render("study.html", title=title, answer=self, pictures=pictures, parts={})
+
+    def pictures(self, view: ViewAngles | None = None) -> dict[str, Picture]:
+        if self.fallen:
+            return {"How it falls": self.plot(view=view)}
+        return {f"What moves at the {end} reaction": self.plot(end, view=view) for end in self.ends}
+
+    def page_tables(self) -> dict[str, dict[str, Any]]:
+        told = {"Reactions": frame_table(self.table, kind="flow", moves="moves, fastest first")}
+        for name, end in self.ends.items():
+            if len(end.openings):
+                rows = frame_table(end.openings.drop(columns="joint"))
+                told[f"Openings per unit of movement, at the {name} reaction"] = rows
+        return told if self.ends else {}
+
+
+def _moving(result: Result) -> list[str]:
+    """Names of the blocks that move at a load factor, fastest first."""
+    found = result.solution.answer
+    return moving_names(result.assembly, found.d) if found else []
+
+
+def _joint_openings(result: Result) -> pd.DataFrame:
+    """:attr:`Settlement.openings` of the mechanism of a result."""
+    assembly, solution = result.assembly, result.solution
+    problem, joints = assembly.problem, assembly.joints
+    axes = list("xyz"[: assembly.scene.dimension])
+    columns = ["joint", "first", "second", *axes, "opening", "sliding"]
+    if solution.d is None or solution.load_factor is None:
+        return pd.DataFrame(columns=columns)
+    # The push, along the movement, is the one live load.
+    movement = float(problem.live @ solution.d) / float(problem.force_sizes(problem.live).sum())
+    rates, rounding = problem.motion(solution.d, solution.q), ZERO * fastest(assembly, solution.d)
+    apart, slip = np.empty(len(joints.joint)), np.hypot.reduce(np.abs(problem.shears(rates)), axis=0)
+    apart[assembly.pressed] = problem.at_points(rates)
+    order = np.lexsort((-apart, joints.joint))
+    widest = order[np.unique(joints.joint[order], return_index=True)[1]]
+    motion = joint_motion(assembly, solution)
+    moves = np.flatnonzero(motion.slides | motion.hinges | motion.separates)
+    opens, slides = apart[widest], joints.most(slip[assembly.of_point])
+    opens, slides = (np.where(rate > rounding, rate, 0.0)[moves] / movement for rate in (opens, slides))
+    first, second = np.array(assembly.pairs_of(moves), dtype=object).reshape(-1, 2).T
+    at = (joints.point[widest] + assembly.geometry.origin)[moves]
+    frame = pd.DataFrame(dict(zip(columns, (moves, first, second, *at.T, opens, slides), strict=True)))
+    widths = frame[["opening", "sliding"]].max(axis=1).sort_values(ascending=False, kind="stable")
+    return unsigned(frame.loc[widths.index]).reset_index(drop=True)
+
+
+def _opening_marks(result: Result, elements: Elements) -> list[Marks]:
+    """The numbers of the widest, at the joints."""
+    joints, found = result.assembly.joints, _joint_openings(result).head(_WRITTEN)
+    marks = []
+    for number, opening, sliding in zip(found["joint"], found["opening"], found["sliding"], strict=True):
+        ends = [joints.first[number], joints.second[number]]
+        motion = elements.motion[ends].mean(axis=0)[None]
+        text = f"{opening:.3g}" if opening >= sliding else f"{sliding:.3g} s"
+        point = joints.middle[number][None, None]
+        marks.append(Marks("openings", "", "point", BLACK, 0.0, point, motion, text=text))
+    return marks
+
+
+def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
+    refuse_view(result.assembly.scene, view)
+    elements = result_elements(result)
+    loads = [replace(each, label=_WAY) if each.name == "live" else each for each in elements.loads]
+    numbers = _opening_marks(result, elements)
+    elements = replace(elements, heading=heading, loads=[*loads, *numbers])
+    return elements_picture(elements, "mechanism", names, view, (_NOTE,) if numbers else ())
+
+
+def _words(end: Bound) -> str:
+    """An end in one line."""
+    if end.reaction is None:
+        said = "unlimited" if end.unlimited else f"not found ({end.result.status})"
+    else:
+        said = f"{numeral(end.reaction, '.6g')}; moves {some(_moving(end.result))}"
+    others = {"with other forces at rest": end.across_rest}
+    if end.result is not end.with_associative:
+        others |= {"to expect": end.expected, "associative": end.associative}
+    told = [f"{label} {numeral(value, '.6g')}" for label, value in others.items() if value is not None]
+    return " · ".join([said, *told])
