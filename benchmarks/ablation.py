@@ -157,11 +157,11 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "a-heavier-energy": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),
     "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),
-    "repeat-what-pays": ("global", {"bracket.rising:_WORTH_REPEATING": inf}),
+    "repeat-what-pays": ("global", {_BOUND + "_WORTH_REPEATING": inf}),
     "older-interior-point": ("global", {_BOUND + "_FEW_ROWS": 0}),
     "coarse-interior-point": ("global", {_BOUND + "_COARSE": 0.0}),
     "fastest-velocity": ("global", {_BOUND + "_FASTEST": 1e3}),
-    "near-products-first": ("global", {"bracket.rising:RADII": lambda old: old[3:]}),
+    "near-products-first": ("global", {_BOUND + "RADII": lambda old: old[3:]}),
     **IN_SPACE,
 }
 
@@ -324,7 +324,7 @@ def around(number: Any) -> tuple[Any, Any]:
 
 def _pushed(problem: Any) -> Measured:
     began, pushed = time.process_time(), Elastic(problem).pushed()
-    value, ended = pushed.answer and pushed.answer.load_factor, pushed.ended in (Ended.RAY, Ended.JAM)
+    value, ended = pushed.end and pushed.end.load_factor, pushed.ended in (Ended.RAY, Ended.LEVEL, Ended.JAM)
     return Measured(value, ended, value is not None, 0, time.process_time() - began, pushed.peak)
 
 

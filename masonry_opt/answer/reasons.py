@@ -76,16 +76,16 @@ class Code(StrEnum):
     DILATANCY_FALLS = "dilatancy falls"
 
     # Contacts that give.
-    # Give, change: of λ from contacts so many times softer: softer; steps; peak as below, of a push alone.
-    PLATEAU = "plateau"
+    PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
     NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
     # Steps and folds of the push, peak: a higher load factor on its way, or None; deep_fall: that from which
     # it first falls deep before the highest, and the largest share, or None.
     RAY = "ray"
+    LEVEL = "level"  # the same: λ stays as blocks move on, but not for ever
     JAMS = "jams"  # the same
     GROWN = "grown"  # beyond: under which load blocks do not come to rest; None where λ stays; steps
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a push
-    # Draws of stiffness and of self-stress, each range of loads to expect or None, without: pushes to no ray.
+    # Draws of stiffness and of self-stress, each range of loads to expect or None, without: pushes to no end.
     SPREAD = "spread"
     CURVE = "curve"  # states, left_out: points without one; peak, last: load factors
 

@@ -89,20 +89,26 @@ class Solution:
 
     @property
     def expected_value(self) -> float | None:
-        """Load factor to expect: the highest on the path to a ray, else that of contacts that give; None if
+        """Load factor to expect: the highest on the path to its end, else that of contacts that give; None if
         there is none, or it was not computed."""
         return None if (state := self.at_expected) is None else state.peak or state.load_factor
 
     @property
     def end(self) -> float | None:
-        """Load factor at the ray of the path; None if it ends in none, or was not followed."""
+        """Load factor at the ray of the path, or where it stays; None if it comes to neither, or was not
+        followed."""
         state = self.at_expected
-        return state.load_factor if state and state.values_of(Code.RAY) else None
+        return state.load_factor if state and state.pushed else None
 
     @property
     def peak(self) -> float | None:
-        """Highest load factor on the way to its own, on a ray, where that is lower."""
-        return (self.values_of(Code.RAY) or self.values_of(Code.PLATEAU)).get("peak")
+        """Highest load factor on the way to its own, at the end of a push, where that is lower."""
+        return self.pushed.get("peak")
+
+    @property
+    def pushed(self) -> dict[str, Any]:
+        """What is told of a push that came to a ray, or to where λ stays; empty of any other."""
+        return self.values_of(Code.RAY) or self.values_of(Code.LEVEL)
 
     def values_of(self, code: Code) -> dict[str, Any]:
         """The values of the reason with a code; empty without that reason."""

@@ -113,9 +113,10 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
     load from rest: ``rests`` tells whether it does, and would fall with the forces found alone, or is held by
     wedging alone."""
     if rests:
-        # The way to a ray below zero may lead over a load that the scene carries.
-        rays = [said for said in solution.reasons if said.code is Code.RAY and said.values["peak"]]
-        return solution.withdrawn(Status.SOLVER_FAILED, Code.BELOW_ZERO).telling(*rays)
+        # The way to an end below zero may lead over a load that the scene carries.
+        ends = (said for said in solution.reasons if said.code in (Code.RAY, Code.LEVEL))
+        over = [said for said in ends if said.values["peak"]]
+        return solution.withdrawn(Status.SOLVER_FAILED, Code.BELOW_ZERO).telling(*over)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)
     return solution.withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 

@@ -119,6 +119,11 @@ def _not_certified(v: dict[str, Any]) -> str:
     return f"{found} ({left}): try another solver, and look for weights or lengths of very different size"
 
 
+def _on_the_way(v: dict[str, Any]) -> str:
+    peak = "" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}"
+    return peak + ("" if v["deep_fall"] is None else _deep_fall(*v["deep_fall"]))
+
+
 def _deep_fall(load_factor: float, share: float) -> str:
     fell = f"by up to {share:.0%}, first from {numeral(load_factor, '.4g')}"
     return f"; on the way λ fell {fell}, where the scene may come down already, and rose again"
@@ -252,8 +257,11 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.RAY: lambda v: (
         f"proven by its push from rest, in {counted(v['steps'], 'step')} to where blocks move on for ever"
-        + ("" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}")
-        + ("" if v["deep_fall"] is None else _deep_fall(*v["deep_fall"]))
+        + _on_the_way(v)
+    ),
+    Code.LEVEL: lambda v: (
+        f"pushed from rest, in {counted(v['steps'], 'step')} to where it stays as blocks move tenfold"
+        + _on_the_way(v)
     ),
     Code.JAMS: lambda v: (
         f"pushed from rest it bears any load: friction jams, proven in {counted(v['steps'], 'step')}"

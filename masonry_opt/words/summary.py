@@ -272,10 +272,11 @@ def _doubt(result: Outcome) -> str:
     for why in result.expected_reasons:
         if why.code is Code.NO_PLATEAU:
             return message([why])
-        if why.code is Code.GROWN:
-            return "no collapse proves it"
-        if why.code is Code.RAY and why.values["peak"] is not None:
-            return f"{'nothing' if result.end is None else _known(result.end)} as it moves on"
+        doubts = ["no collapse proves it"] if why.code in (Code.GROWN, Code.LEVEL) else []
+        if why.code in (Code.RAY, Code.LEVEL) and why.values["peak"] is not None:
+            doubts.append(f"{'nothing' if result.end is None else _known(result.end)} as it moves on")
+        if doubts:
+            return ", ".join(doubts)
     return ""
 
 

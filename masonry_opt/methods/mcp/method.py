@@ -49,7 +49,7 @@ def mcp(task: Task) -> Solution:
     """Load factor of an exact state that a push from rest leads to, on small scenes the lowest of several.
 
     Scenes of more than 3000 joints (in space contact points) are for the loop, those whose dilatancy falls
-    with stress, and those of more than 500 joints that stand and on which none is found.
+    with stress, and those of more than 500 joints, or with a load to expect, on which none is found.
     """
     if task.problem.dilatancy_depends_on_stress or task.problem.joints > PUSHED_UP_TO:
         return _by_loop(task)
@@ -174,7 +174,8 @@ def _by_loop(task: Task) -> Solution:
 def _without(task: Task, solution: Solution, lowest: float, expected: Solution) -> Solution:
     """The end without a load factor: none was found, or all lie below zero, as the lowest; or friction jams
     the blocks, which is not proven; but from rest no multiple of the load brings them down. What does not
-    carry its dead load from rest does not stand. Where none was found of a large scene, the loop's."""
+    carry its dead load from rest does not stand. Where none was found of a large scene, or of one with a load
+    to expect, the loop's."""
     found, stopped = solution.infeasibility, expected.values_of(Code.PUSH_STOPPED)
     grows = next((said for said in expected.reasons if said.code is Code.JAMS), None)
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
@@ -184,8 +185,9 @@ def _without(task: Task, solution: Solution, lowest: float, expected: Solution) 
     word, steps = stopped.get("word", "no exact state lies nearby"), len(expected.history)
     if elastic_of(task).settled is None:
         return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, word=word, steps=steps, looped=False)
-    carried = task.problem.joints > _SIMPLEX_UP_TO or expected.answer is not None
-    by_loop = _by_loop(task) if carried else None
+    by_loop: Solution | None = None
+    if task.problem.joints > _SIMPLEX_UP_TO or expected.answer is not None:
+        by_loop = _by_loop(task)
     if by_loop is not None and by_loop.answer is not None and not by_loop.failing():
         return by_loop
     told = {"word": word, "steps": steps, "looped": by_loop is not None}

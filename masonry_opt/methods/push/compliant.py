@@ -64,8 +64,9 @@ class CompliantOptions(Options):
 
 
 def compliant(task: Task) -> Solution:
-    """Load factor at the ray that the path from rest ends in; where it comes to none, the largest that blocks
-    come to rest under; where contacts are to give so much, of the state there."""
+    """Load factor at the ray that the path from rest ends in, or where it stays far from rest; where it comes
+    to neither, the largest that blocks come to rest under; where contacts are to give so much, of the state
+    there."""
     options, effort = task.options or CompliantOptions(), task.effort
     effort.begins("pushed from rest")
     effort.uses(task.solver.name, "complementarity problem")
@@ -94,20 +95,21 @@ def compliant(task: Task) -> Solution:
 
 
 def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution:
-    """How a push ends: on a ray, in a jam, or in the state that it came to, or was asked for at a u."""
-    solution, answer = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT), pushed.answer
+    """How a push ends: on a ray, where λ stays, in a jam, or in the state that it came to, or was asked for
+    at a u."""
+    solution, end = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT), pushed.end
     growth, steps = pushed.growth, len(pushed.steps) + len(pushed.growth_steps)
     told: dict[str, Any] = {"steps": steps, "folds": pushed.folds, "deep_fall": pushed.deep_fall}
     if growth is not None:
         told = {"steps": steps, "folds": 0, "deep_fall": None}
-    peak, end = pushed.peak or 0.0, pushed.end
-    above = asked is None and end is not None and peak > end.load_factor * (1 + PLATEAU) + ZERO
-    highest = {"peak": peak if above else None}
     if asked is None and pushed.ended is Ended.JAM:
         return solution.ended(Status.SOLVER_FAILED, Code.JAMS, **told)
-    if asked is None and answer is not None and elastic.tells(answer.load_factor, answer.d):
-        return replace(solution, found=answer).ended(Status.CONVERGED, Code.RAY, **told, **highest)
-    state = elastic.at(pushed, asked) if asked else elastic.carried(growth) if growth else pushed.level
+    if asked is None and end is not None and (pushed.level or elastic.tells(end.load_factor, end.d)):
+        peak = pushed.peak or 0.0
+        told["peak"] = peak if peak > end.load_factor * (1 + PLATEAU) + ZERO else None
+        code = Code.LEVEL if pushed.level else Code.RAY
+        return replace(solution, found=end).ended(Status.CONVERGED, code, **told)
+    state = elastic.at(pushed, asked) if asked else elastic.carried(growth) if growth else None
     if state is None or state.answer.failing(Kind.COMPLIANT):
         stopped = {"word": str(pushed.ended), "steps": steps, "looped": False}
         return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **stopped)
@@ -122,7 +124,7 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
         change = over_load_factor(apart, found.load_factor)
     code = Code.PLATEAU if change is not None and change <= PLATEAU else Code.NO_PLATEAU
     given = {"give": state.give, "change": change, "softer": _SOFTER, "steps": steps}
-    return replace(solution, found=found).ended(Status.CONVERGED, code, **given, **highest)
+    return replace(solution, found=found).ended(Status.CONVERGED, code, **given)
 
 
 def _with_curve(elastic: Elastic, pushed: Pushed, ending: Solution) -> Solution:

@@ -64,10 +64,11 @@ _DEEP, _TRIFLE = 0.1, 1e-2
 
 
 class Ended(StrEnum):
-    """How a push ends: on a ray on which the scene collapses, or friction jams, or the live load is drawn
-    back; without a state under the dead load; before an end is found."""
+    """How a push ends: on a ray on which the scene collapses, or where λ stays, or friction jams, or the live
+    load is drawn back; without a state under the dead load; before an end is found."""
 
     RAY = "ray"
+    LEVEL = "level"
     JAM = "jam"
     BACK = "the live load is drawn back"
     NOT_SETTLED = "its contacts do not come to carry the dead load"
@@ -185,7 +186,7 @@ class Elastic:
             return None
         nothing, dead = np.zeros(self.problem.B.shape[1]), self.problem.dead
         grows = replace(self.problem, dead=np.zeros_like(dead), live=dead, settled=nothing)
-        return Elastic(grows, self._matrix, self._compliance).pushed().answer
+        return Elastic(grows, self._matrix, self._compliance).pushed().end
 
     def tells(self, load_factor: float, d: np.ndarray) -> bool:
         """Whether a mechanism (3b,) at a load factor tells of the load. One of blocks that weigh nothing
@@ -207,12 +208,10 @@ class Elastic:
             came = bool(found.steps) and found.steps[-1].displacement >= until
             if came or found.ended is not Ended.STOPPED:
                 break
-        if found.ended is Ended.STOPPED and until == inf:
-            found = self._grown(found, follow)
         if level is not None and not _stays(found.answer, level.steps[-1].load_factor):
             found = level
-        if found.growth is not None:
-            return replace(found, peak=found.growth.carried / self.problem.live_norm)
+        elif found.ended is Ended.STOPPED and until == inf:
+            return self._grown(found, follow)
         return replace(found, peak=self._peak(self.curve.rounded_by(found.rounding), found))
 
     def _level(self, path: Pushed) -> Pushed | None:
@@ -227,9 +226,11 @@ class Elastic:
             if not len(before) or np.ptp(along[before[-1] : last + 1, 1]) > PLATEAU * load_factor:
                 continue
             state = self.next_to(path, path.points[last].at, float(u))
-            if state is not None and not state.answer.failing(Kind.COMPLIANT):
+            if state is None or state.answer.failing(Kind.COMPLIANT):
+                continue
+            if self.tells(state.answer.load_factor, state.answer.d):
                 steps, points = path.steps[: last + 1], path.points[: last + 1]
-                return Pushed(Ended.STOPPED, steps, points, rounding=path.rounding, level=state)
+                return Pushed(Ended.LEVEL, steps, points, rounding=path.rounding, level=state)
         return None
 
     def _grown(self, path: Pushed, follow: Progress) -> Pushed:
@@ -243,7 +244,7 @@ class Elastic:
         growth = grown(self.curve.rounded_by(_GROWN), told)
         if growth is None:
             return path
-        found = replace(path, growth=growth, growth_steps=tuple(steps))
+        found = replace(path, growth=growth, growth_steps=tuple(steps), peak=growth.carried / unit)
         u = self.curve.u(growth.at)
         if growth.beyond is not None or u <= 0:
             return found
@@ -398,7 +399,7 @@ class Elastic:
 
 
 def _stays(answer: Answer | None, load_factor: float) -> bool:
-    """Whether the λ of a state is the one that stays, within what states are told apart by."""
+    """Whether a state's λ is the one that stays; an exact one may be a hundredth from it."""
     return answer is not None and abs(answer.load_factor - load_factor) <= APART * abs(load_factor)
 
 
