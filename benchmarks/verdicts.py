@@ -19,9 +19,8 @@ sys.path.insert(0, str(ROOT / "tests"))
 from atlas.made_scenes import made_scenes, write_atlas, write_large, write_random  # noqa: E402
 
 from masonry_opt.studies.compare.comparison import run_plan, write_report  # noqa: E402
-from masonry_opt.studies.compare.frames import Comparison, RunLimits  # noqa: E402
-from masonry_opt.studies.compare.judge import best_known  # noqa: E402
-from masonry_opt.studies.compare.runs import plan  # noqa: E402
+from masonry_opt.studies.compare.judge import Comparison, best_known  # noqa: E402
+from masonry_opt.studies.compare.runs import RunLimits, plan  # noqa: E402
 
 
 def verdicts(asked: argparse.Namespace) -> Comparison:

@@ -93,7 +93,10 @@ class Session:
         """The same, as matrices and numbers without names and units."""
         effort.begins("finding joints")
         with effort.measure("scene"):
-            assembly = self._assembled(scene)
+            kept = None if self._last is None else on_matrices_of(self._last, scene)
+            assembly = kept or assemble(scene)
+        if self.kept.keeps:
+            self._last = assembly
         refuse_unsuited(self.method, assembly)
         solution = self._unless_it_stands(assembly, effort)
         return assembly, solution or self.pushed(assembly, progress, effort)
@@ -109,13 +112,6 @@ class Session:
             return solution
         # Nothing bears out what forces and velocities say.
         return replace(solution, found=Found(forms=solution.found.forms))
-
-    def _assembled(self, scene: Scene) -> Assembly:
-        kept = on_matrices_of(self._last, scene) if self._last is not None else None
-        assembly = kept or assemble(scene)
-        if self.kept.keeps:
-            self._last = assembly
-        return assembly
 
     def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """The solution of a scene that does not stand under its dead load; None if it stands."""

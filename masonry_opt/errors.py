@@ -9,11 +9,7 @@ def printable(text: str) -> str:
     What a case file or a path contains must not move a terminal's cursor, colour it, turn its
     direction of writing round, or fail to be encoded.
     """
-    if text.isprintable():
-        return text
-    return "".join(
-        letter if letter == "\n" or letter.isprintable() else ascii(letter)[1:-1] for letter in text
-    )
+    return "".join(one if one == "\n" or one.isprintable() else ascii(one)[1:-1] for one in text)
 
 
 def rounded_up(value: float, digits: int = 4) -> str:
@@ -30,8 +26,7 @@ def counted(number: int, noun: str) -> str:
 class MasonryError(Exception):
     """Base of the errors whose message tells a user what to do; the message is printable."""
 
-    #: What the command line ends with.
-    exit_code = 2
+    exit_code = 2  #: What the command line ends with.
 
     def __init__(self, message: object) -> None:
         super().__init__(printable(str(message)))
@@ -55,8 +50,7 @@ class OutputError(MasonryError):
 class ReaderGoneError(OutputError):
     """The reader of standard output closed it: nothing is wrong, and nothing is printed."""
 
-    #: As of programs that the signal SIGPIPE ends.
-    exit_code = 128 + 13
+    exit_code = 128 + 13  #: As of programs that the signal SIGPIPE ends.
 
 
 class NoLoadFactorError(MasonryError):

@@ -6,13 +6,14 @@ import os
 import re
 import tempfile
 from base64 import b64encode
+from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import OptionError, OutputError
 
 WRITER = "masonry_opt"  #: Who wrote a file, in its metadata; and a comment that says it.
 MARK = f"written by {WRITER}"
@@ -50,6 +51,15 @@ def picture_metadata(kind: str) -> dict[str, str | None]:
     if kind == "png":
         return {"Software": WRITER}
     return {"Creator": WRITER, "Date" if kind == "svg" else "CreationDate": None}
+
+
+@contextlib.contextmanager
+def writing(path: Path, kept: str = "") -> Iterator[None]:
+    """Turn errors of writing a file into those of this package, which end with what is kept all the same."""
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror}{kept}") from None
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
@@ -96,10 +106,9 @@ def refuse_replacing(path: Path, force: bool = False) -> None:
     An empty file, as a temporary one is, holds nothing that could be lost.
     """
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
-        raise OptionError(
-            f"{path}: is there already, and does not bear the mark of what {WRITER} writes: choose another "
-            "name, or replace it with --force (in Python: force=True)"
-        )
+        unmarked = f"is there already, and does not bear the mark of what {WRITER} writes"
+        instead = "choose another name, or replace it with --force (in Python: force=True)"
+        raise OptionError(f"{path}: {unmarked}: {instead}")
 
 
 def _is_replaceable(path: Path) -> bool:

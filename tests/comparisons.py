@@ -6,11 +6,9 @@ import pandas as pd
 from lines import line
 from scenes import CASES
 
-from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.frames import Comparison, RunLimits
-from masonry_opt.studies.compare.judge import BestKnown
-from masonry_opt.studies.compare.runs import COLUMNS, find_scenes, plan
+from masonry_opt.studies.compare.judge import BestKnown, Comparison, summary
+from masonry_opt.studies.compare.runs import COLUMNS, RunLimits, find_scenes, plan
 
 NAMES = BLOCKS, WALL = "gilbert/two_blocks", "ferris_tinloi/wall_1"
 
@@ -46,7 +44,7 @@ def made_up() -> Comparison:
             rows.append(line(scene=scene, **(run | known)))
     bounds = {BLOCKS: CertifiedBounds(0.25, 0.25), WALL: CertifiedBounds(0.64286, 0.64286)}
     best = {BLOCKS: BestKnown(0.15, "by hand"), WALL: BestKnown(0.63898, "refined")}
-    summary = frames.summary(rows, bounds, best, {WALL: {"Coulomb": "unstable under dead load"}})
+    judged = summary(rows, bounds, best, {WALL: {"Coulomb": "unstable under dead load"}})
     scenes = find_scenes([CASES / f"{name}.toml" for name in NAMES])
     results = pd.DataFrame(rows, columns=COLUMNS)
-    return Comparison(scenes, planned, RunLimits(60, 4000, 1), bounds, best, results, summary)
+    return Comparison(scenes, planned, RunLimits(60, 4000, 1), bounds, best, results, judged)

@@ -15,8 +15,8 @@ from masonry_opt.errors import InterruptedByUserError, MasonryError, OutputError
 from masonry_opt.words.terminal import print_text, results_alone
 
 #: Modules of commands, which are loaded when these are called: others have that of their name.
-_MODULES = {"check": "solve"} | dict.fromkeys(("convert", "draw", "export"), "files")
-_MODULES |= dict.fromkeys(("compare", "reproduce", "sweep"), "many")
+_MODULES = {"check": "solve", "compare": "many", "sweep": "many"}
+_MODULES |= dict.fromkeys(("convert", "draw", "export"), "files")
 _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "report", "settle"), "studies")
 
 #: What each command does.

@@ -18,8 +18,8 @@ from rich.markup import escape
 from typer.models import OptionInfo
 
 from masonry_opt.analysis import solve
-from masonry_opt.errors import InterruptedByUserError, OptionError, OutputError
-from masonry_opt.files import WRITER
+from masonry_opt.errors import InterruptedByUserError, OptionError
+from masonry_opt.files import WRITER, writing
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.words.terminal import print_text
 
@@ -74,19 +74,15 @@ Force = Annotated[bool, SHARED["force"]]
 class Given(dict[str, Any]):
     """Arguments that were typed, by parameter; where none was, the functions' own defaults hold."""
 
-    def __init__(self, function: Function, options: Sequence[str]) -> None:
-        super().__init__()
-        self.function, self.options = function, options
-
     def take(self, function: Function) -> dict[str, Any]:
         """Those of a function, which are then no longer here."""
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
-    def rest(self, function: Function | None = None) -> dict[str, Any]:
-        """What is left, and the method's options, for a function (or the command's first) that passes these
-        on. Raises OptionError if one has another form, or is an argument of the function itself."""
-        options = dict(map(_name_and_value, self.options))
-        for of in (solve, function or self.function):  # to the first of which the other passes the rest
+    def rest(self, function: Function) -> dict[str, Any]:
+        """What is left, and the method's options, for a function that passes these on. Raises OptionError if
+        one has another form, or is an argument of the function itself."""
+        options = dict(map(_name_and_value, self.pop("options", ())))
+        for of in (solve, function):  # to the first of which the other passes the rest
             if own := inspect.signature(of).parameters.keys() & options:
                 whose = "it is not the method's but the command's own, if any: see --help"
                 raise OptionError(f"option '{min(own)}': {whose}")
@@ -108,15 +104,16 @@ def command(
         options = dict(inspect.signature(own, eval_str=True).parameters)
         del options["given"]
         parsers: dict[str, Function | None] = {}
-        for one in (one for function in functions for one in _parameters(function)):
-            if one.name not in options and one.name not in leave.split():
+        for one in (one for of in functions for one in inspect.signature(of).parameters.values()):
+            called = one.default is not one.empty and callable(one.default)  # as the function runs
+            if not called and one.name not in {*options, *_SUBJECTS, *leave.split()}:
                 info: OptionInfo = copy(asked.get(one.name) or SHARED.get(one.name) or typer.Option())
                 parsers[one.name], info.parser = info.parser, None
                 info.help = info.help or escape(_help(one, functions, labels))
                 options[one.name] = _option(one, info, bool(parsers[one.name]), not labels)
 
         def run(ctx: typer.Context, **typed: Any) -> None:
-            given = Given(functions[0], typed.pop("options", None) or ())
+            given = Given()
             for name in [name for name in parsers if name in typed]:
                 value, parse = typed.pop(name), parsers[name] or (lambda text: text)
                 if ctx.get_parameter_source(name).name != "DEFAULT":  # type: ignore[union-attr]
@@ -131,13 +128,6 @@ def command(
         return app
 
     return made
-
-
-def _parameters(function: Function) -> Iterator[Parameter]:
-    """Those that can be options: what is called as a function runs cannot."""
-    for one in inspect.signature(function).parameters.values():
-        if one.name not in _SUBJECTS and (one.default is one.empty or not callable(one.default)):
-            yield one
 
 
 def _option(one: Parameter, info: OptionInfo, read: bool, required: bool) -> Parameter:
@@ -199,15 +189,6 @@ def waiting(line: str) -> Iterator[Callable[[str], None]]:
             yield lambda line: status.update(escape(line))
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: nothing was found") from None
-
-
-@contextlib.contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turn errors of writing a file into those of this package."""
-    try:
-        yield
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def tell(

@@ -9,13 +9,14 @@ from typing import Annotated, Any
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Case, Force, Given, LoadCaseName, command, numbers, writing
+from masonry_opt.cli.command import Case, Force, Given, LoadCaseName, command, numbers
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
 from masonry_opt.drawing.view import refuse_view
 from masonry_opt.errors import OptionError, OutputError, counted, printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
+from masonry_opt.files import writing
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save

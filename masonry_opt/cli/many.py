@@ -1,4 +1,4 @@
-"""The commands `masonry-opt sweep`, `compare` and `reproduce`."""
+"""The commands `masonry-opt sweep` and `compare`."""
 
 from inspect import signature
 from pathlib import Path
@@ -17,17 +17,14 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.compare.comparison import OUT
 from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import said
-from masonry_opt.studies.process import ended_by_kill
-from masonry_opt.studies.reproduce import reproduce as rebuild
+from masonry_opt.studies.runner import ended_by_kill
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
 _MOST_VALUES = 100_000  #: Most values of one number.
 
-_VARY = (
-    "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,... of a number of the case, such as joints.friction=0.3:0.8:11 "
-    "or arch.thickness=0.3,0.4; may be repeated."
-)
+_FORMS, _SUCH = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,...", "such as joints.friction=0.3:0.8:11"
+_VARY = f"{_FORMS} of a number of the case, {_SUCH} or arch.thickness=0.3,0.4; may be repeated."
 _SAMPLE = (
     "In place of --vary, NAME=lognormal:MEAN:DEVIATION (of the number itself; or 15% of the mean), "
     "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated."
@@ -36,7 +33,6 @@ _Folder = Annotated[Path, typer.Option(help="Folder of the table and charts.", s
 _SCENES = typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
 _SOLVERS = "Also: highs-hipo, and what CVXPY finds: osqp, scs, ..."
 _TOLERANCES = "--tolerances '{}': numbers separated by commas, such as 1e-6,1e-9"
-_EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
 
 
 def _values(text: str) -> tuple[str, list[float]]:
@@ -54,8 +50,7 @@ def _values(text: str) -> tuple[str, list[float]]:
         if not equals or not name:
             raise ValueError
     except ValueError:
-        example = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..., such as joints.friction=0.3:0.8:11"
-        raise OptionError(f"--vary '{text}': write it as {example}") from None
+        raise OptionError(f"--vary '{text}': write it as {_FORMS}, {_SUCH}") from None
     return name, values
 
 
@@ -139,11 +134,3 @@ def compare(given: Given, scenes: Annotated[list[str] | None, _SCENES] = None) -
     errors.print(f"written: {written}", markup=False, soft_wrap=True)
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: the same command continues where it stopped")
-
-
-@command(rebuild)
-def reproduce(given: Given, example: Annotated[str, typer.Argument(help=_EXAMPLE)] = "") -> None:
-    """Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
-    example or folder, or an extra is missing."""
-    if not rebuild(example, **given):
-        raise typer.Exit(1)

@@ -9,8 +9,9 @@ from rich.console import Console
 
 import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.cli.command import Case, Given, Json, LoadCaseName, PlotOrPage, command, interrupts, writing
+from masonry_opt.cli.command import Case, Given, Json, LoadCaseName, PlotOrPage, command, interrupts
 from masonry_opt.errors import InterruptedByUserError, OptionError, printable
+from masonry_opt.files import writing
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.sentences import numeral
@@ -54,7 +55,7 @@ def solve(
         from masonry_opt.drawing.page import refuse_saving
 
         refuse_saving(scene, plot, **drawing)
-    options = given.rest()
+    options = given.rest(solve_scene)
     if drawing["kind"] == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")
     errors = Console(stderr=True, quiet=quiet)

@@ -23,12 +23,12 @@ from masonry_opt.cli.command import (
     numbers,
     tell,
     waiting,
-    writing,
 )
 from masonry_opt.drawing.figure import refuse_file, refuse_picture
 from masonry_opt.drawing.view import refuse_view
 from masonry_opt.effort import Phases
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
+from masonry_opt.files import writing
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.load_cases.cases import Cases
@@ -84,7 +84,7 @@ def capacity(
     if plot is not None:
         refuse_picture(plot, **drawing)
     periods = None if spectrum is None else _spectrum(spectrum)
-    found = mo.capacity(mo.solve(case, expected=False, **given.rest()), **following)
+    found = mo.capacity(mo.solve(case, expected=False, **given.rest(mo.solve)), **following)
     check = None if periods is None else found.check(periods, **checking)
     if json:
         told = found.as_dict() | {"check": check.as_dict() if check else None}
@@ -110,7 +110,7 @@ def crossing(
             said = numeral(load_factor, ".6f") if math.isfinite(load_factor) else "none"
             show(f"first axle at {position:.4g}: λ = {said}")
 
-        found = mo.crossing(case, progress=progress, **given.rest())
+        found = mo.crossing(case, progress=progress, **given.rest(mo.crossing))
     text = found.to_json() if json else str(found)
     if table and not json and found.passages:
         text += "\n" + frame_text(found.told, "positions")
@@ -127,8 +127,9 @@ def directions(given: Given, case: Case, plot: Plot = None, json: Json = False) 
     drawing = given.take(Cases.save)
     if plot is not None:
         refuse_picture(plot, **drawing)
+    options = given.rest(mo.directions)
     with waiting("directions") as show:
-        found = mo.directions(case, phases=lambda phase: show(f"directions: {phase}"), **given.rest())
+        found = mo.directions(case, phases=lambda phase: show(f"directions: {phase}"), **options)
     text, say = (found.to_json(), print_text) if json else (found.summary, print_result)
     tell(text, found, found.usable, plot, drawing, say)
 
@@ -154,7 +155,7 @@ def least(
             does = "holds" if trial.holds else "fails"
             show(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
 
-        options = given.rest()
+        options = given.rest(search)
         found = search(lambda value: parameters.at({name: value}), lower, upper, progress=progress, **options)
     print_text(found.to_json() if json else f"{'number':<16} {name}\n{found}")
 
@@ -172,7 +173,7 @@ def settle(
     elif greatest or drawing:
         raise OptionError("--greatest, --view and --force say how to draw: give --plot FILE too")
     with waiting("settle") as show:
-        found = mo.settle(case, phases=lambda words: show(f"settle: {words}"), **given.rest())
+        found = mo.settle(case, phases=lambda words: show(f"settle: {words}"), **given.rest(mo.settle))
     drawing |= {"end": "greatest" if greatest else "least"}
     tell(found.to_json() if json else str(found), found, found.usable, plot, drawing)
 
@@ -195,7 +196,7 @@ def report(given: Given, case: Case, load_case: LoadCaseName = None, out: _Page 
                 errors.print(f"report: {part} ...", markup=False, soft_wrap=True)
 
         try:
-            answers = _answers(as_scene(case, load_case), begins, show, given.rest())
+            answers = _answers(as_scene(case, load_case), begins, show, given.rest(mo.solve))
             check_interrupt()  # a search or crossing that it ended has an answer: what was found by then
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: no page written") from None
@@ -237,21 +238,15 @@ def _range(text: str) -> tuple[str, float, float]:
 
 
 def _spectrum(path: Path) -> list[tuple[float, float]]:
-    pairs: list[tuple[float, float]] = []
     try:
-        with path.open(newline="", encoding="utf-8") as stream:
-            lines = csv.reader(stream)
-            for line in lines:
-                if line and not line[0].startswith("#"):
-                    period, acceleration = map(float, line)
-                    pairs.append((period, acceleration))
+        lines = csv.reader(path.read_text("utf-8").splitlines())
+        told = (line for line in lines if line and not line[0].startswith("#"))
+        return [(float(period), float(acceleration)) for period, acceleration in told]
     except OSError as error:
         raise OptionError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise OptionError(f"{path}: is no text") from None
     except (ValueError, csv.Error):
-        raise OptionError(
-            f"{path}: line {lines.line_num}: a spectrum has a period (s) and an acceleration (g) on each "
-            "line, as in 0.15,0.45; begin other lines with #"
-        ) from None
-    return pairs
+        needs = "a spectrum has a period (s) and an acceleration (g) on each line, as in 0.15,0.45"
+        others = "begin other lines with #"
+        raise OptionError(f"{path}: line {lines.line_num}: {needs}; {others}") from None

@@ -1,24 +1,31 @@
 """Tasks in processes of this machine or on a Dask cluster. A task that dies, or exceeds its limits of time or
 memory, ends alone.
+
+Processes are forked from a server that has imported the package (the standard library's "forkserver"), which
+takes milliseconds; a new interpreter takes seconds.
 """
 
 import contextlib
+import multiprocessing
+import os
 import pickle
+import signal
+import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import psutil
 from pebble import ProcessPool
 
 from masonry_opt.errors import MasonryError, OptionError
-from masonry_opt.studies.process import Context, cores, prepare_process
 
 #: Ends of a task: a value; a MasonryError; any other error; the death of its process; a limit.
 FINISHED, REFUSED, CRASHED, DIED = "finished", "refused", "crashed", "died"
@@ -31,6 +38,18 @@ _LOOK = 0.02  #: Seconds between two looks at a process's memory.
 _AHEAD = 3
 
 PATIENCE = 10  #: Seconds in which a Dask scheduler must answer.
+
+#: Set before the server starts: libraries read them when they are imported.
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+#: Modules that the server imports: runs, and methods, whose modelling languages are imported late.
+_PRELOADED = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
+
+#: Windows has no such server.
+_HOW = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+_STANDARD: Any = multiprocessing.get_context(_HOW)
+
+_STARTING = threading.Lock()  #: Processes may be started by several threads.
 
 #: Makes the function of a worker's tasks, there; without it tasks are called.
 Prepare = Callable[[], Callable[[Any], Any]] | None
@@ -60,7 +79,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
     def __init__(self, prepare: Prepare = None, count: int | None = None, dask: str | None = None) -> None:
         if dask is not None and count is not None:
             raise OptionError("give 'workers' or 'dask', not both: the cluster has workers of its own")
-        count = cores() if count is None else whole("workers", count, 1)
+        count = _cores() if count is None else whole("workers", count, 1)
         self._engine = Processes(prepare, count) if dask is None else _Cluster(prepare, dask)
 
     def __exit__(self, *_: object) -> None:
@@ -112,7 +131,7 @@ def in_processes(tasks: Sequence[Callable[[], Any]], count: int | None = None) -
     Raises the error of a function, or MasonryError if its process died. The other processes are ended.
     """
     found: dict[int, Any] = {}
-    with Workers(count=min(count or cores(), max(1, len(tasks)))) as workers:
+    with Workers(count=min(count or _cores(), max(1, len(tasks)))) as workers:
         for number, end in workers.map(tasks, tries=1):
             if end.how != FINISHED:
                 raise end.error or MasonryError(f"{end.how}: {end.reason}")
@@ -138,6 +157,80 @@ def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -
         return replace(end, seconds=seconds, peak=max(peak, end.peak))
 
 
+class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is depends on the system
+    def start(self) -> None:
+        # The file of the main program, which a new process would import, is hidden; its names stay visible.
+        hidden = ModuleType("__main__")
+        with _STARTING:
+            vars(hidden).update(vars(sys.modules["__main__"]) | {"__spec__": None, "__file__": None})
+            with _replaced(sys.modules, {"__main__": hidden}), _replaced(os.environ, _ONE_THREAD):
+                _start_server()
+                super().start()
+
+
+class Context(type(_STANDARD)):  # type: ignore[misc]
+    """A context of multiprocessing whose processes (all made so far) run libraries on one thread, and do not
+    import the main program: a script without a main guard would start its study again there."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.processes: list[Any] = []
+
+    def Process(self, **keys: Any) -> _Process:
+        """A process, not started yet."""
+        self.processes.append(_Process(**keys))
+        return self.processes[-1]
+
+
+@contextlib.contextmanager
+def _replaced(values: MutableMapping[str, Any], others: Mapping[str, Any]) -> Iterator[None]:
+    """Others in place of some values, which are restored."""
+    before = {name: values[name] for name in others if name in values}
+    values.update(others)
+    try:
+        yield
+    finally:
+        for name in others.keys() - before.keys():
+            del values[name]
+        values.update(before)
+
+
+def _start_server() -> None:
+    """Start the server if it does not run. Ctrl-C must not reach it, which only the main thread can say; nor
+    may its processes write errors: one whose study is interrupted before it runs would show a traceback."""
+    if _HOW != "forkserver":
+        return
+    from multiprocessing import forkserver
+
+    _STANDARD.set_forkserver_preload([f"masonry_opt.{name}" for name in _PRELOADED])
+    with contextlib.ExitStack() as before:
+        if threading.current_thread() is threading.main_thread():
+            before.callback(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, signal.SIG_IGN))
+        before.callback(os.close, kept := os.dup(2))
+        before.callback(os.dup2, kept, 2)
+        _silence(2)
+        forkserver.ensure_running()
+
+
+def _prepare_process() -> None:
+    """Prepare a new process: it ignores Ctrl-C, ends at SIGTERM, and writes nothing."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    _silence(1, 2)
+
+
+def _silence(*streams: int) -> None:
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in streams:
+        os.dup2(nowhere, stream)
+    os.close(nowhere)
+
+
+def _cores() -> int:
+    """Number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 class Processes:
     """Processes of this machine, in one pool of Pebble's."""
 
@@ -147,7 +240,7 @@ class Processes:
         self._pool: Any = self._opened()
 
     def _opened(self) -> ProcessPool:
-        return ProcessPool(self._count, initializer=prepare_process, context=self.context)
+        return ProcessPool(self._count, initializer=_prepare_process, context=self.context)
 
     def submit(self, task: Any, time_limit: float | None = None) -> Future[TaskEnd]:
         if not self._pool.active:  # a process that dies idle breaks the pool
@@ -182,10 +275,9 @@ class _Cluster:
         try:
             self._client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
-            raise OptionError(
-                f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
-                f"{self._address}'; runs already made are kept where 'out' is given"
-            ) from None
+            at = self._address
+            none = f"the Dask scheduler at '{at}' has no worker: start one with 'dask worker {at}'"
+            raise OptionError(f"{none}; runs already made are kept where 'out' is given") from None
         return self._executor.submit(_made, self._prepare, task)
 
     def room(self) -> int:
@@ -247,3 +339,13 @@ def _peak() -> float:
         status = Path("/proc/self/status").read_text().splitlines()
         return next((float(line.split()[1]) for line in status if "VmHWM" in line), 0.0) * 1.024e-3
     return 0.0
+
+
+@contextlib.contextmanager
+def ended_by_kill() -> Iterator[None]:
+    """Within it `kill` and `timeout` act as Ctrl-C does: else runs under way would go on alone."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

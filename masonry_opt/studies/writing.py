@@ -1,26 +1,116 @@
-"""What answers of studies have in common: they are printed as facts, and written as JSON, as tables, and as
+"""What studies keep and write: a journal of finished runs, from which they continue; the machine, the
+versions and the command that made them; and answers, printed as facts, and written as JSON, as tables, and as
 HTML pages from the templates of this folder."""
 
+import hashlib
 import json
 import math
+import os
+import platform
+import shlex
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from html import escape
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import psutil
 
 from masonry_opt.answer.frames import unsigned
-from masonry_opt.errors import OptionError, OutputError, printable
-from masonry_opt.files import WRITER, write_whole
+from masonry_opt.errors import OptionError, printable
+from masonry_opt.files import WRITER, write_whole, writing
 from masonry_opt.words.names import labelled, some
 
 #: Message where a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
 _SHOWN = 30  #: Rows of a table that a notebook shows.
+
+JOURNAL = "journal.jsonl"
+
+#: Packages whose versions decide times and answers.
+_PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy numpy"
+
+
+class Journal:
+    """The finished runs of one study in a folder; the first line, its head, has hashes of all that decides
+    the rows, by name.
+
+    An incomplete last line is dropped when the file is opened, and its run made again. If the disk is full,
+    earlier rows stay.
+
+    Raises OptionError if the folder holds runs of another head, OutputError if it cannot be read or written.
+    """
+
+    def __init__(self, folder: Path, head: Mapping[str, str]) -> None:
+        self.path = folder / JOURNAL
+        with writing(self.path):
+            folder.mkdir(parents=True, exist_ok=True)
+            data = self.path.read_bytes() if self.path.exists() else b""
+            whole = data[: data.rfind(b"\n") + 1] or _line(head)
+            if whole != data:
+                write_whole(self.path, whole)
+        try:
+            first, *lines = [json.loads(line) for line in whole.splitlines()]
+            changed = [what for what in head if first.get(what) != head[what]]
+            self._rows: dict[str, dict[str, Any]] = {line["key"]: line["row"] for line in lines}
+        except (ValueError, KeyError, TypeError, AttributeError):
+            raise OptionError(f"{self.path}: is no journal of runs: choose another folder") from None
+        if changed:
+            others, anew = f"runs with other {', '.join(changed)}", f"remove {self.path} to begin anew"
+            raise OptionError(f"{folder}: holds {others}: choose another folder, or {anew}")
+
+    def find(self, key: str) -> dict[str, Any] | None:
+        return self._rows.get(key)
+
+    def add(self, key: str, row: Mapping[str, Any]) -> None:
+        """Keep a row; it is on disk when this returns."""
+        kept = "; the runs before are kept, and the same command goes on from there"
+        with writing(self.path, kept), self.path.open("ab") as stream:
+            stream.write(_line({"key": key, "row": row}))
+            stream.flush()
+            os.fsync(stream.fileno())
+        self._rows[key] = dict(row)
+
+
+def digest(content: object) -> str:
+    """Short hash of what decides a row."""
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
+
+
+def _line(content: Mapping[str, Any]) -> bytes:
+    return json.dumps(content, ensure_ascii=False).encode() + b"\n"
+
+
+def versions() -> dict[str, str]:
+    """Python's and the packages' versions; "not installed" where there is none."""
+    found = {"python": platform.python_version()}
+    for name in _PACKAGES.split():
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def machine() -> dict[str, str]:
+    """Processor, cores, memory and system."""
+    lines: list[str] = []
+    with suppress(OSError):
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    named = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return {
+        "processor": named[0] if named else platform.processor() or platform.machine(),
+        "cores": str(os.cpu_count()),
+        "memory": f"{psutil.virtual_memory().total / 1e9:.0f} GB",
+        "system": f"{platform.system()} {platform.release()}",
+        "threads": "one a run, on one core",
+        "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+    }
 
 
 class StudyAnswer(ABC):
@@ -83,10 +173,8 @@ def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]
     Raises OutputError with the name of the first that cannot be written; those before stay.
     """
     for name, content in contents.items():
-        try:
+        with writing(folder / name):
             write_whole(folder / name, content)
-        except OSError as error:
-            raise OutputError(f"{folder / name}: cannot be written: {error.strerror}") from None
     return [folder / name for name in contents]
 
 
@@ -147,11 +235,7 @@ def render(template: str, **values: object) -> str:
         import jinja2
     except ImportError:
         raise OptionError(NEEDED) from None
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("masonry_opt.studies"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    loader, strict = jinja2.PackageLoader("masonry_opt.studies"), jinja2.StrictUndefined
+    trimmed: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True}
+    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=strict, **trimmed)
     return environment.get_template(template).render(writer=WRITER, **values)

@@ -10,10 +10,9 @@ from scenes_in_space import pushed_box
 import masonry_opt as mo
 from masonry_opt.drawing.colours import SERIES
 from masonry_opt.studies.charts import NamedChart, pictures
-from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.frames import Comparison
-from masonry_opt.studies.compare.judge import BestKnown
+from masonry_opt.studies.compare.judge import BestKnown, Comparison, answers
+from masonry_opt.studies.compare.judge import summary as summary_of
 from masonry_opt.studies.compare.page import charts, load_factors, page
 
 #: One scene: Clarabel at two tolerances in 1 s and 2 s; Pyomo with HiGHS certified, and killed after 60 s.
@@ -32,7 +31,7 @@ ROWS = [
 @pytest.fixture(scope="module")
 def drawn() -> dict[str, NamedChart]:
     bounds = {"a": CertifiedBounds(1 - 1e-12, 1 + 1e-12)}
-    summary = frames.summary(ROWS, bounds, {"a": BestKnown(0.8, "refined")}, {})
+    summary = summary_of(ROWS, bounds, {"a": BestKnown(0.8, "refined")}, {})
     return {drawing.name: drawing for drawing in charts(summary)}
 
 
@@ -74,8 +73,8 @@ def test_a_state_below_the_best_is_marked(drawn):
 def test_without_a_yardstick_there_is_no_chart_of_accuracy():
     """None of a question of which no scene has one, and no panel of a scene that has none."""
     rows = [line(scene=scene, method="mcp", load_factor=0.8) for scene in "ab"]
-    assert charts(frames.summary(rows, {}, {}, {})) == []
-    (drawing,) = charts(frames.summary(rows, {}, {"a": BestKnown(0.8, "refined")}, {}))
+    assert charts(summary_of(rows, {}, {}, {})) == []
+    (drawing,) = charts(summary_of(rows, {}, {"a": BestKnown(0.8, "refined")}, {}))
     assert {*drawing.chart.data["scene"]} == {"a"}
 
 
@@ -84,7 +83,7 @@ def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
         line(scene="a", method="mcp", load_factor=0.8),
         line(scene="a", method="refined", load_factor=0.8008),
     ]
-    summary = frames.summary(rows, {}, {"a": BestKnown(0.8, "refined")}, {})
+    summary = summary_of(rows, {}, {"a": BestKnown(0.8, "refined")}, {})
     drawing = next(drawing for drawing in charts(summary) if drawing.name == "time_error_coulomb")
     assert sorted(drawing.chart.data["height"]) == pytest.approx([1e-6, 1e-3])
     assert min(encodings(drawing, "y")[0]["axis"]["values"]) == pytest.approx(1e-6)
@@ -157,13 +156,13 @@ def test_without_an_associative_method_the_bounds_tell(comparison):
 
 def test_answers_of_repeated_solvers():
     """Of two certified Coulomb runs the lower; of two alike the quicker; any certified before any other."""
-    kept = frames.answers(made_up().summary).set_index(["scene", "method"])
+    kept = answers(made_up().summary).set_index(["scene", "method"])
     assert kept.loc[(BLOCKS, "nonassociative"), "solver"] == "clarabel"
     assert kept.loc[(BLOCKS, "static"), "time"] == 1.5
     summary = made_up().summary
     first = (summary["scene"] == BLOCKS) & (summary["method"] == "nonassociative")
     summary.loc[summary.index[first][0], "verdict"] = "wrong"
-    kept = frames.answers(summary).set_index(["scene", "method"])
+    kept = answers(summary).set_index(["scene", "method"])
     assert kept.loc[(BLOCKS, "nonassociative"), "solver"] == "highs"
     assert kept.loc[(BLOCKS, "nonassociative"), "error"] == pytest.approx(0.0404)
 

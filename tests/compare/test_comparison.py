@@ -11,12 +11,11 @@ import masonry_opt as mo
 from masonry_opt.cli.app import app
 from masonry_opt.studies.compare import comparison
 from masonry_opt.studies.compare.comparison import compare, run_plan, write_report
-from masonry_opt.studies.compare.frames import RunLimits
 from masonry_opt.studies.compare.judge import FAILED
 from masonry_opt.studies.compare.page import charts, page
-from masonry_opt.studies.compare.runs import find_scenes, plan
-from masonry_opt.studies.journal import NAME
+from masonry_opt.studies.compare.runs import RunLimits, find_scenes, plan
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, TIME_LIMIT, TaskEnd
+from masonry_opt.studies.writing import JOURNAL
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 PLAN = plan(["static"], ["cvxpy"], ["clarabel", "highs"], [1e-4, 1e-8])
@@ -139,7 +138,7 @@ def test_the_python_function_returns_what_it_judged(tmp_path, runs_by, without):
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path, runs_by):
-    (tmp_path / NAME).write_text('{"study": "another"}\n')
+    (tmp_path / JOURNAL).write_text('{"study": "another"}\n')
     with pytest.raises(mo.OptionError, match="another folder"):
         run(tmp_path, runs_by)
 

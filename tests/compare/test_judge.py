@@ -8,10 +8,9 @@ from lines import line
 
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Status
-from masonry_opt.studies.compare import frames
+from masonry_opt.studies.compare import judge as judging
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, BestKnown, judge
-from masonry_opt.studies.compare.runs import residuals_over_limit
 
 BOUNDS = CertifiedBounds(0.5 - 1e-11, 0.5 + 1e-11)
 BEST = BestKnown(0.4, "refined")
@@ -146,7 +145,7 @@ def test_complementarity_is_relative(scale):
     bounds = CertifiedBounds(0.5 * scale, 0.5 * scale)
     for left, over in ((2e-5, {}), (2e-4, {"complementarity": pytest.approx(4e-4)})):
         row = line(load_factor=0.5 * scale, complementarity=left * scale)
-        assert residuals_over_limit(row) == over
+        assert judging.residuals_over_limit(row) == over
         assert judge(row, bounds, None, {})["verdict"] == (WRONG if over else CERTIFIED)
 
 
@@ -177,7 +176,7 @@ REPEATED = [
     ],
 )
 def test_repeats_of_a_run_are_one_line(rows, expected):
-    (only,) = frames.summary(rows, ABOUT_ONE, {}, {}).to_dict("records")
+    (only,) = judging.summary(rows, ABOUT_ONE, {}, {}).to_dict("records")
     assert {name: only[name] for name in expected} == expected
 
 
@@ -185,16 +184,16 @@ def test_of_answers_one_that_bounds_can_be_held_against_is_told():
     """A parabola's has no error, and is no nearer to the bounds than the chords'."""
     rows = [line(scene="a", load_factor=1.005, crushing="parabola")]
     rows += [line(scene="a", solver="highs", wall=9.0, crushing="chords")]
-    summary = frames.summary(rows, ABOUT_ONE, {}, {})
+    summary = judging.summary(rows, ABOUT_ONE, {}, {})
     assert list(summary["verdict"]) == ["certified", "certified"]
-    assert list(frames.answers(summary)["solver"]) == ["highs"]
+    assert list(judging.answers(summary)["solver"]) == ["highs"]
 
 
 def test_pareto_front():
     """Times 1 to 5: the second is slower and worse, the fourth fails, the fifth is slower and no better."""
     frame = pd.DataFrame({"time": [1.0, 2.0, 3.0, 4.0, 5.0], "error": [1e-3, 1e-2, 1e-6, 1e-9, 1e-6]})
     frame["verdict"] = ["certified"] * 3 + ["wrong", "certified"]
-    assert list(frames.pareto(frame)["time"]) == [1.0, 3.0]
+    assert list(judging.pareto(frame)["time"]) == [1.0, 3.0]
 
 
 def test_success_counts_every_end():
@@ -207,7 +206,7 @@ def test_success_counts_every_end():
         line(scene="e", load_factor=None, status="unstable under dead load", wall=50.0),
     ]
     unstable = {"e": {"associative": "unstable under dead load"}}
-    (counted,) = frames.success(frames.summary(rows, ABOUT_ONE, {}, unstable)).to_dict("records")
+    (counted,) = judging.success(judging.summary(rows, ABOUT_ONE, {}, unstable)).to_dict("records")
     verdicts = ("scenes", "certified", "named correctly", "failed but said so", "wrong")
     assert [counted[verdict] for verdict in verdicts] == [5, 2, 1, 1, 1]
     assert (counted["success"], counted["largest error"]) == (0.6, pytest.approx(5e-5))
@@ -216,5 +215,5 @@ def test_success_counts_every_end():
 
 def test_success_of_a_pair_that_never_answers_has_no_time():
     rows = [line(scene="a", ended="crashed", load_factor=None)]
-    (counted,) = frames.success(frames.summary(rows, ABOUT_ONE, {}, {})).to_dict("records")
+    (counted,) = judging.success(judging.summary(rows, ABOUT_ONE, {}, {})).to_dict("records")
     assert (counted["success"], math.isnan(counted["time"])) == (0, True)

@@ -13,9 +13,9 @@ from scenes import block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.errors import OutputError
-from masonry_opt.studies import journal
 from masonry_opt.studies.charts import pictures
 from masonry_opt.studies.many.charts import drawings, heat_map, off_axis
+from masonry_opt.studies.writing import JOURNAL
 
 NAME = "joints.friction"
 
@@ -206,13 +206,13 @@ def full_from(size):
         signal.signal(signal.SIGXFSZ, handler)
 
 
-@pytest.mark.parametrize("full", [journal.NAME, "runs.csv", "load_factor.png"])
+@pytest.mark.parametrize("full", [JOURNAL, "runs.csv", "load_factor.png"])
 def test_a_full_disk_keeps_what_was_made(swept, tmp_path, full):
     frame, folder = swept
-    lines = (folder / journal.NAME).read_bytes().splitlines(keepends=True)
-    if full == journal.NAME:
+    lines = (folder / JOURNAL).read_bytes().splitlines(keepends=True)
+    if full == JOURNAL:
         # In the middle of the third line, after two runs that are kept: times decide how long lines are.
-        (tmp_path / journal.NAME).write_bytes(b"".join(lines[:3]))
+        (tmp_path / JOURNAL).write_bytes(b"".join(lines[:3]))
         size, whole = sum(map(len, lines[:3])) + 20, 1 + 2
     else:
         # As after a last run for which the disk had just room. (Pictures are longer than the journal.)
@@ -223,12 +223,12 @@ def test_a_full_disk_keeps_what_was_made(swept, tmp_path, full):
     with full_from(size), pytest.raises(OutputError, match="cannot be written") as failed:
         sweep(out=tmp_path)
     assert str(tmp_path / full) in str(failed.value)
-    kept = (tmp_path / journal.NAME).read_bytes()
+    kept = (tmp_path / JOURNAL).read_bytes()
     assert len([line for line in kept.splitlines(keepends=True) if line.endswith(b"\n")]) == whole
     assert not list(tmp_path.glob(".writing*"))
     assert not (tmp_path / "load_factor.png").exists()
     same(sweep(out=tmp_path), frame)
-    assert len((tmp_path / journal.NAME).read_bytes().splitlines()) == len(lines)
+    assert len((tmp_path / JOURNAL).read_bytes().splitlines()) == len(lines)
     assert (tmp_path / "load_factor.png").read_bytes() == (folder / "load_factor.png").read_bytes()
 
 

@@ -12,7 +12,7 @@ from hogs import environment, is_gone, wait_until
 from scenes import block_on_floor
 
 import masonry_opt as mo
-from masonry_opt.studies import journal
+from masonry_opt.studies.writing import JOURNAL
 
 RUNS = 40
 
@@ -58,7 +58,7 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
     command = [sys.executable, "-c", COMMAND, *arguments, "--workers", "2", "--out", out]
     keys = {"env": environment(), "stderr": subprocess.PIPE, "text": True, "cwd": tmp_path}
     interrupted = subprocess.Popen(command, start_new_session=True, **keys)
-    kept = out / journal.NAME
+    kept = out / JOURNAL
 
     def lines():
         return kept.read_bytes().splitlines(keepends=True) if kept.exists() else []
@@ -113,7 +113,7 @@ def test_a_worker_whose_study_ends_before_it_runs_says_nothing(tmp_path):
     """What it is given is gone by then. Its study itself still writes errors."""
     program = """
 import gc, sys, time
-from masonry_opt.studies.process import Context
+from masonry_opt.studies.runner import Context
 context = Context()
 first = context.Process(target=time.sleep, args=(0,))
 first.start()

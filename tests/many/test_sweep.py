@@ -11,11 +11,11 @@ from scenes import CASES, block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.methods.registry import HowToSolve
-from masonry_opt.studies import journal
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import COLUMNS, Study, row, run_many, run_solver
 from masonry_opt.studies.many.sweep import grid, said
 from masonry_opt.studies.runner import Workers
+from masonry_opt.studies.writing import JOURNAL
 
 FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
 VARY = {"joints.friction": FRICTIONS, "block.A.live.x": [1.0, 2.0]}
@@ -72,7 +72,7 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         sweep(out=tmp_path, progress=interrupt)
-    kept = tmp_path / journal.NAME
+    kept = tmp_path / JOURNAL
     assert len(kept.read_text().splitlines()) == 1 + 4
     assert not (tmp_path / "runs.csv").exists()
     with kept.open("a") as stream:
@@ -92,7 +92,7 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
 def test_a_folder_of_something_else_is_refused(tmp_path):
     vary = {"joints.friction": [0.3]}
     sweep(vary, out=tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", journal.NAME}  # tables need no extra
+    assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", JOURNAL}  # tables need no extra
     for changed in ({"method": "kinematic"}, {"solver": "highs"}):
         with pytest.raises(mo.OptionError, match="other method"):
             sweep(vary, out=tmp_path, **changed)
@@ -110,7 +110,7 @@ def test_what_may_end_otherwise_is_made_again(tmp_path):
 
     frame = mo.sweep(made, {"friction": [0.0, 0.1, 0.2]}, method="static", workers=1, out=tmp_path)
     assert frame["status"].tolist() == ["refused", "crashed", "optimal"]
-    assert len((tmp_path / journal.NAME).read_text().splitlines()) == 1 + 2
+    assert len((tmp_path / JOURNAL).read_text().splitlines()) == 1 + 2
 
 
 def test_an_error_of_a_function_keeps_the_runs_before(tmp_path):
@@ -119,7 +119,7 @@ def test_an_error_of_a_function_keeps_the_runs_before(tmp_path):
 
     with pytest.raises(ZeroDivisionError):
         mo.sweep(breaks, {"friction": [0.0, 0.1, 0.4, 0.2]}, method="static", workers=1, out=tmp_path)
-    assert len((tmp_path / journal.NAME).read_text().splitlines()) == 1 + 2
+    assert len((tmp_path / JOURNAL).read_text().splitlines()) == 1 + 2
 
 
 def test_runs_that_fail_are_rows():

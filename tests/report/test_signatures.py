@@ -49,7 +49,7 @@ def run(*texts):
     )
     def asked(given: Given, case: Case) -> None:
         """Exit code 0."""
-        called.update(given.rest(), case=case)
+        called.update(given.rest(study), case=case)
 
     return CliRunner().invoke(asked, [*texts], env={"COLUMNS": "200"}), called
 

@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 
 import masonry_opt as mo
 from masonry_opt.cli.app import app
+from masonry_opt.cli.reproduce import scripts
 from masonry_opt.scene.case_file import case_folder
-from masonry_opt.studies.reproduce import scripts
 
 SCRIPTS = scripts()
 

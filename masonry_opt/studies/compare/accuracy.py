@@ -6,7 +6,7 @@ exactly it is projected on the equations, then mixed with a point well inside th
 are cones of friction, and of speeds of slip.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -157,11 +157,11 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
 
     scaled = in_units_of_load(problem)
     problem = scaled.problem.by_cone
-    conic, by_sides = problem.by_friction.conic, _statics(problem)
+    conic = problem.by_friction.conic
     small = problem.joints < _SMALL
     if falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None:
         return CertifiedBounds(-np.inf, -np.inf)
-    statics = _by_cones(by_sides, problem) if conic else by_sides
+    statics = _statics(problem, conic)
     kinematics = statics.dual(problem.live_norm)
     within, opening = statics.interior(), kinematics.interior()
     bounds = CertifiedBounds()
@@ -176,30 +176,28 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
         bounds = CertifiedBounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
         if bounds.width <= CLOSE:
             break
-    if small and not bounds.finite and by_sides.unlimited():
+    if small and not bounds.finite and _statics(problem, conic=False).unlimited():
         return CertifiedBounds(np.inf, np.inf)
     return bounds
 
 
-def _statics(problem: Problem) -> _Convex:
-    """Eq. (9) over (q, λ): equilibrium; the slacks of the faces as forces."""
+def _statics(problem: Problem, conic: bool) -> _Convex:
+    """Eq. (9) over (q, λ): equilibrium; the slacks of the faces as forces, or in space by cones n ≥ 0,
+    |(s, t)| ≤ c + μ n, and limits of forces."""
     A = sp.hstack([problem.B, problem.live[:, None]], format="csr")
-    G = sp.hstack([problem.true_yield, sp.csr_array((problem.faces, 1))], format="csr")
-    cost = np.append(np.zeros(problem.B.shape[1]), 1.0)
-    none = sp.csr_array((0, A.shape[1]))
-    return _Convex(A, -problem.dead, G, problem.face_cohesion, cost, (none, np.zeros(0), (none, none)))
-
-
-def _by_cones(by_sides: _Convex, problem: Problem) -> _Convex:
-    """The same in space with n ≥ 0, |(s, t)| ≤ c + μ n, and limits of forces."""
-    width = problem.B.shape[1] + 1
-    normal, *shears = (selection(of_kind, width) for of_kind in problem.columns_of_sliding)
+    width = A.shape[1]
+    cost = np.append(np.zeros(width - 1), 1.0)
+    if not conic:
+        G = sp.hstack([problem.true_yield, sp.csr_array((problem.faces, 1))], format="csr")
+        none = sp.csr_array((0, width))
+        return _Convex(A, -problem.dead, G, problem.face_cohesion, cost, (none, np.zeros(0), (none, none)))
+    normal, first, second = (selection(of_kind, width) for of_kind in problem.columns_of_sliding)
     limit = (sp.diags_array(problem.friction) @ normal).tocsr()
     every, limits = selection(np.arange(problem.joints), width), problem.table.L
     beside = sp.hstack([limits, sp.csr_array((limits.shape[0], 1))])
     g = np.append(np.zeros(problem.joints), problem.face_constant[problem.table.limits])
     G = sp.vstack([every, beside], format="csr")
-    return replace(by_sides, G=G, g=g, cones=(limit, problem.cohesion, (shears[0], shears[1])))
+    return _Convex(A, -problem.dead, G, g, cost, (limit, problem.cohesion, (first, second)))
 
 
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:

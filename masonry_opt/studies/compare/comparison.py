@@ -15,12 +15,11 @@ import pandas as pd
 from masonry_opt.errors import MasonryError, OptionError
 from masonry_opt.scene.case_file import case_folder
 from masonry_opt.solvers.registry import LANGUAGES
-from masonry_opt.studies.compare import frames, judge, runs
+from masonry_opt.studies.compare import judge, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.runs import CaseScene, Pair, RunPlan, find_scenes, plan
-from masonry_opt.studies.journal import Journal, digest, machine, versions
+from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan, find_scenes, plan
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
-from masonry_opt.studies.writing import csv_text, write_files
+from masonry_opt.studies.writing import Journal, csv_text, digest, machine, versions, write_files
 
 _SCENE_TIME = 120.0  #: Seconds that the bounds of a scene may take at least.
 
@@ -46,13 +45,13 @@ def compare(
     models: str | Sequence[str] = LANGUAGES,
     solvers: str | Sequence[str] = SOLVERS,
     tolerances: Sequence[float] = TOLERANCES,
-    repeats: int = frames.RunLimits.repeats,
-    time_limit: float = frames.RunLimits.time,
-    memory_limit: float = frames.RunLimits.memory,
+    repeats: int = RunLimits.repeats,
+    time_limit: float = RunLimits.time,
+    memory_limit: float = RunLimits.memory,
     out: str | Path = OUT,
     cases: str | Path | None = None,
     progress: Callable[[str], None] = lambda _: None,
-) -> frames.Comparison:
+) -> judge.Comparison:
     """Time methods and solvers on scenes, judge their answers, write tables, charts and a page.
 
     Runs that ``out`` holds already are not made again: an interrupted comparison (Ctrl-C) is reported with
@@ -72,7 +71,7 @@ def compare(
     out: folder of results and report.
     progress: called with a line before each run.
     """
-    limits = frames.RunLimits(time_limit, memory_limit, whole("repeats", repeats, 1))
+    limits = RunLimits(time_limit, memory_limit, whole("repeats", repeats, 1))
     given = {"scenes": scenes, "methods": methods, "models": models, "solvers": solvers}
     named, methods, models, solvers = (_listed(what, names) for what, names in given.items())
     planned = plan(methods, models, solvers, tolerances)
@@ -101,7 +100,7 @@ def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
     return names
 
 
-def write_report(comparison: frames.Comparison, folder: Path) -> list[Path]:
+def write_report(comparison: judge.Comparison, folder: Path) -> list[Path]:
     """Write results.csv, summary.csv and, where the extra "studies" is installed, charts (PNG and SVG) and
     report.html; returns their paths. Raises OutputError if the folder cannot be written."""
     tables = {"results.csv": comparison.results, "summary.csv": comparison.summary}
@@ -119,11 +118,11 @@ def write_report(comparison: frames.Comparison, folder: Path) -> list[Path]:
 def run_plan(
     scenes: Sequence[CaseScene],
     planned: RunPlan,
-    limits: frames.RunLimits,
+    limits: RunLimits,
     folder: Path,
     progress: Callable[[str], None],
     known: Mapping[str, judge.BestKnown] | None = None,
-) -> frames.Comparison:
+) -> judge.Comparison:
     """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`). ``known``: exact
     Coulomb states by scene name, beside those of the runs."""
     notes: list[str] = []
@@ -141,21 +140,18 @@ def run_plan(
         interrupted = True
         notes.append("interrupted: the same command continues where it stopped")
     if bent := sorted({row["scene"] for row in rows if row["crushing"] == "parabola"}):
-        notes.append(
-            "static and kinematic with a conic solver crush joints by the parabola, all other runs and the "
-            f"certified bounds by chords inside it: no error is given for the former on {', '.join(bent)}"
-        )
+        parabola = "static and kinematic with a conic solver crush joints by the parabola"
+        chords = "all other runs and the certified bounds by chords inside it"
+        notes.append(f"{parabola}, {chords}: no error is given for the former on {', '.join(bent)}")
     best = judge.lowest_exact(rows, known or {})
-    summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
+    summary = judge.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
     told = (row for row in rows if row["load_factor"] is not None)
     coulomb = {row["scene"] for row in told if judge.question_of(row["method"]) == judge.COULOMB}
     if bare := sorted(coulomb - {*best}):
-        notes.append(
-            f"no gap to a low exact state is given on {', '.join(bare)}: none is known, and no run "
-            "searches for one; have 'refined' or 'mpec' among the methods"
-        )
+        why = "none is known, and no run searches for one; have 'refined' or 'mpec' among the methods"
+        notes.append(f"no gap to a low exact state is given on {', '.join(bare)}: {why}")
     results = pd.DataFrame(rows, columns=runs.COLUMNS)
-    return frames.Comparison(
+    return judge.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted
     )
 
@@ -165,7 +161,7 @@ class _JournalRuns:
     """Runs read from a journal, or made and kept there; notes of what could not be made."""
 
     journal: Journal
-    limits: frames.RunLimits
+    limits: RunLimits
     progress: Callable[[str], None]
     notes: list[str]
 
@@ -192,11 +188,10 @@ class _JournalRuns:
                 self.progress(f"{number}/{len(asked)} {' · '.join([scene.name, *names])}")
                 run = partial(runs.run_pair, scene.path, pair, limits.time)
                 end = run_alone(run, limits.time, limits.memory)
-                columns = dict(zip(runs.KEY, which, strict=True))
-                row = runs.row_of(columns, end, limits.time, limits.memory)
+                row = runs.row_of(dict(zip(runs.KEY, which, strict=True)), end, limits)
                 if end.how != DIED:  # the system may have killed it
                     self.journal.add(key, row)
-            if row["wall"] > frames.REPEATED_BELOW or row["ended"] != FINISHED:
+            if row["wall"] > judge.REPEATED_BELOW or row["ended"] != FINISHED:
                 long.add((scene.name, pair))
             yield row
 

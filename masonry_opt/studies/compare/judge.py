@@ -1,20 +1,26 @@
-"""The verdict on a run, by its certificate and by what is known of its scene: bounds, claims by hand, and the
-lowest exact Coulomb state."""
+"""Verdicts on runs, by their certificates and by what is known of their scenes (bounds, claims by hand, the
+lowest exact Coulomb state); and what a comparison found: medians, Pareto fronts, success."""
 
 import tomllib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind
+import numpy as np
+import pandas as pd
+
+from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind, over_load_factor
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import SAME, is_lower
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, counted, printable
+from masonry_opt.files import image_source
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.runs import CaseScene, by_sides, residuals_over_limit
+from masonry_opt.studies.compare.runs import COLUMNS, RESIDUALS, CaseScene, RunLimits, RunPlan
 from masonry_opt.studies.runner import FINISHED, REFUSED
+from masonry_opt.studies.writing import in_words, notebook_html
 
 #: The kinds of answer that can be exact: in the loop's, sliding may contract.
 _EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
@@ -37,6 +43,28 @@ VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
 
 JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of what is said of a run.
 GAP_FLOOR = SAME  #: Gaps to the best exact Coulomb state below this count as none, and are drawn there.
+
+_PAIR = ["method", "model", "solver", "tolerance"]
+
+#: Numbers of a summary that are medians of the repeats.
+_MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
+_COUNTS = ["lp_solves", "nlp_solves", "iterations"]
+
+#: Numbers of a run, and columns of a summary.
+_NUMBERS = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "load_factor", "bound", "joints", "blocks"]
+_SUMMARY = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error", "below"]
+_SUMMARY += [*_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS]
+_SUMMARY += ["bound", "ended", "status", "kind", "message"]
+
+#: Columns of the success table; headings that are not the columns' names; how numbers are written there.
+SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
+HEADINGS = {"time": "median time (s)", "peak_memory": "peak (MB)", "pair": "method · model · solver"}
+HEADINGS |= {"reason": "why", "lp_solves": "LPs"}
+FORMATS = {"success": "{:.0%}", "load_factor": "{:.9g}", "time": "{:.3g}", "peak_memory": "{:.0f}"}
+FORMATS |= dict.fromkeys(("error", "largest error"), "{:.1e}")
+FORMATS |= dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}")
+
+REPEATED_BELOW = 5.0  #: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
 
 
 class BestKnown(NamedTuple):
@@ -65,7 +93,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
     """The lowest exact Coulomb states, by scene name: those known, or of runs, in space by the cone. A single
     pass ends in any exact state: it counts only where a low one is known or was searched for."""
     able = (row for row in rows if row["load_factor"] is not None and row["kind"] in _EXACT_KINDS)
-    exact = [row for row in able if not by_sides(row) and not residuals_over_limit(row, Kind.EXACT)]
+    exact = [row for row in able if not _by_sides(row) and not residuals_over_limit(row, Kind.EXACT)]
     low = {*known, *(row["scene"] for row in exact if row["kind"] != Kind.ONE_PASS)}
     best = dict(known)
     for row in exact:
@@ -112,7 +140,7 @@ def judge(
     parabola; of one by the sides of cones the lower does not hold, nor that λ is unlimited.
     """
     question, bounds = question_of(row["method"]), bounds or CertifiedBounds()
-    if row["crushing"] == "parabola" or (by_sides(row) and not bounds.finite):
+    if row["crushing"] == "parabola" or (_by_sides(row) and not bounds.finite):
         bounds = CertifiedBounds()
     known = known_claims(question, bounds, expected)
     verdict, reason = _verdict(row, bounds, known)
@@ -145,11 +173,124 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
         # States of Coulomb's law, and within sides, are states of eq. (9): they have the upper bound alone.
-        both = question_of(row["method"]) == ASSOCIATIVE and not by_sides(row)
+        both = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
         if both and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"
     return CERTIFIED, ""
 
 
+def _by_sides(row: Mapping[Any, Any]) -> bool:
+    """Whether friction in space is limited by sides inside the cone."""
+    return "polygon" in row["friction_law"]
+
+
+def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:
+    """Residuals of a row with a load factor that exceed the limits of its kind of answer, or of another
+    ``kind``; a residual that is missing or NaN exceeds them too."""
+    left = {name: row[name] for name in RESIDUALS}
+    if (energy := left["complementarity"]) is not None:
+        left["complementarity"] = over_load_factor(energy, row["load_factor"])
+    return LIMITS[kind or Kind(row["kind"])].failing(left)
+
+
 def _relative(load_factor: float, to: float) -> float:
     return (load_factor - to) / max(abs(to), SMALLEST)
+
+
+def summary(
+    rows: Iterable[dict[str, Any]],
+    bounds: Mapping[str, CertifiedBounds],
+    best: Mapping[str, BestKnown],
+    expected: Mapping[str, Mapping[str, str]],
+) -> pd.DataFrame:
+    """One row a scene and pair: medians of the repeats' times, and the worst verdict of the repeats.
+    ``bounds``, ``best`` and ``expected`` are by scene name (see :func:`judge`). ``time``: seconds of
+    the solve without the parts that all pairs share: reading the scene, checking its dead load."""
+    judged = []
+    for row in rows:
+        shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
+        scene = row["scene"]
+        verdict = judge(row, bounds.get(scene), best.get(scene), expected.get(scene, {}))
+        judged.append(row | {"time": row["wall"] - shared} | verdict)
+    frame = pd.DataFrame(judged, columns=[*COLUMNS, "time", *JUDGED])
+    frame["pair"] = frame["method"] + " · " + frame["model"] + " · " + frame["solver"]
+    frame[_NUMBERS] = frame[_NUMBERS].astype(float)
+    repeats = frame.groupby(["scene", *_PAIR], dropna=False, sort=False)
+    frame["of"], frame["badness"] = repeats.ngroup(), frame["verdict"].map(VERDICTS.index)
+    frame["repeats"] = repeats["scene"].transform("size")
+    frame[_MEDIANS] = repeats[_MEDIANS].transform("median")
+    worst = frame.sort_values(["of", "badness"], kind="stable").drop_duplicates("of", keep="last")
+    return worst[_SUMMARY].reset_index(drop=True)
+
+
+def answers(frame: pd.DataFrame) -> pd.DataFrame:
+    """The best run of each method on each scene: by verdict, then by error (within SAME; none below the best
+    exact state), then by time."""
+    error = frame["error"].mask(frame["below"].astype(bool), 0.0).clip(lower=SAME)
+    order = frame.assign(rank=frame["verdict"].map(VERDICTS.index), far=error)
+    first = order.sort_values(["rank", "far", "time"], kind="stable").drop_duplicates(["scene", "method"])
+    return first.drop(columns=["rank", "far"])
+
+
+def pareto(frame: pd.DataFrame) -> pd.DataFrame:
+    """The certified rows that no other such row beats in both time and error, quickest first."""
+    known = frame[(frame["verdict"] == CERTIFIED) & frame["error"].notna()]
+    known = known.sort_values(["time", "error"])
+    return known[known["error"] < known["error"].cummin().shift(fill_value=np.inf)]
+
+
+def success(frame: pd.DataFrame) -> pd.DataFrame:
+    """How the scenes ended, one row a pair and tolerance. ``success``: share that is certified or named
+    correctly. Median time and largest error are those of the certified answers; peak_memory (MB) of all."""
+    ended = {verdict: frame["verdict"] == verdict for verdict in VERDICTS}
+    of_certified = {name: frame[name].where(ended[CERTIFIED]) for name in ("time", "error")}
+    marked = frame.assign(**ended, success=ended[CERTIFIED] | ended[NAMED], **of_certified)
+    columns: dict[str, Any] = {verdict: (verdict, "sum") for verdict in VERDICTS}
+    columns |= {"scenes": ("scene", "size"), "success": ("success", "mean"), "time": ("time", "median")}
+    columns |= {"largest error": ("error", "max"), "peak_memory": ("peak_memory", "max")}
+    return marked.groupby(["pair", *_PAIR], dropna=False, sort=False).agg(**columns).reset_index()
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Results of a comparison; ``print`` shows the report."""
+
+    scenes: tuple[CaseScene, ...]
+    plan: RunPlan
+    limits: RunLimits
+    bounds: dict[str, CertifiedBounds]  #: of the associative load factor, by scene name
+    best: dict[str, BestKnown]  #: lowest exact Coulomb state known, by scene name
+    results: pd.DataFrame  #: one row a run (see :data:`~.runs.COLUMNS`)
+    summary: pd.DataFrame  #: one row a scene and pair (see :func:`summary`)
+    notes: tuple[str, ...] = ()  #: further remarks, a line each
+    interrupted: bool = False  #: whether runs are missing
+    #: What was written: tables, charts, the report.
+    files: tuple[Path, ...] = field(default=(), repr=False, compare=False)
+
+    @property
+    def told(self) -> pd.DataFrame:
+        """The success table, in words."""
+        columns = ("method", "model", "solver", "tolerance", "scenes", *SUCCESS[1:])
+        return in_words(success(self.summary), FORMATS, columns).rename(columns=HEADINGS)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: notes, the success table, the first chart."""
+        charts = [file.read_bytes() for file in self.files if file.suffix == ".svg" and file.is_file()]
+        source = image_source(charts[0], "svg") if charts else ""
+        return notebook_html(printable("\n".join(self.notes)), self.told, source)
+
+    def __str__(self) -> str:
+        """The success table, combinations left out, notes."""
+        lines = []
+        if len(self.summary):
+            each = f"each a median of {counted(self.limits.repeats, 'run')}"
+            long = f"of one where a run takes over {REPEATED_BELOW:g} s"
+            lines += [self.told.to_string(index=False), ""]
+            lines += [f"{counted(len(self.scenes), 'scene')}; success: certified or named correctly;"]
+            lines += [f"median time and largest error: of the certified answers, {each} ({long})"]
+        if self.plan.left_out:
+            lines.append("\nnot applicable:")
+            lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]
+        if self.notes:
+            lines += ["\nnotes:", *(f"  {note}" for note in self.notes)]
+        return printable("\n".join(lines))

@@ -13,19 +13,15 @@ from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
 from masonry_opt.drawing.colours import SERIES
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.charts import NamedChart, alt, legend, script
-from masonry_opt.studies.compare import frames, judge
-from masonry_opt.studies.compare.frames import REPEATED_BELOW, Comparison
+from masonry_opt.studies.compare import judge
 from masonry_opt.studies.compare.runs import RESIDUALS
-from masonry_opt.studies.journal import machine, versions
 from masonry_opt.studies.runner import FINISHED, MEMORY_LIMIT, TIME_LIMIT
-from masonry_opt.studies.writing import frame_table, in_words, render, table
+from masonry_opt.studies.writing import frame_table, in_words, machine, render, table, versions
 from masonry_opt.words.sentences import numeral
 
-#: Columns of the table of runs, and headings that are not their names.
+#: Columns of the table of runs.
 _RUNS = ["scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"]
 _RUNS += ["iterations", "lp_solves", "peak_memory", "blocks", "joints", *RESIDUALS]
-_HEADINGS = {"pair": "method · model · solver", "reason": "why", "lp_solves": "LPs"}
-_HEADINGS |= frames.HEADINGS
 
 #: Letters of runs that are not certified, by their verdict or the limit that ended them.
 _LETTERS = {TIME_LIMIT: "T", MEMORY_LIMIT: "M", judge.WRONG: "W", judge.NAMED: "N", judge.FAILED: "F"}
@@ -52,7 +48,7 @@ _FADED = alt.when(_CHOSEN[0], _CHOSEN[1]).then(alt.value(1)).otherwise(alt.value
 
 
 def charts(summary: pd.DataFrame) -> list[NamedChart]:
-    """Every chart of a summary (see :func:`~.frames.summary`) that has errors to show."""
+    """Every chart of a summary (see :func:`~.judge.summary`) that has errors to show."""
     asked = {*summary["question"][summary["error"].notna()]}
     return [_time_error(summary, of) for of in _ERRORS if of in asked]
 
@@ -73,9 +69,9 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     # overlap: they stand at three heights in turn.
     turn = (rows[~certified].groupby("scene").cumcount() % 3).reindex(rows.index)
     in_band = band * (top / band) ** (0.15 + 0.25 * turn)
-    front = [frames.pareto(frame).index for _, frame in rows.groupby("scene")]
+    front = [judge.pareto(frame).index for _, frame in rows.groupby("scene")]
     colours = dict(zip(summary["engine"].unique(), cycle(SERIES), strict=False))
-    marks = in_words(rows, frames.FORMATS, (*_TOLD, *_RENAMED)).rename(columns=_RENAMED).set_index(rows.index)
+    marks = in_words(rows, judge.FORMATS, (*_TOLD, *_RENAMED)).rename(columns=_RENAMED).set_index(rows.index)
     marks = marks.assign(
         time=rows["time"],
         height=rows["error"].clip(low).where(certified, in_band),
@@ -104,6 +100,10 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     raw = alt.Color("colour:N", scale=None)
     words = {"x": alt.value(5), "y": alt.value(9), "text": alt.value("not certified")}
     lines = {"color": raw, "detail": "pair:N", "opacity": _FADED, "order": "rung:Q"}
+    # Of the only layer with a legend: of several its names could not be chosen.
+    coded = {"color": alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()]))}
+    coded |= {"shape": alt.Shape("method:N", sort=[*METHODS], **legend(certified.any()))}
+    coded |= {"opacity": _FADED, "tooltip": told}
     lettered = {"text": "letter:N", "color": raw, "opacity": _FADED, "tooltip": told}
     layers = [
         once.mark_rect(color="#EDEDED").encode(y=alt.datum(band), y2=alt.datum(top)),
@@ -111,16 +111,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
         steps.mark_line(interpolate="step-after", color=_GREY).encode(**places),
         known.mark_line(strokeWidth=1.2).encode(**places, **lines),
         below.mark_point(shape="triangle-down", filled=True, size=160, color=_GREY).encode(**places),
-        # The only layer with a legend: of several its names could not be chosen.
-        known.mark_point(size=80, filled=True)
-        .encode(
-            **places,
-            color=alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()])),
-            shape=alt.Shape("method:N", sort=[*METHODS], **legend(certified.any())),
-            opacity=_FADED,
-            tooltip=told,
-        )
-        .add_params(*_CHOSEN),
+        known.mark_point(size=80, filled=True).encode(**places, **coded).add_params(*_CHOSEN),
         letters.mark_text(fontWeight="bold", fontSize=13).encode(**places, **lettered),
     ]
     title = f"{question.capitalize()} λ: time against {what}"
@@ -144,21 +135,20 @@ def _log(channel: Any, label: str, ends: tuple[float, float], decades: tuple[flo
     return channel.scale(type="log", domain=ends, nice=False).axis(title=label, values=powers, format="~e")
 
 
-def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
+def page(comparison: judge.Comparison, charts: Sequence[NamedChart]) -> str:
     """The report of a comparison, its charts inside."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
-    ended, columns = frames.success(summary), ("pair", *frames.SUCCESS)
-    limits = {kind: limit.as_dict() for kind, limit in LIMITS.items()}
-    residuals = [(kind, *(f"{of[name]:g}" for name in RESIDUALS)) for kind, of in limits.items()]
-    numbers = {"outside": OUTSIDE, "gap_floor": judge.GAP_FLOOR, "repeated_below": REPEATED_BELOW}
+    ended, columns = judge.success(summary), ("pair", *judge.SUCCESS)
+    residuals = [(kind, *(f"{of.as_dict()[name]:g}" for name in RESIDUALS)) for kind, of in LIMITS.items()]
+    numbers = {"outside": OUTSIDE, "gap_floor": judge.GAP_FLOOR, "repeated_below": judge.REPEATED_BELOW}
     return render(
         "comparison.html",
         title="Comparison of methods and solvers",
         answers=load_factors(comparison),
         comparison=comparison,
-        success=frame_table(ended, frames.FORMATS, columns, **_HEADINGS),
-        runs=frame_table(summary, frames.FORMATS, _RUNS, **_HEADINGS),
+        success=frame_table(ended, judge.FORMATS, columns, **judge.HEADINGS),
+        runs=frame_table(summary, judge.FORMATS, _RUNS, **judge.HEADINGS),
         charts=charts,
         script=script(),
         left_out=table(("method", "model", "solver", "why"), comparison.plan.left_out),
@@ -168,9 +158,9 @@ def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     )
 
 
-def load_factors(comparison: Comparison) -> dict[str, Any]:
+def load_factors(comparison: judge.Comparison) -> dict[str, Any]:
     """The table of load factors: of each scene what is known, and the answers of the methods of the plan."""
-    answers = frames.answers(comparison.summary).to_dict("records")
+    answers = judge.answers(comparison.summary).to_dict("records")
     told = {(row["scene"], row["method"]): _answer(row) for row in answers}
     methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
     known = {name: _lambda(of.middle) for name, of in comparison.bounds.items() if of.finite}

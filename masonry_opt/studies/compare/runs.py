@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.acceptance import LIMITS, Kind, over_load_factor
 from masonry_opt.effort import PARTS
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import METHODS, HowToSolve
@@ -20,8 +19,8 @@ from masonry_opt.scene.case_file import case_folder, load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES, MODELS, find_solver, names
 from masonry_opt.studies.compare.accuracy import certified_bounds
-from masonry_opt.studies.journal import digest
 from masonry_opt.studies.runner import TaskEnd
+from masonry_opt.studies.writing import digest
 
 _NAMING = {"title", "source", "reference"}  #: Keys of a scene that do not change an answer.
 
@@ -42,6 +41,15 @@ COLUMNS += (*_SIZE, "time_limit", "memory_limit")
 
 _OWN_LIMIT = 0.8  #: Share of a run's time limit that a method with a time limit of its own is given.
 _WARM_UP = Path("gilbert", "two_blocks.toml")  #: A case file of two blocks.
+
+
+@dataclass(frozen=True)
+class RunLimits:
+    """Seconds and MB that a run may take, and how often it is repeated."""
+
+    time: float = 60.0
+    memory: float = 4000.0
+    repeats: int = 3
 
 
 @dataclass(frozen=True)
@@ -178,13 +186,10 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     wall = time.perf_counter() - start
     told = result.as_dict()
     same = ("status", "kind", "crushing", "friction_law", "message", "load_factor", "bound", *_COUNTS)
-    return (
-        {name: told[name] for name in same}
-        | {name: told["size"].get(name) for name in _SIZE}
-        | {f"{part}_seconds": seconds for part, seconds in told["seconds"].items()}
-        | (told["certificate"] or {})
-        | {"existence": (told["infeasibility"] or {}).get("existence", ""), "wall": wall}
-    )
+    row = {name: told[name] for name in same} | {name: told["size"].get(name) for name in _SIZE}
+    row |= {f"{part}_seconds": seconds for part, seconds in told["seconds"].items()}
+    row |= told["certificate"] or {}
+    return row | {"existence": (told["infeasibility"] or {}).get("existence", ""), "wall": wall}
 
 
 def bound_scene(path: Path) -> dict[str, float]:
@@ -198,24 +203,10 @@ def _take_one_core() -> None:
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
-def row_of(key: Mapping[str, Any], end: TaskEnd, time_limit: float, memory_limit: float) -> dict[str, Any]:
+def row_of(key: Mapping[str, Any], end: TaskEnd, limits: RunLimits) -> dict[str, Any]:
     """The row of a run, by COLUMNS."""
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "")
     row |= {"message": end.reason, "wall": end.seconds}
     row |= {name: value for name, value in (end.value or {}).items() if name in COLUMNS}
     row |= {"message": " ".join(row["message"].split()), "ended": end.how, "peak_memory": end.peak}
-    return row | dict(key) | {"time_limit": time_limit, "memory_limit": memory_limit}
-
-
-def by_sides(row: Mapping[Any, Any]) -> bool:
-    """Whether friction in space is limited by sides inside the cone."""
-    return "polygon" in row["friction_law"]
-
-
-def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:
-    """Residuals of a row with a load factor that exceed the limits of its kind of answer, or of another
-    ``kind``; a residual that is missing or NaN exceeds them too."""
-    left = {name: row[name] for name in RESIDUALS}
-    if (energy := left["complementarity"]) is not None:
-        left["complementarity"] = over_load_factor(energy, row["load_factor"])
-    return LIMITS[kind or Kind(row["kind"])].failing(left)
+    return row | dict(key) | {"time_limit": limits.time, "memory_limit": limits.memory}

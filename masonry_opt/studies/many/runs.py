@@ -22,10 +22,9 @@ from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
-from masonry_opt.studies.journal import NAME, Journal, digest, versions
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.runner import FINISHED, REFUSED, TaskEnd, Workers
-from masonry_opt.studies.writing import csv_text, write_files
+from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions, write_files
 from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order, and their types in a table. ``seconds`` alone depends on
@@ -130,7 +129,7 @@ def _journal(folder: Path, force: bool, study: Study, points: Sequence[Mapping[s
         "versions": digest(versions()),
     }
     # A journal of other runs is refused first; none is begun beside a table that stays.
-    journal = Journal(folder, head) if (folder / NAME).exists() else None
+    journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not force:
         _refuse_losing(folder / _TABLE, points)
     return journal or Journal(folder, head)

@@ -32,10 +32,9 @@ from masonry_opt.scene.case_file import toml_text
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing.answer import Crossing
-from masonry_opt.studies.journal import versions
 from masonry_opt.studies.load_cases.cases import Cases, Directions
 from masonry_opt.studies.settle.answer import Settlement
-from masonry_opt.studies.writing import frame_table, render, table
+from masonry_opt.studies.writing import frame_table, render, table, versions
 from masonry_opt.words.page import RESIDUALS
 from masonry_opt.words.page import answer as in_full
 from masonry_opt.words.sentences import numeral

@@ -1,4 +1,4 @@
-"""``reproduce``: runs the paper's examples, the scripts of the guide's gallery."""
+"""The command `masonry-opt reproduce`: runs the paper's examples, the scripts of the guide's gallery."""
 
 import contextlib
 import io
@@ -6,21 +6,26 @@ import sys
 import time
 import traceback
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pandas as pd
+import typer
 from matplotlib.figure import Figure
 
 from masonry_opt.drawing.figure import replace_missing, style
-from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
-from masonry_opt.files import picture_metadata, refuse_unwritable
+from masonry_opt.errors import NoLoadFactorError, OptionError
+from masonry_opt.files import picture_metadata, refuse_unwritable, writing
 from masonry_opt.solvers.registry import find_entry
 from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.terminal import print_text
 
 _BEYOND = "bracket"  #: Not an example of the paper; takes a quarter of an hour.
 
+_EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
+_OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
 _PACKAGE = Path(__file__).parents[1]
+
+reproduce = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 
 def scripts() -> dict[str, Path]:
@@ -31,35 +36,27 @@ def scripts() -> dict[str, Path]:
     return {path.stem: path for path in sorted(found.glob("*.py"), key=lambda path: (len(path.stem), path))}
 
 
-def reproduce(example: str = "", out: Path = Path("results")) -> bool:
-    """Rebuild results of the paper from the case files; whether each is as near to the published value as its
-    example says.
-
-    Raises OptionError if there is no such example, or an extra is missing; OutputError if the folder cannot
-    be written.
-
-    Parameters
-    ----------
-    example: one of those that are listed if none is named; or all of the paper's.
-    out: folder for tables (CSV) and pictures (PNG, SVG).
-    """
+@reproduce.command("reproduce")
+def _reproduce(
+    example: Annotated[str, typer.Argument(help=_EXAMPLE)] = "",
+    out: Annotated[Path, typer.Option(help=_OUT)] = Path("results"),
+) -> None:
+    """Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
+    example or folder, or an extra is missing."""
     known = scripts()
     listed = "\n".join(f"{name:10} {_title(path)}" for name, path in known.items())
     if not example:
         print_text(listed)
-        return True
+        return
     names = [name for name in known if name != _BEYOND] if example == "all" else [example]
     if unknown := set(names) - set(known):
-        raise OptionError(
-            f"nothing to reproduce is named '{unknown.pop()}'; choose all, or one of:\n{listed}"
-        )
+        none = f"nothing to reproduce is named '{unknown.pop()}'"
+        raise OptionError(f"{none}; choose all, or one of:\n{listed}")
     if "table1" in names:
         find_entry("pyomo", "casadi")  # a missing extra is said now, not after minutes
     # The folder is made before the minutes that filling it takes.
-    try:
+    with writing(out):
         out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{out}: cannot be written: {error.strerror}") from None
     refuse_unwritable(out / ".masonry_opt")
     missed = False
     for name in names:
@@ -67,7 +64,8 @@ def reproduce(example: str = "", out: Path = Path("results")) -> bool:
         start = time.perf_counter()
         missed = _run(name, known[name], out) or missed
         print(f"{name}: {time.perf_counter() - start:.1f} s, written to {out}", file=sys.stderr, flush=True)
-    return not missed
+    if missed:
+        raise typer.Exit(1)
 
 
 def _title(path: Path) -> str:
