@@ -115,7 +115,7 @@ class Session:
 
     def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """The solution of a scene that does not stand under its dead load; None if it stands."""
-        from masonry_opt.standing.diagnosis import DeadLoadUndecided, as_it_falls, falling_mechanism
+        from masonry_opt.standing import diagnosis
 
         problem, solver = assembly.problem, self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
@@ -125,18 +125,16 @@ class Session:
             try:
                 if self._comes_to_rest(problem, own):
                     return None
-                falling = falling_mechanism(problem, solver, own, self.kept)
-            except DeadLoadUndecided as stopped:
+                falling = diagnosis.falling_mechanism(problem, solver, own, self.kept)
+            except diagnosis.DeadLoadUndecided as stopped:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
         if falling is None:
             return None
-        from masonry_opt.standing.holding import what_would_hold
-
         effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
-            falling = as_it_falls(assembly, falling, own)
+            falling = diagnosis.as_it_falls(assembly, falling, own)
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
-            holds = what_would_hold(assembly, falling, solver, own)
+            holds = diagnosis.what_would_hold(assembly, falling, solver, own)
         found = Found(d=falling, forms=problem.by_cone.forms)
         return replace(solution, found=found, reasons=(falls, *holds))
 

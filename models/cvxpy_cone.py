@@ -120,6 +120,5 @@ def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[cp.
     energy = limit @ mechanism.slip + cp.sum(cp.multiply(np.stack(shears), mechanism.sliding))
     energy += np.maximum(q[: problem.joints], 0.0) @ mechanism.opening
     energy += np.maximum(problem.slacks(q)[problem.table.limits], 0.0) @ mechanism.yielding
-    return mechanism.d, cp.Problem(
-        cp.Minimize(_ENERGY_SCALE * energy), [*mechanism.rows, mechanism.live_work]
-    )
+    rows = [*mechanism.rows, mechanism.live_work]
+    return mechanism.d, cp.Problem(cp.Minimize(_ENERGY_SCALE * energy), rows)

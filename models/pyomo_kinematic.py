@@ -25,7 +25,5 @@ class PyomoKinematic:
         """The state at the optimum: forces and load factor are the duals of compatibility and of
         the live work."""
         mechanism = self.mechanism
-        load_factor = self.program.dual[mechanism.live_work]
-        return State(
-            float(load_factor), duals(mechanism.compatibility), values(mechanism.d), values(mechanism.p)
-        )
+        load_factor, q = self.program.dual[mechanism.live_work], duals(mechanism.compatibility)
+        return State(float(load_factor), q, values(mechanism.d), values(mechanism.p))

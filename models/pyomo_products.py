@@ -1,6 +1,7 @@
 """A linear relaxation of Coulomb collapse by products of statics and kinematics, in Pyomo."""
 
 from collections.abc import Iterable, Iterator
+from itertools import chain
 from itertools import product as every
 from typing import Any
 
@@ -10,6 +11,10 @@ from pyomo.core.expr import LinearExpression
 
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
+
+#: Joints (i, j) of whose forces and rates products are kept, shape (c, c); joints and blocks (i, e) of whose
+#: forces and velocities they are, shape (c, b).
+Pairs = tuple[np.ndarray, np.ndarray]
 
 
 class PyomoProducts:
@@ -36,18 +41,11 @@ class PyomoProducts:
     Every row that the products kept suffice for is declared, so the least λ never exceeds that of a Coulomb
     state with λ₀ ≤ λ ≤ Λ and n ≤ n̂, whichever products are kept; more of them can only raise it.
 
-    ``within`` are λ₀ ≥ 0 and Λ, ``largest`` n̂ of each joint, ``inf`` where there is none, shape (c,). y v are
-    kept of the joints (i, j) in ``rates``, shape (c, c), y d of the joints and blocks (i, e) in
-    ``velocities``, shape (c, b).
+    ``within`` are λ₀ ≥ 0 and Λ, ``largest`` n̂ of each joint, ``inf`` where there is none, shape (c,).
     """
 
     def __init__(
-        self,
-        problem: Problem,
-        within: tuple[float, float],
-        largest: np.ndarray,
-        rates: np.ndarray,
-        velocities: np.ndarray,
+        self, problem: Problem, within: tuple[float, float], largest: np.ndarray, kept: Pairs
     ) -> None:
         self.problem = problem
         factors = self.factors = EdgeFactors(problem)
@@ -61,12 +59,10 @@ class PyomoProducts:
         self._declare("velocity", [(one, e) for e in factors.velocities])
         self._declare("load_rate", [(factors.load_factor, k) for k in factors.rates])
         self._declare("load_velocity", [(factors.load_factor, e) for e in factors.velocities])
-        near, moves = np.argwhere(rates).tolist(), np.argwhere(velocities).tolist()
+        near, moves = (np.argwhere(of).tolist() for of in kept)
         self._declare("force_rate", [(i, k) for a, j in near for i, k in factors.pairs(a, j)])
-        self._declare(
-            "force_velocity",
-            [(i, e) for a, b in moves for i, e in every(factors.forces_of(a), factors.velocities_of(b))],
-        )
+        pairs = (every(factors.forces_of(a), factors.velocities_of(b)) for a, b in moves)
+        self._declare("force_velocity", list(chain.from_iterable(pairs)))
         model.load_factor[factors.load_factor, unit].bounds = within
         self._rows(within, largest)
         model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, unit])

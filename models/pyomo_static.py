@@ -20,9 +20,8 @@ class PyomoStatic:
         model.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT)
         self.limits = ShearParameters(model, limits)
         self.statics = Statics(model, problem, self.limits)
-        model.within_yield = pyo.Constraint(
-            range(problem.faces), rule=lambda _, face: -self.statics.slacks[face] <= 0
-        )
+        z, faces = self.statics.slacks, range(problem.faces)
+        model.within_yield = pyo.Constraint(faces, rule=lambda _, face: -z[face] <= 0)
         model.objective = pyo.Objective(expr=-problem.live_norm * self.statics.load_factor)
 
     def read(self) -> State:

@@ -22,9 +22,8 @@ def rows(matrix: sp.csr_array, variables: Sequence[Any], together: int = 0) -> I
         if together:
             order = np.lexsort((columns, columns % together))
             columns, entries = columns[order], entries[order]
-        yield LinearExpression(
-            linear_coefs=entries.tolist(), linear_vars=[variables[column] for column in columns]
-        )
+        terms = [variables[column] for column in columns]
+        yield LinearExpression(linear_coefs=entries.tolist(), linear_vars=terms)
 
 
 def dot(coefficients: np.ndarray, variables: Sequence[Any]) -> Any:

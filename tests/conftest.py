@@ -62,9 +62,9 @@ def failing(monkeypatch):
     def of(solver, when=lambda *_: True):
         import numpy as np
 
+        from masonry_opt.methods.mpec import CasadiIpopt
         from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
         from masonry_opt.solvers.highs import HighsSession
-        from masonry_opt.solvers.ipopt import CasadiIpopt
         from masonry_opt.solvers.registry import Solved, Verdict
 
         owner, name, failure = {

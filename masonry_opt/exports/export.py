@@ -14,8 +14,7 @@ from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.exports.program_files import WRITERS, labels_of, names_in
 from masonry_opt.exports.solid_files import SOLID_ENDS, solid_file
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable
-from masonry_opt.methods.bracket.bounds import bounds_of
-from masonry_opt.methods.bracket.relaxation import a_little_above, assumed_rates
+from masonry_opt.methods.bracket.relaxation import a_little_above, assumed_rates, bounds_of
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs

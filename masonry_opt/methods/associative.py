@@ -21,21 +21,18 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     if task.solver.entry.conic:
         problem = problem.by_cone if by_chords else problem.by_cone.by_parabola
     answer, found, size = _solved(task, problem, formulation)
-    reasons = []
     if _is_short(answer, found):
         dual = "kinematic" if formulation == "static" else "static"
         of_dual, beside, _ = _solved(task, problem, dual)
         if not _is_short(of_dual, beside):
             answer, found = of_dual, beside
+    solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=size, solver=task.solver)
+    word = answer.solved.status
     if found is None:
-        status, why = no_optimum(task.problem, answer.solved.status, task.solver, task.effort)
-        reasons = [why]
-    else:
-        status = Status.OPTIMAL
-        if answer.solved.failed:
-            reasons.append(reason(Code.STOPPED_SHORT, word=answer.solved.status))
-    state = found or Found(forms=problem.forms)
-    return Solution(status, Kind.ASSOCIATIVE, tuple(reasons), state, size=size, solver=task.solver)
+        status, why = no_optimum(task.problem, word, task.solver, task.effort)
+        return replace(solution, status=status, reasons=(why,), found=Found(forms=problem.forms))
+    reasons = (reason(Code.STOPPED_SHORT, word=word),) if answer.solved.failed else ()
+    return replace(solution, reasons=reasons, found=found)
 
 
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:

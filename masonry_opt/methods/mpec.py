@@ -5,12 +5,15 @@ optimum of a non-convex problem, which depends on the start.
 """
 
 import math
+import tempfile
 import time
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, InstanceOf, Strict, model_validator
+from pyomo.repn.plugins.nl_writer import NLWriter
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found, certified
@@ -20,15 +23,29 @@ from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.models.pyomo_mpec import PyomoMpec, PyomoRelaxed
-from masonry_opt.problem.load_units import in_units_of_live_load
-from masonry_opt.problem.problem import State
-from masonry_opt.solvers.ipopt import CasadiIpopt
+from masonry_opt.problem.problem import State, in_units_of_live_load
 from masonry_opt.solvers.registry import find_solver
 
 _FALL = 0.1  #: The relaxation falls by this factor between solves.
 
 #: A series that fails begins again with this share of its first ε, down to a smallest.
 _SMALLER_START, _SMALLEST_START = 1e-3, 1e-8
+
+#: Options of IPOPT for a series of solves that each begin near the last one's end.
+_OPTIONS: dict[str, Any] = {
+    "tol": 1e-9,
+    "constr_viol_tol": 1e-9,
+    "acceptable_tol": 1e-9,
+    "mu_strategy": "monotone",
+    "mu_init": 1e-2,
+    "warm_start_init_point": "yes",
+    "warm_start_bound_push": 1e-6,
+    "warm_start_mult_bound_push": 1e-6,
+    "warm_start_slack_bound_push": 1e-6,
+    # Rates and slacks stay ≥ 0: a product of two small negatives would pass for complementary.
+    "bound_relax_factor": 0.0,
+    "max_iter": 700,
+}
 
 
 class MpecOptions(Options):
@@ -65,11 +82,52 @@ class RelaxationStep:
     seconds: float
 
 
+class CasadiIpopt:
+    """IPOPT through CasADi, which reads the program once from Pyomo's ``.nl``. The values of the program's
+    variables are the start of a solve, and afterwards its end."""
+
+    def __init__(self, model: PyomoRelaxed) -> None:
+        import casadi
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "program.nl"
+            with path.open("w") as stream:
+                written = NLWriter().write(model.program, stream, linear_presolve=False, scale_model=False)
+            problem = casadi.NlpBuilder()
+            problem.import_nl(str(path))
+        self._variables = written.variables
+        row_of = {id(row): index for index, row in enumerate(written.constraints)}
+        self._products = [row_of[id(row)] for row in model.complementarity_rows]
+        bounds = {"lbx": problem.x_lb, "ubx": problem.x_ub, "lbg": problem.g_lb, "ubg": problem.g_ub}
+        self._bounds = {name: np.array(of) for name, of in bounds.items()}
+        functions = {"x": casadi.vertcat(*problem.x), "f": problem.f, "g": casadi.vertcat(*problem.g)}
+        # Expanded to scalar operations the derivatives take a thirtieth of the time.
+        quiet = {"expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
+        options = {f"ipopt.{name}": value for name, value in _OPTIONS.items()} | quiet
+        self._solver = casadi.nlpsol("program", "ipopt", functions, options)
+        self.multipliers: dict[str, Any] = {}  #: of the last solve, with which the next begins
+
+    def solve(self, epsilon: float) -> tuple[bool, str, int]:
+        """Solve with z p ≤ ``epsilon``, from the variables' values and the last solve's multipliers: whether
+        IPOPT found a local optimum, its status and its iterations."""
+        self._bounds["ubg"][self._products] = epsilon
+        start = np.array([variable.value for variable in self._variables])
+        found = self._solver(x0=start, **self._bounds, **self.multipliers)
+        stats = self._solver.stats()
+        solved = stats["return_status"] in ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+        if solved:
+            self.multipliers = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
+            end = np.array(found["x"]).ravel().tolist()
+            for variable, value in zip(self._variables, end, strict=True):
+                variable.set_value(value, skip_validation=True)
+        return solved, stats["return_status"], int(stats["iter_count"])
+
+
 def mpec(task: Task) -> Solution:
     """Least load factor near a start."""
     problem, options = task.problem, task.options
     if options.start == "cold":
-        return _relaxed(task, options, None)
+        return _relaxed(task, None)
     if isinstance(options.start, Solution):
         before = of_same_scene(options.start, problem)
     else:
@@ -79,21 +137,21 @@ def mpec(task: Task) -> Solution:
     if before.q is None or before.d is None:
         return before.telling_first(reason(Code.START_FAILED))
     p = problem.rates(before.d, problem.dilatancy)
-    solution = _relaxed(task, options, State(before.load_factor or 0.0, before.q, before.d, p))
+    solution = _relaxed(task, State(before.load_factor or 0.0, before.q, before.d, p))
     return replace(solution, flow_rule_matters=before.flow_rule_matters)
 
 
-def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
-    path, epsilon = _Path(task, start), options.epsilon
-    while not path.follow(epsilon, options.epsilon_min):
+def _relaxed(task: Task, start: State | None) -> Solution:
+    path, epsilon, smallest = _Path(task, start), task.options.epsilon, task.options.epsilon_min
+    while not path.follow(epsilon, smallest):
         epsilon *= _SMALLER_START
-        if start is None or epsilon < max(options.epsilon_min, _SMALLEST_START):
+        if start is None or epsilon < max(smallest, _SMALLEST_START):
             return _stopped(task, path, start)
         # A smaller ε is easier to follow, but leaves less room to find a lower λ.
     state = path.last
     assert state is not None
     found = certified(task.problem, state.load_factor, state.q, state.d)
-    return path.ended(Status.CONVERGED, [reason(Code.LOCAL_MINIMUM, epsilon=options.epsilon_min)], found)
+    return path.ended(Status.CONVERGED, found, reason(Code.LOCAL_MINIMUM, epsilon=smallest))
 
 
 class _Path:
@@ -114,10 +172,10 @@ class _Path:
             self._ipopt = CasadiIpopt(self._model)
         effort.uses(task.solver.name, "relaxation")
 
-    def ended(self, status: Status, reasons: list[Reason], found: Found) -> Solution:
+    def ended(self, status: Status, found: Found, *reasons: Reason) -> Solution:
         """The solution that it leads to."""
         history, solver = tuple(self.history), self._task.solver
-        return Solution(status, Kind.RELAXED, tuple(reasons), found, history=history, solver=solver)
+        return Solution(status, Kind.RELAXED, reasons, found, history=history, solver=solver)
 
     def follow(self, epsilon: float, smallest: float) -> bool:
         """Solve for a falling ε, down to the smallest, from the start; whether all were solved."""
@@ -148,10 +206,9 @@ class _Path:
 
 def _stopped(task: Task, path: _Path, start: State | None) -> Solution:
     failed = path.history[-1]
-    reasons = [reason(Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)]
+    why = reason(Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)
     if path.last is not None:
         found = Found(q=path.last.q, d=path.last.d, slope=task.problem.dilatancy)
-    else:
-        found = Found() if start is None else Found(q=start.q, d=start.d)
-        reasons.append(reason(Code.NOTHING_SOLVED))
-    return path.ended(Status.HOMOTOPY, reasons, found)
+        return path.ended(Status.HOMOTOPY, found, why)
+    found = Found() if start is None else Found(q=start.q, d=start.d)
+    return path.ended(Status.HOMOTOPY, found, why, reason(Code.NOTHING_SOLVED))

@@ -27,8 +27,7 @@ from masonry_opt.answer.thresholds import APART, ZERO
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.exact.alternation import motion_for
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.load_units import in_units_of_load
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Problem, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import find_solver
@@ -47,9 +46,7 @@ _MOST = 8  #: λ₀ tried at most; the first, the associative load factor, is mo
 _LOAD_FACTORS = {"load_factor", "bound", "least", "most", "lowest", "highest"}
 
 
-def without_work(
-    task: Task, run: Callable[[Task], Solution], before: Solution | None = None
-) -> Solution | None:
+def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
     """What a method finds where the live load does no work, given what it found ``before`` of the scene as it
     is, if it was asked: no load factor. None if it finds nothing, or the associative forces go with no such
     mechanism."""
@@ -58,13 +55,15 @@ def without_work(
         return None
     upper, work = given
     shares = (share + (1 - share) * max(-work, 0.0) for share in _SHARES)
-    found = (_growing(task, run, before, upper, share) for share in shares)
-    return next((one for one in found if one is not None), None)
+    tried = (_growing(task, run, upper, share) for share in shares)
+    found = next((one for one in tried if one is not None), None)
+    if found is None or before is None or before.curve is None:
+        return found
+    of_curve = (said for said in before.reasons if said.code is Code.CURVE)
+    return replace(found, curve=before.curve).telling(*of_curve)
 
 
-def _growing(
-    task: Task, run: Callable[[Task], Solution], before: Solution | None, upper: float, share: float
-) -> Solution | None:
+def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: float) -> Solution | None:
     """The same with a share of the dead load growing, from the associative load factor on."""
     problem = task.problem
     alike = not problem.face_cohesion.any() and not problem.dilatancy_depends_on_stress
@@ -87,14 +86,10 @@ def _growing(
             # Residuals are shares of loads and velocities, whatever their size.
             d = answer.d * problem.live_norm / float(problem.dead @ answer.d)
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
-            solution = _as_of_scene(solution, found, alike, partial(_of_scene, at=at, share=share))
+            solution = _as_of_scene(solution, found, alike, at, share)
             solution = replace(solution, associative=upper, associative_ended=Status.OPTIMAL)
             told = {"fixed": problem.statics_fix_forces, "against": work < -APART}
-            solution = solution.telling_first(reason(Code.NO_WORK, **told))
-            if before is not None and before.curve is not None:
-                of_curve = (said for said in before.reasons if said.code is Code.CURVE)
-                solution = replace(solution, curve=before.curve).telling(*of_curve)
-            return solution
+            return solution.telling_first(reason(Code.NO_WORK, **told))
     return None
 
 
@@ -126,26 +121,19 @@ def _size(load_factor: float, at: float, share: float) -> float:
     return 1 + share * (load_factor / at - 1)
 
 
-def _of_scene(load_factor: float, at: float, share: float) -> float:
-    """λ / s; NaN where the loads have vanished."""
-    size = _size(load_factor, at, share)
-    return load_factor / size if size > ZERO else nan
-
-
 def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
     """Work of the live load at a load factor in a motion (3b,), over the size of that of the dead load."""
     return load_factor * float(problem.live @ d) / abs(float(problem.dead @ d))
 
 
-def _as_of_scene(
-    solution: Solution, found: Answer, alike: bool, of_scene: Callable[[float], float]
-) -> Solution:
-    """A solution with the scene's answer, and with load factors in reasons and steps as those of the scene;
-    where states under loads of another size are none of it, only that of the answer. What is proven does not
-    hold for all mechanisms."""
+def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, share: float) -> Solution:
+    """A solution with the scene's answer, and with load factors in reasons and steps as those of the scene,
+    λ / s, NaN where the loads have vanished; where states under loads of another size are none of it, only
+    that of the answer. What is proven does not hold for all mechanisms."""
 
     def told(values: dict[str, Any]) -> dict[str, float]:
-        return {name: of_scene(values[name]) for name in _LOAD_FACTORS & values.keys()}
+        sizes = {name: _size(values[name], at, share) for name in _LOAD_FACTORS & values.keys()}
+        return {name: values[name] / size if size > ZERO else nan for name, size in sizes.items()}
 
     reasons = []
     for said in solution.reasons:

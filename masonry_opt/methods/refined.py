@@ -1,7 +1,7 @@
 """Method "refined": exact states of Coulomb friction, from a push down, and searched for if asked."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Annotated, Any
 
@@ -139,14 +139,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: StateFinder
     if task.options is not None and task.options.search is not None:
         told = {"candidates": lowest.met.candidates, "interrupted": lowest.interrupted}
         reasons.append(reason(Code.SEARCHED, **told))
-    return Solution(
-        Status.CONVERGED,
-        Kind.EXACT if answer.exact else Kind.ONE_PASS,
-        tuple(reasons),
-        answer,
-        flow_rule_matters=first.flow_rule_matters,
-        history=tuple(lowest.history),
-        stationary=None if is_kept else lowest.stationary,
-        size=refiner.size,
-        solver=task.solver,
-    )
+    kind, history = Kind.EXACT if answer.exact else Kind.ONE_PASS, tuple(lowest.history)
+    solution = Solution(Status.CONVERGED, kind, tuple(reasons), answer, history=history, solver=task.solver)
+    stationary, matters = None if is_kept else lowest.stationary, first.flow_rule_matters
+    return replace(solution, flow_rule_matters=matters, stationary=stationary, size=refiner.size)

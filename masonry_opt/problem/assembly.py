@@ -101,7 +101,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     filled = filled_pieces(scene, found)
     on_edges, bare, pieces = edge_forces(scene, found, joints)
     limited = (*struts(scene, found), *pressures(scene, filled))
-    loaded = _loaded(scene, found, movable, length_unit, on_edges, filled)
+    loaded = _loaded(scene, found, movable, length_unit, on_edges, fill_forces(scene, found, filled))
     law = _law(joints, scene.thickness, loaded[-1])
     problem = Problem(Matrices.of(joints, found, movable, length_unit), law, *loaded)
     problem = _with_limited(scene, problem, limited, found.centroid, movable)
@@ -135,20 +135,14 @@ def _limiting(law: Law, limited: Sequence[LimitedForce], force_unit: float) -> L
 
 
 def _loaded(
-    scene: Scene,
-    shapes: Extents,
-    movable: np.ndarray,
-    length_unit: float,
-    on_edges: Mapping[str, np.ndarray],
-    filled: tuple[FilledPiece, ...],
+    scene: Scene, shapes: Extents, movable: np.ndarray, length_unit: float, *beside: Mapping[str, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Dead and live loads in units of force and length, and the unit of force: the median dead load of a
-    block, or live load where there is none."""
+    """Dead and live loads in units of force and length, with those on all blocks beside, by kind; and the
+    unit of force: the median dead load of a block, or live load where there is none."""
     given, centroid = loads(scene, shapes, movable), shapes.centroid[movable]
-    of_fill = fill_forces(scene, shapes, filled)
     dead, live = given.dead.about(centroid) + given.weight.about(centroid), given.live.about(centroid)
-    beside = {kind: (on_edges[kind] + of_fill[kind])[movable].ravel() for kind in of_fill}
-    dead, live = dead + beside["dead"], live + beside["live"]
+    dead = dead + sum(of["dead"][movable].ravel() for of in beside)
+    live = live + sum(of["live"][movable].ravel() for of in beside)
     rows, dimension = 3 * (scene.dimension - 1), scene.dimension
     sizes = (np.hypot.reduce(load.reshape(-1, rows)[:, :dimension], axis=1) for load in (dead, live))
     force_unit = next((float(np.median(size[size > 0])) for size in sizes if size.any()), 1.0)
@@ -177,7 +171,8 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
         on_edges, bare, pieces = edge_forces(scene, assembly.geometry, assembly.joints)
         assembly = replace(assembly, bare_edge_loads=bare, loaded_pieces=pieces)
         shapes, movable, filled = assembly.geometry, assembly.movable, assembly.filled_pieces
-        dead, live, force_unit = _loaded(scene, shapes, movable, problem.length_unit, on_edges, filled)
+        beside, unit = (on_edges, fill_forces(scene, shapes, filled)), problem.length_unit
+        dead, live, force_unit = _loaded(scene, shapes, movable, unit, *beside)
         earth = pressures(scene, filled)
         limited = [next(earth) if force.role is Role.EARTH else force for force in assembly.limited]
         assembly = replace(assembly, limited=tuple(limited))

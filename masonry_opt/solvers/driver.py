@@ -7,8 +7,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from masonry_opt.effort import Effort
-from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
-from masonry_opt.problem.problem import Problem, ShearLimits, State
+from masonry_opt.problem.problem import Problem, ShearLimits, State, in_units_of_live_load, in_units_of_load
 from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 

@@ -5,7 +5,7 @@ import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from masonry_opt.errors import OptionError
@@ -90,21 +90,11 @@ def _highs_simplex(tolerance: float) -> dict[str, Any]:
     return {"solver": "simplex", **_feasibility(tolerance)}
 
 
-def _highs_interior(tolerance: float) -> dict[str, Any]:
-    # Crossover would end in a vertex, and the loop needs the middle of the optimal states.
-    return _highs_simplex(tolerance) | {
-        "solver": "ipx",  # "ipm" would be HiPO where that is installed
-        "run_crossover": "off",
-        "ipm_optimality_tolerance": max(tolerance, 1e-12),
-    }
-
-
-def _highs_hipo(tolerance: float) -> dict[str, Any]:
-    return _highs_interior(tolerance) | {"solver": "hipo"}
-
-
-def _scipy(tolerance: float) -> dict[str, Any]:
-    return {"scipy_options": _feasibility(tolerance)}
+def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
+    # "ipm" would be HiPO where that is installed. Crossover would end in a vertex, and the loop needs the
+    # middle of the optimal states.
+    interior = {"run_crossover": "off", "ipm_optimality_tolerance": max(tolerance, 1e-12)}
+    return {"solver": solver, **_feasibility(tolerance), **interior}
 
 
 def _first_order(**most: int) -> Options:
@@ -123,6 +113,8 @@ def _without_casadi() -> str:
     return "" if importlib.util.find_spec("casadi") else "CasADi brings IPOPT: pip install '.[mpec]'"
 
 
+_highs_hipo = partial(_highs_interior, solver="hipo")
+
 _ENTRIES = (
     SolverEntry("clarabel", "cvxpy", "CLARABEL", _clarabel, interior=True, stops_early=True, conic=True),
     SolverEntry("highs", "cvxpy", "HIGHS", _highs_simplex),
@@ -130,7 +122,7 @@ _ENTRIES = (
     SolverEntry("highs-hipo", "cvxpy", "HIGHS", _highs_hipo, interior=True),
     SolverEntry("osqp", "cvxpy", "OSQP", _first_order(max_iter=100_000), decides=False),
     SolverEntry("scs", "cvxpy", "SCS", _first_order(max_iters=100_000), decides=False, conic=True),
-    SolverEntry("scipy", "cvxpy", "SCIPY", _scipy),
+    SolverEntry("scipy", "cvxpy", "SCIPY", lambda tolerance: {"scipy_options": _feasibility(tolerance)}),
     SolverEntry("highs", "pyomo", "highs", _highs_simplex),
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, interior=True),

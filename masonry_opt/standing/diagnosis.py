@@ -1,20 +1,28 @@
-"""Whether a scene stands under its dead load, and why a program of statics or kinematics has no optimum.
+"""Whether a scene stands under its dead load, why a program of statics or kinematics has no optimum, and what
+would hold a scene that falls: friction, and how much of it, strength, or support.
 
 No solver's verdict counts: forces and mechanisms are borne out by what they leave of their conditions.
 """
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import sqrt
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import breadth_first_order
 
-from masonry_opt.answer.acceptance import DEPARTS, ROUNDING
+from masonry_opt.answer.acceptance import DEPARTS, ROUNDING, Kind
+from masonry_opt.answer.answer import Found
+from masonry_opt.answer.motion import joint_motion, moving_blocks, moving_names
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import DRIVES, NAMED, SLIDES
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_cone import Senses
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding, by_cones
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.driver import Kept
@@ -28,6 +36,16 @@ _MOST_PROGRAMS = 40
 
 #: Joints up to which simplex is tried, which takes half a minute for each program there.
 _SIMPLEX_UP_TO = 2000
+
+#: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
+#: other, relative, the least at which the scene stands and the greatest at which it falls need be.
+FACTOR_UP_TO, _MOST_FACTORS, _NEAR = 2000, 12, 1e-3
+
+#: No factor is tried that makes any friction larger: the solver would lose its digits in these rows.
+_LARGEST_FRICTION = 100.0
+
+#: Cosine between a joint's normal and a block's dead load below which the joint does not bear the block.
+_BEARS = 1e-6
 
 
 class DeadLoadUndecided(Exception):
@@ -216,3 +234,80 @@ def _finer(problem: Problem, found: tuple[np.ndarray, np.ndarray] | None, senses
             some = np.flatnonzero(size > ROUNDING)
             point, along = np.append(point, some), np.append(along, shears[:, some] / size[some], axis=1)
     return Senses(point, along, not inside)
+
+
+def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
+    """Reasons that tell what would hold a scene that falls under its dead load, with block velocities (3b,):
+    HANGS, if any of the blocks that fall do; then NO_FRICTION_HOLDS, FRICTION_WOULD_HOLD or
+    STRENGTH_WOULD_HOLD, if the solver, which decided that the scene falls, can tell. To hold means that
+    eq. (9) without live load has a state, perhaps of wedging alone."""
+    problem = assembly.problem
+    hanging = _hanging(assembly, moving_blocks(assembly, falling))
+    found = [reason(Code.HANGS, blocks=assembly.names(assembly.movable[hanging]))] if len(hanging) else []
+    none, nothing = np.array([], dtype=int), np.array([])
+    rough = replace(problem.law, sliding=none, friction=nothing, cohesion=nothing, dilatancy=nothing)
+    rough = replace(rough, dilatancy_force=np.empty((0, 2)))
+    stuck = replace(assembly, problem=replace(problem, law=rough))
+    try:
+        falls_all_the_same = falling_mechanism(stuck.problem, solver, effort)
+    except DeadLoadUndecided:
+        return found
+    if falls_all_the_same is not None:
+        strong = replace(problem, law=replace(problem.law, crushing=none, crushing_force=nothing))
+        with suppress(DeadLoadUndecided):
+            if len(problem.crushing) and falling_mechanism(strong, solver, effort) is None:
+                return [*found, reason(Code.STRENGTH_WOULD_HOLD)]
+        falls_all_the_same = as_it_falls(stuck, falls_all_the_same, effort)
+        return [*found, reason(Code.NO_FRICTION_HOLDS, blocks=moving_names(assembly, falls_all_the_same))]
+    factor, above = _least_factor(problem, solver, effort)
+    values = {"factor": factor, "above": above, "hangs": bool(len(hanging))}
+    falls = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=Found(d=falling))
+    slides = joint_motion(assembly, falls).slides
+    most_first = np.argsort(-assembly.most_of_joints(problem.slip_speed(falling)), kind="stable")
+    pairs = assembly.pairs_of(most_first[slides[most_first]])
+    return [*found, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, **values)]
+
+
+def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
+    """The least factor on all friction at which the scene stands, None if none is found, and the greatest at
+    which it falls: by squaring, then by bisection of their logarithms."""
+    stands, falls = None, 1.0
+    largest = float(problem.friction.max(initial=0.0))
+    if not largest or problem.joints > FACTOR_UP_TO:
+        return stands, falls
+    most, kept = _LARGEST_FRICTION / largest, Kept(keeps=True)
+    for _ in range(_MOST_FACTORS):
+        if stands is None and falls < most:
+            factor = min(max(2.0, falls**2), most)
+        elif stands is not None and stands > falls * (1 + _NEAR):
+            factor = sqrt(stands * falls)
+        else:
+            break
+        stronger = replace(problem, law=replace(problem.law, friction=factor * problem.friction))
+        try:
+            holds = falling_mechanism(stronger, solver, effort, kept) is None
+        except DeadLoadUndecided:
+            break
+        stands, falls = (factor, falls) if holds else (stands, factor)
+    return stands, falls
+
+
+def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
+    """Those of some of the problem's blocks that no chain of bearing joints leads to from a support. A joint
+    bears a block if its normal pushes against the block's dead load."""
+    scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
+    count, forces = len(scene.blocks), assembly.problem.forces(assembly.problem.dead)
+    down = np.zeros((count, forces.shape[1]))
+    down[movable] = forces
+    size = np.hypot.reduce(down, axis=1)
+    down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
+    first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
+    second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
+    # From what bears to what is borne, and from one node more to all supports; some may turn.
+    held = [of.block for force in assembly.limited if force.role is Role.SUPPORT for of in force.actions]
+    supports = np.append(np.setdiff1d(np.arange(count), movable), held).astype(int)
+    bears = np.concatenate([joints.second[first_borne], joints.first[second_borne], 0 * supports + count])
+    borne = np.concatenate([joints.first[first_borne], joints.second[second_borne], supports])
+    chains = sp.csr_array((np.ones(len(bears)), (bears, borne)), shape=(count + 1, count + 1))
+    reached = breadth_first_order(chains, count, return_predecessors=False)
+    return blocks[~np.isin(movable[blocks], reached)]

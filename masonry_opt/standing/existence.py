@@ -1,24 +1,31 @@
 """Why an analysis ended without a load factor: proof that there is none, certified from the matrices, and
-reasons with the names of blocks and joints."""
+reasons with the names of blocks and joints.
 
-from dataclasses import replace
+That no mechanism goes with a state of equilibrium is shown by branch and cut on which faces move. In a
+Coulomb state with λ ≥ 0 each face moves and is at yield, or does not move. Linear programs refute choices,
+and their Farkas multipliers tell which few faces are to blame (combinatorial Benders cuts; Codato & Fischetti
+2006): faces that cannot come to yield together, and faces of which one must move. Where the cuts leave no
+choice there is no such state. Each cut is certified from the matrices.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from masonry_opt.answer import infeasibility
 from masonry_opt.answer.acceptance import PROOF
-from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate, ray_residuals
+from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import NAMED
 from masonry_opt.effort import Effort
-from masonry_opt.models.cvxpy_exact import CvxpyNoMotion
+from masonry_opt.models.cvxpy_exact import CvxpyMotion, CvxpyNoForces, CvxpyNoMotion
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.load_units import in_units_of_load
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Problem, in_units_of_load
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
-from masonry_opt.standing.combinatorial_cuts import combinatorial_cuts
 from masonry_opt.standing.diagnosis import locking_joints
 
 #: Joints up to which rays are looked for, and up to which mechanisms are excluded by branching; and the
@@ -28,6 +35,151 @@ _RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
 _MOST_WORK = 120_000
 
 _PURPOSE = "existence"  #: What a solver does here, as a result tells it.
+
+#: A face with a rate above this moves in a mechanism in which the live load does the work Σ|f_L|. This is no
+#: gate: the cut concluded from it must leave no more than PROOF.
+_MOVES = 1e-9
+
+_TO_BLAME = 1e-9  #: Share of the largest multiplier above which a face is to blame.
+_OF_LATE = 200  #: Cuts that count in the choice of a face to branch on.
+_OPEN = -1  #: A face that a choice does not name, beside False and True.
+
+#: By face, whether it moves and is at yield. Faces that a choice does not name are open.
+_Choice = dict[int, bool]
+
+
+class _Undecided(Exception):
+    """No proof: a choice is not refuted, a cut not borne out by its residual, or programs were too many."""
+
+
+@dataclass
+class Cuts:
+    """Sets of faces that no Coulomb state with λ ≥ 0 agrees with."""
+
+    #: Sets of faces that cannot come to yield together under any λ ≥ 0.
+    static: list[frozenset[int]] = field(default_factory=list)
+    #: Sets of faces of which one moves in every mechanism that lets the live load do work.
+    kinematic: list[frozenset[int]] = field(default_factory=list)
+    residual: float = 0.0  #: the largest that any of them leaves of its conditions
+    exclude: bool = False  #: whether they leave no choice: no Coulomb state with λ ≥ 0 exists
+
+
+class _BranchAndCut:
+    def __init__(self, problem: Problem, most_programs: int, effort: Effort) -> None:
+        self.problem, self.effort, self.cuts = problem, effort, Cuts()
+        self._most_programs = effort.lp_solves + most_programs
+        self._motion, self._no_motion = CvxpyMotion(problem), CvxpyNoMotion(problem, problem.dilatancy)
+        self._no_forces = CvxpyNoForces(problem)
+        self._mechanisms, self._kinematics, self._statics = (
+            HighsSession(model.program, effort, _PURPOSE)
+            for model in (self._motion, self._no_motion, self._no_forces)
+        )
+        # The cuts again, as rows over the faces: as many as there may be programs, each of which finds one.
+        self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (False, True)}
+
+    def exclude(self, choice: _Choice) -> None:
+        """Return if no Coulomb state agrees with a choice; raise _Undecided if that is not shown."""
+        while (branch := self._branch(choice)) is not None:
+            # The face at yield first, which few states of equilibrium allow.
+            self.exclude({**choice, branch: True})
+            choice = {**choice, branch: False}
+
+    def _branch(self, choice: _Choice) -> int | None:
+        """The face to branch on, after ``choice`` is completed by what the cuts and new ones imply; None if
+        it is refuted."""
+        while self._follows(choice):
+            moving = [face for face, moves in choice.items() if moves]
+            if moving and self._static_cut(moving) is not None:
+                return None
+            rates = self._mechanism(choice, moving)
+            if rates is None:
+                self._kinematic_cut([face for face, moves in choice.items() if not moves])
+                return None
+            cut = self._static_cut(sorted({*np.flatnonzero(rates > _MOVES).tolist(), *moving}))
+            if cut is None:
+                raise _Undecided  # these faces can move and come to yield together
+            open_faces = [face for face in cut if face not in choice]
+            if len(open_faces) > 1:
+                # The face that most of the last cuts name: branching on it closes the tree soonest.
+                blame = self._rows[False][max(len(self.cuts.static) - _OF_LATE, 0) :].sum(axis=0)
+                return max(open_faces, key=lambda face: (blame[face], rates[face]))
+        return None
+
+    def _follows(self, choice: _Choice) -> bool:
+        """Add to a choice what the cuts imply; False if it contradicts one."""
+        state = np.full(self.problem.faces, _OPEN)
+        state[list(choice)] = list(choice.values())
+        changed = True
+        while changed:
+            changed = False
+            for cuts, implied in ((self.cuts.static, False), (self.cuts.kinematic, True)):
+                rows = self._rows[implied][: len(cuts)]
+                met, left = rows @ (state == implied) > 0, rows @ (state == _OPEN)
+                if (~met & (left == 0)).any():
+                    return False
+                forced = (state == _OPEN) & rows[~met & (left == 1)].any(axis=0)
+                state[forced] = implied
+                changed |= bool(forced.any())
+        choice.update({int(face): bool(state[face]) for face in np.flatnonzero(state != _OPEN)})
+        return True
+
+    def _mechanism(self, choice: _Choice, moving: list[int]) -> np.ndarray | None:
+        """Rates (faces,) of a mechanism of few moving faces, preferably those that move anyway."""
+        most, cost = np.full(self.problem.faces, np.inf), np.ones(self.problem.faces)
+        most[[face for face, moves in choice.items() if not moves]] = 0.0
+        cost[moving] = 0.01
+        p = self._motion.mechanism.p
+        self._mechanisms.set_most(p, most)
+        self._mechanisms.set_costs(p, cost)
+        return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
+
+    def _static_cut(self, held: list[int]) -> frozenset[int] | None:
+        """Those of some faces that cannot come to yield together; None if all can."""
+        model, most = self._no_forces, np.zeros(self.problem.faces)
+        most[held] = np.inf
+        self._statics.set_most(model.r, most)
+        if not self._solved(self._statics):
+            return None
+        d, p, r = (self._statics.values(variable) for variable in (model.d, model.p, model.r))
+        blamed = r - p > _TO_BLAME * max(r.max(), 1.0)
+        left = infeasibility.static_residual(self.problem, d, p - r, blamed)
+        self._keep(self.cuts.static, False, left, blamed)
+        return self.cuts.static[-1]
+
+    def _kinematic_cut(self, still: list[int]) -> None:
+        """Those of some faces of which one must move."""
+        model, most = self._no_motion, np.zeros(self.problem.faces)
+        most[still] = np.inf
+        self._kinematics.set_most(model.v, most)
+        if not self._solved(self._kinematics):
+            raise _Undecided
+        q, v = self._kinematics.values(model.q), self._kinematics.values(model.v)
+        blamed = v > _TO_BLAME * max(v.max(), 1.0)
+        left = infeasibility.kinematic_residual(self.problem, q, blamed)
+        self._keep(self.cuts.kinematic, True, left, blamed)
+
+    def _keep(self, cuts: list[frozenset[int]], implied: bool, residual: float, blamed: np.ndarray) -> None:
+        """Keep a cut that its residual bears out: no state has none of its faces as ``implied``."""
+        if not residual <= PROOF:
+            raise _Undecided
+        self.cuts.residual = max(self.cuts.residual, residual)
+        self._rows[implied][len(cuts), blamed] = 1.0
+        cuts.append(frozenset(np.flatnonzero(blamed).tolist()))
+
+    def _solved(self, session: HighsSession) -> bool:
+        if self.effort.lp_solves >= self._most_programs:
+            raise _Undecided
+        return session.solve() is Verdict.OPTIMAL
+
+
+def combinatorial_cuts(problem: Problem, most_programs: int, effort: Effort) -> Cuts:
+    """Cuts that exclude every Coulomb state with λ ≥ 0, as far as they are found within ``most_programs``
+    linear programs, of a scene that stands, in units of its load."""
+    search = _BranchAndCut(problem, most_programs, effort)
+    with suppress(_Undecided):
+        search.exclude({})
+        search.cuts.exclude = True
+    return search.cuts
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
@@ -63,7 +215,7 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     of_cone = problem.by_cone.by_friction.conic
     if not of_mechanism or falls or of_cone or problem.joints > _CUTS_UP_TO:
         return certificate
-    cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
+    cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort)
     if not cuts.exclude:
         return certificate
     certificate = replace(certificate, existence=Existence.NO_STATE, cut_residual=cuts.residual)
@@ -81,7 +233,7 @@ def _ray(
     if session.solve() is not Verdict.OPTIMAL:
         return None
     q = session.values(model.q)
-    left = ray_residuals(problem, q, slope)
+    left = infeasibility.ray_residuals(problem, q, slope)
     return (q, left) if max(left) <= PROOF else None
 
 

@@ -11,8 +11,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import bracket
-from masonry_opt.methods.bracket.bounds import bounds_of, tightened
-from masonry_opt.methods.bracket.relaxation import BoundStep, Distances, relaxed
+from masonry_opt.methods.bracket.relaxation import BoundStep, Distances, bounds_of, relaxed, tightened
 from masonry_opt.methods.refined import Refinement
 from masonry_opt.problem.assembly import assemble
 

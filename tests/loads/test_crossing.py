@@ -13,7 +13,7 @@ from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.road import Road
+from masonry_opt.problem.fill import Road
 from masonry_opt.studies.crossing.crossing import _ways
 from masonry_opt.studies.crossing.search import MovingLoad, PassageTrials, least_associative
 

@@ -7,7 +7,7 @@ import pytest
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.road import Road, spread
+from masonry_opt.problem.fill import Road, spread
 from masonry_opt.scene.geometry import Profile
 
 BASE = mo.Block(name="base", vertices=[(-3, -1), (9, -1), (9, 0), (-3, 0)], fixed=True)

@@ -57,7 +57,7 @@ def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(watched, press_ctrl_c
 IN_IPOPT = """
 import os, signal, sys, threading
 from masonry_opt import cli
-from masonry_opt.solvers.ipopt import CasadiIpopt
+from masonry_opt.methods.mpec import CasadiIpopt
 
 solve = CasadiIpopt.solve
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a parent in the background ignores it

@@ -11,8 +11,7 @@ from masonry_opt.answer.answer import Found
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.bracket.bounds import StateBounds
-from masonry_opt.methods.bracket.relaxation import Rising, a_little_above, assumed_rates, closed, sum_of_rates
+from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
 from masonry_opt.methods.exact.refiner import refiner_of
 from masonry_opt.methods.exact.search import lower_of
 from masonry_opt.methods.push.push import elastic_of
@@ -100,7 +99,7 @@ def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: G
     solution = replace(solution, bound=bound, bound_derived=derived)
     said: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
     said |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
-    if not of.allow(answer.q, sum_of_rates(problem, answer.d)):
+    if not of.allow(problem, answer.q, answer.d):
         # What holds among some states only, and not this one, is no bound.
         return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
     if not closed(bound, answer.load_factor):

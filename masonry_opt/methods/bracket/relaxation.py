@@ -1,5 +1,6 @@
 """Lower bounds of λ from products of statics and kinematics, raised by programs of more and more of them,
-near ones first."""
+near ones first; and the largest forces and rates of all states with λ in an interval, which they are proven
+within, from multipliers and dual rays."""
 
 import time
 from collections.abc import Iterator
@@ -8,18 +9,21 @@ from math import inf
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.sparse.csgraph import shortest_path
 
-from masonry_opt.answer.acceptance import CLOSED, SMALLEST
+from masonry_opt.answer.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of, tightened, velocities_by_rates
-from masonry_opt.models.pyomo_products import PyomoProducts
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
+from masonry_opt.models.pyomo_products import Pairs, PyomoProducts
 from masonry_opt.problem.edges import EdgeFactors
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.faces import selection
+from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-_PURPOSE = "products"  #: What HiGHS does here, as a result tells it.
+_TIMES_LOADS = 10.0  #: Where statics set no limit, forces are assumed to be at most so many times all loads.
+_BEYOND = 1e9  #: A mechanism that only rates and velocities this large could make is none.
 
 #: Tolerance asked of the interior points, and the rows up to which HiGHS's older one is tried first: it is
 #: two to three times as fast there and nearer the optimum; above it mostly breaks off without multipliers.
@@ -55,30 +59,143 @@ _MOST_PRODUCTS = 400_000  #: No program keeps more products than this (memory).
 
 
 @dataclass(frozen=True)
-class BoundStep:
-    """One program of products.
+class StateBounds:
+    """Largest forces and rates of all states with lowest ≤ λ ≤ Λ."""
 
-    Attributes
-    ----------
-    bound: lower bound of λ that its multipliers prove, below the rates assumed.
-    lowest: bound that the programs before it prove; this one is of states from there on.
-    load_factor: λ of the best state known.
-    rates_within, velocities_within: largest distance, in blocks, of the joints whose products of forces and
-        rates are kept, and of the joints and blocks whose products of forces and velocities are.
-    seconds: since the method began.
-    """
-
-    bound: float
     lowest: float
-    load_factor: float
+    normal: np.ndarray  #: normal force of each joint, shape (c,)
+    forces: np.ndarray  #: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,)
+    rates: float  #: sum of all slips and edge openings
+    #: Whether statics and kinematics imply them; else some are assumed, and what follows holds below only.
+    forces_derived: bool
+    rates_derived: bool
+
+    def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
+        """Whether a state's forces (3c,) and the sum of its rates stay below what is assumed."""
+        first, second, shear = np.abs(q.reshape(3, -1))
+        forces, most = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
+        within = self.forces_derived or bool((forces <= most + BEYOND_LIMITS * (1 + most)).all())
+        return within and (self.rates_derived or sum_of_rates(problem, d) < self.rates)
+
+
+def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
+    """Bounds over all states with 0 ≤ λ ≤ ``highest``: the largest forces that statics allow, and the largest
+    rates that kinematics allow each face while raising the blocks takes no more than the live load gives;
+    sliding with the other sense at rest. Nothing is lost by that where dilatancy is not negative: at yield in
+    both senses a joint carries nothing and may open instead (without friction and cohesion it must not
+    dilate)."""
+    normal, forces, derived = _force_limits(problem, (0.0, highest), effort)
+    rates = _most_rates(problem, highest, effort)
+    slips_either_way = (problem.dilatancy > 0) & (problem.friction == 0) & (problem.cohesion == 0)
+    rates_derived = bool(np.isfinite(rates) and (problem.dilatancy >= 0).all() and not slips_either_way.any())
+    rates = rates if rates_derived else assumed_rates
+    return StateBounds(0.0, normal, forces, rates, forces_derived=derived, rates_derived=rates_derived)
+
+
+def tightened(
+    of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
+) -> StateBounds:
+    """The same with the forces of the states with ``lowest`` ≤ λ ≤ ``highest`` alone: the nearer λ is to what
+    statics can carry, the less self-stress goes with it."""
+    normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
+    if not derived:
+        # An assumption must not take the place of what is proven of more states.
+        return replace(of, lowest=lowest)
+    normal, forces = np.minimum(normal, of.normal), np.minimum(forces, of.forces)
+    return replace(of, lowest=lowest, normal=normal, forces=forces)
+
+
+def _force_limits(
+    problem: Problem, within: tuple[float, float], effort: Effort
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Largest normal forces, the magnitudes of all edge forces, and whether none of them is assumed. Programs
+    find the largest of those that limit all others: n of every joint, and s where a joint cannot slide."""
+    forces = CvxpyForces(problem, within=within)
+    session, q = HighsSession(forces.program, effort, "bounds"), forces.statics.q
+    c, highest = problem.joints, within[1]
+    cannot_slide = np.setdiff1d(np.arange(c), problem.sliding)
+    of_shears = selection(2 * c + cannot_slide, problem.table.width)
+    targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
+    steep = max(1.0, float(problem.friction.max(initial=0.0)))
+    # Every force is at most so many times 1 + the sum of the targets.
+    share = steep + float(problem.cohesion.max(initial=0.0))
+    values, short = np.zeros((2, len(targets)))
+    columns = session.columns(q)
+    for number, target in enumerate(targets):
+        for sign in (1.0, -1.0) if number >= c else (1.0,):
+            session.set_costs(q, -sign * target)
+            if session.solve() is not Verdict.OPTIMAL:
+                values[number] = np.inf
+                break
+            least, lacks = session.least()
+            elsewhere = float(np.delete(lacks, columns).sum()) * max(highest, 1.0)
+            values[number] = max(values[number], -least + elsewhere)
+            short[number] = max(short[number], float(lacks[columns].sum()) * share)
+    assumed = _TIMES_LOADS * float(np.abs(problem.dead).sum() + highest * problem.live_norm)
+    found = np.isfinite(values)
+    bounds = _with_what_is_short(np.where(found, values, assumed), np.where(found, short, 0.0))
+    proven = np.isfinite(bounds)
+    bounds = np.where(proven, bounds, assumed)
+    normal, shear = bounds[:c], np.zeros(c)
+    shear[problem.sliding] = 2 * ShearLimits.true(problem).at(normal[problem.sliding])
+    shear[cannot_slide] = bounds[c:]
+    return normal, np.stack([normal, normal, shear], axis=1).ravel(), bool((found & proven).all())
+
+
+def _with_what_is_short(values: np.ndarray, short: np.ndarray) -> np.ndarray:
+    """Bounds of x ≥ 0 from xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x); ``inf`` where Σ x cannot pay what is short."""
+    if short.sum() >= 0.5:
+        return np.where(short == 0.0, values, np.inf)
+    total = float((values.sum() + short.sum()) / (1 - short.sum()))
+    return np.asarray(values + short * (1 + total))
+
+
+def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
+    """Largest sum of slips and edge openings over the mechanisms on which raising the blocks takes at most
+    ``highest`` times the live load's work; ``inf`` where the solver finds no largest of some face."""
+    motion = CvxpyMotion(problem, raising=highest * problem.live_norm)
+    session, mechanism = HighsSession(motion.program, effort, "bounds"), motion.mechanism
+    slides, faces = problem.table.slides.stop, problem.faces
+    of_rates, of_velocities = session.columns(mechanism.p), session.columns(mechanism.d)
+    values, short, of_motion = np.zeros(faces), np.zeros(faces), np.zeros((faces, len(of_velocities)))
+    for face in range(faces):
+        most = np.full(faces, np.inf)
+        if face < slides:
+            most[(face + slides // 2) % slides] = 0.0
+        session.set_most(mechanism.p, most)
+        session.set_costs(mechanism.p, -np.eye(1, faces, face)[0])
+        verdict = session.solve()
+        if verdict is Verdict.INFEASIBLE:
+            value, lacks = session.contradiction()
+            if value > _BEYOND * lacks.sum():
+                continue  # at rest in every such mechanism: there is none
+        if verdict is not Verdict.OPTIMAL:
+            return float(np.inf)
+        least, lacks = session.least()
+        values[face] = max(-least, 0.0)
+        short[face], of_motion[face] = lacks[of_rates].max(), lacks[of_velocities]
+    short += of_motion @ np.abs(velocities_by_rates(problem)).max(axis=1)
+    return float(EdgeFactors(problem).in_edges(_with_what_is_short(values, short)).sum())
+
+
+def velocities_by_rates(problem: Problem) -> np.ndarray:
+    """d = M p for all velocities d and face rates p that kinematics allow, shape (3b, faces)."""
+    return np.asarray(np.linalg.pinv(problem.B.T.toarray()) @ problem.D(problem.dilatancy).toarray())
+
+
+@dataclass(frozen=True)
+class BoundStep:
+    """One program of products."""
+
+    bound: float  #: lower bound of λ that its multipliers prove, below the rates assumed
+    lowest: float  #: bound that the programs before it prove; this one is of states from there on
+    load_factor: float  #: λ of the best state known
+    #: Largest distance, in blocks, of the joints whose products of forces and rates are kept, and of the
+    #: joints and blocks whose products of forces and velocities are.
     rates_within: int
     velocities_within: int
     products: int
-    seconds: float
-
-
-#: Joints whose products of forces and rates are kept, shape (c, c), and joints and blocks, shape (c, b).
-Pairs = tuple[np.ndarray, np.ndarray]
+    seconds: float  #: since the method began
 
 
 class Distances:
@@ -103,7 +220,7 @@ def relaxed(
     be next to low states, and its program's size. The bound is what the solver's multipliers prove, however
     far it came in its ``seconds``."""
     with effort.measure("build"):
-        model = PyomoProducts(problem, (of.lowest, highest), of.normal, *kept)
+        model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)
     with effort.measure("compile"):
         lp = LinearProgram.of_pyomo(model.program)
     # Every variable is a product, in their order: its column, and the numbers of its two factors.
@@ -163,28 +280,21 @@ def _solved(
         left = ends - time.perf_counter()
         if left < LEAST_TIME and found.any():
             break
-        verdict, *last = _run(program, name, coarse, max(left, LEAST_TIME), effort)
+        # Presolved they would have no multipliers of the program itself where time ends them; and with the
+        # augmented system, which HiPO may choose, it stalls.
+        options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
+        options |= {"presolve": "off", "hipo_system": "normaleq", "ipm_iteration_limit": _MOST_STEPS}
+        solver = find_solver("cvxpy", name, _TOLERANCE)
+        session = HighsSession(program, effort, "products", solver, **options)
+        if name == "highs-hipo":
+            session.stop_if_iterations_restart()
+        verdict, last = session.run(max(left, LEAST_TIME)), (session.point(), session.multipliers())
+        effort.lp_solves += 1
         if all(len(each) and np.isfinite(each).all() for each in last):
             point, found = last
             if verdict is Verdict.OPTIMAL:
                 break
     return point, highest * found
-
-
-def _run(
-    lp: LinearProgram, name: str, coarse: float, seconds: float, effort: Effort
-) -> tuple[Verdict, np.ndarray, np.ndarray]:
-    # Presolved they would have no multipliers of the program itself where time ends them; and with the
-    # augmented system, which HiPO may choose, it stalls.
-    options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
-    options |= {"presolve": "off", "hipo_system": "normaleq", "ipm_iteration_limit": _MOST_STEPS}
-    solver = find_solver("cvxpy", name, _TOLERANCE)
-    session = HighsSession(lp, effort, _PURPOSE, solver, **options)
-    if name == "highs-hipo":
-        session.stop_if_iterations_restart()
-    verdict = session.run(seconds)
-    effort.lp_solves += 1
-    return verdict, session.point(), session.multipliers()
 
 
 class Rising:

@@ -18,8 +18,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_cone import cone_forces, cone_motion
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
 from masonry_opt.models.cvxpy_terms import Statics
-from masonry_opt.problem.load_units import Scaled, in_units_of_load
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import find_solver
 

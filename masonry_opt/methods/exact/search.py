@@ -72,9 +72,11 @@ class Search:
     def __init__(self, finder: StateFinder, elastic: Elastic, met: Met) -> None:
         self._finder, self._elastic, self.problem, self.met = finder, elastic, finder.problem, met
 
-    def start(self, q: np.ndarray) -> Candidate:
-        """The state that forces (3c,) lead to."""
-        return self._tried("start", q)
+    def start(self, q: np.ndarray | None, origin: str = "start") -> Candidate:
+        """The state that forces (3c,) lead to, if there are any."""
+        state = None if q is None else self._finder.state_near(q)
+        self.met.count(state)
+        return Candidate(origin, state)
 
     def few(self, lowest: ExactState | None) -> Iterator[Candidate]:
         """Further starts of a small scene, and neighbours of the lowest state known, until a number of them
@@ -97,14 +99,9 @@ class Search:
         for number, kind in enumerate(cycle(kinds)):
             rng = np.random.default_rng((seed, number))
             q = _STARTS[kind](self, rng) if kind in _STARTS else self._neighbour(best, rng)
-            candidate = self._tried(kind, q)
+            candidate = self.start(q, kind)
             best = lower_of(best, candidate.state)
             yield candidate
-
-    def _tried(self, origin: str, q: np.ndarray | None) -> Candidate:
-        state = None if q is None else self._finder.state_near(q)
-        self.met.count(state)
-        return Candidate(origin, state)
 
     def _pushed(self, problem: Problem) -> np.ndarray | None:
         until = _STIFF_IN_SPACE if problem.layout.round else _STIFF

@@ -27,6 +27,8 @@ class Shortfall(StrEnum):
     ROUGH = "converged roughly where the flow rule has no influence"
 
 
+Failure = Status | Shortfall
+
 #: What to work with after a run that worked with this; None if that was tried.
 Remedy = Callable[[Attempt], Attempt | None]
 
@@ -35,7 +37,7 @@ def _accurately(last: Attempt) -> Attempt | None:
     """Sub-problems solved as exactly as any program: a rough answer proves little."""
     if last.parameters.tolerance is None:
         return None
-    parameters = replace(last.parameters, tolerance=None, early=False)
+    parameters = last.parameters.model_copy(update={"tolerance": None, "early": False})
     return replace(last, parameters=parameters, remedy="sub_problems=accurate")
 
 
@@ -63,12 +65,12 @@ def _another_solver(last: Attempt) -> Attempt | None:
 def _with(last: Attempt, **changed: Any) -> Attempt:
     words = {name: value if isinstance(value, str) else f"{value:.2g}" for name, value in changed.items()}
     remedy = ", ".join(f"{name}={word}" for name, word in words.items())
-    return replace(last, parameters=replace(last.parameters, **changed), remedy=remedy)
+    return replace(last, parameters=last.parameters.model_copy(update=changed), remedy=remedy)
 
 
 #: What is tried after each way to fail, in this order, each entry once: what answers a scene of the failure
 #: atlas. (More small cohesion, or less, answered 3 of 193 scenes, all of which a pass solves.)
-REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
+REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
     Status.CYCLING: (_accurately, _more_damping, _more_damping, _another_solver),
@@ -77,9 +79,6 @@ REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
     Status.SOLVER_FAILED: (_accurately, _another_solver),
     Shortfall.ROUGH: (_accurately,),
 }
-
-
-Failure = Status | Shortfall
 
 
 @dataclass(frozen=True)

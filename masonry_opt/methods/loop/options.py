@@ -31,37 +31,6 @@ _ROUGH: dict[str, Any] = {"alpha": 0.1, "shrink": 0.1, "beta": 0.8, "tolerance":
 ROUGH_FROM = 1000
 
 
-@dataclass(frozen=True)
-class LoopParameters:
-    """What one run of the loop works with: the options, decided for a scene and a solver."""
-
-    alpha: float
-    alpha_min: float
-    shrink: float  #: factor on alpha from one sub-problem to the next (the paper: 1/2)
-    beta: float
-    tol: float
-    c0: float
-    start: Literal["associative", "cohesive"]
-    trial_cohesion: float
-    max_iterations: int
-    always: bool
-    #: Feasibility and gap asked of the solver of sub-problems; None: the solver's own.
-    tolerance: float | None
-    finish: bool
-    early: bool  #: whether the run ends as soon as there is an exact state
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """What a run of the loop works with, the option that was changed for it, such as "beta=0.3", and its
-    number."""
-
-    parameters: LoopParameters
-    solver: Solver
-    remedy: str = ""
-    number: int = 1
-
-
 class LoopOptions(Options):
     """Parameters of the loop.
 
@@ -117,9 +86,31 @@ class LoopOptions(Options):
         paper = isinstance(given, dict) and given.get("preset") == "paper"
         return PAPER | given if paper else given
 
-    def parameters(self, joints: int, solver: Solver) -> LoopParameters:
+    def parameters(self, joints: int, solver: Solver) -> "LoopParameters":
         """The parameters of a first run on a scene with so many joints, with a solver."""
         by_default = joints >= ROUGH_FROM and solver.entry.stops_early
         rough = self.sub_problems == "rough" or (self.sub_problems is None and by_default)
-        given = self.model_dump(include=set(LoopParameters.__dataclass_fields__), exclude_none=True)
+        given = self.model_dump(exclude={"preset", "sub_problems"}, exclude_none=True)
         return LoopParameters(**(_ROUGH if rough else _ACCURATE) | given, early=rough and self.finish)
+
+
+class LoopParameters(LoopOptions):
+    """What one run of the loop works with: the options, decided for a scene and a solver."""
+
+    alpha: float
+    beta: float
+    shrink: float  #: factor on alpha from one sub-problem to the next (the paper: 1/2)
+    #: Feasibility and gap asked of the solver of sub-problems; None: the solver's own.
+    tolerance: float | None
+    early: bool  #: whether the run ends as soon as there is an exact state
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """What a run of the loop works with, the option that was changed for it, such as "beta=0.3", and its
+    number."""
+
+    parameters: LoopParameters
+    solver: Solver
+    remedy: str = ""
+    number: int = 1

@@ -18,8 +18,7 @@ from masonry_opt.methods.exact.alternation import forces_for, motion_for
 from masonry_opt.methods.loop.options import Attempt
 from masonry_opt.methods.loop.steps import LimitUpdate, Revise, SubProblem, corrected, sub_problems
 from masonry_opt.models.cvxpy_exact import CvxpyAtYield
-from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
-from masonry_opt.problem.problem import Problem, ShearLimits, State
+from masonry_opt.problem.problem import Problem, ShearLimits, State, in_units_of_live_load, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver, in_cvxpy
@@ -118,12 +117,10 @@ class Run:
             entry = _recorded(problem, last, self.states[-1] if self.states else None, self.attempt)
             self.states.append(state)
             self.load_factors.append(state.load_factor)
-            self.ending = replace(
-                self.ending,
-                found=Found(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms),
-                history=(*self.ending.history, replace(entry, solved=None)),
-                associative=self.load_factors[0] + 0.0 if self.first_is_associative else None,
-            )
+            found = Found(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms)
+            history = (*self.ending.history, replace(entry, solved=None))
+            associative = self.load_factors[0] + 0.0 if self.first_is_associative else None
+            self.ending = replace(self.ending, found=found, history=history, associative=associative)
             progress(entry)
             if ended := self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
                 return ended

@@ -99,9 +99,8 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
     at a u."""
     solution, end = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT), pushed.end
     growth, steps = pushed.growth, len(pushed.steps) + len(pushed.growth_steps)
-    told: dict[str, Any] = {"steps": steps, "folds": pushed.folds, "deep_fall": pushed.deep_fall}
-    if growth is not None:
-        told = {"steps": steps, "folds": 0, "deep_fall": None}
+    folds, deep_fall = (0, None) if growth else (pushed.folds, pushed.deep_fall)
+    told: dict[str, Any] = {"steps": steps, "folds": folds, "deep_fall": deep_fall}
     if asked is None and pushed.ended is Ended.JAM:
         return solution.ended(Status.SOLVER_FAILED, Code.JAMS, **told)
     if asked is None and end is not None and (pushed.level or elastic.tells(end.load_factor, end.d)):

@@ -17,8 +17,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from masonry_opt.answer.acceptance import FEASIBLE, SMALLEST
 from masonry_opt.effort import Effort
 from masonry_opt.problem.faces import selection
-from masonry_opt.problem.load_units import in_units_of_load
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Problem, in_units_of_load
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 

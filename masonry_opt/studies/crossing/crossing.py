@@ -15,7 +15,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble, on_matrices_of
-from masonry_opt.problem.road import Road
+from masonry_opt.problem.fill import Road
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.road import Axles

@@ -18,9 +18,8 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.load_units import in_units_of_load
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.road import Road
+from masonry_opt.problem.fill import Road
+from masonry_opt.problem.problem import Problem, ShearLimits, in_units_of_load
 from masonry_opt.scene.loads import Load
 from masonry_opt.scene.road import Axles, TravelDirection
 from masonry_opt.scene.scene import Scene

@@ -198,7 +198,7 @@ def test_rough_sub_problems_are_first_solved_accurately(failure):
     """What a rough run could not do proves little; and no rough answer ends early."""
     assert series(failure, ROUGH)[0] == "sub_problems=accurate"
     accurate = REMEDIES[failure][0](ROUGH)
-    assert accurate.parameters == replace(ROUGH.parameters, tolerance=None, early=False)
+    assert accurate.parameters == ROUGH.parameters.model_copy(update={"tolerance": None, "early": False})
     assert REMEDIES[failure][0](FIRST) is None
 
 

@@ -9,6 +9,7 @@ from scenes import CASES, KINDS_OF_JOINTS, declared
 import masonry_opt as mo
 from masonry_opt.answer.answer import certify
 from masonry_opt.methods.exact.refiner import programs
+from masonry_opt.methods.mpec import CasadiIpopt
 from masonry_opt.models.cvxpy_exact import CvxpyAtYield, CvxpyForces, CvxpyMotion
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
@@ -21,7 +22,6 @@ from masonry_opt.models.pyomo_terms import put
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem, ShearLimits, State
 from masonry_opt.solvers.highs import LinearProgram
-from masonry_opt.solvers.ipopt import CasadiIpopt
 
 PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}
 
