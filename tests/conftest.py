@@ -1,4 +1,4 @@
-"""What every run of tests begins with, and what happens to programs: interrupts, failures, full disks."""
+"""What every run of tests begins with, and what happens to programs: interrupts, failures."""
 
 import contextlib
 import gc
@@ -110,17 +110,6 @@ def without(monkeypatch):
             monkeypatch.delitem(sys.modules, f"masonry_opt.{module}", raising=False)
 
     return library
-
-
-@pytest.fixture
-def full_disk():
-    """No file can grow any more."""
-    import resource
-
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.fixture

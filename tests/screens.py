@@ -1,7 +1,11 @@
-"""A stream that a test gives a command in place of its own."""
+"""What a test gives a command to write to: a stream in place of its own, a disk that is full."""
 
+import contextlib
 import io
+import signal
 import time
+
+import pytest
 
 
 class Screen(io.StringIO):
@@ -18,3 +22,17 @@ class Screen(io.StringIO):
         while text not in self.getvalue() and time.monotonic() < end:
             time.sleep(0.001)
         return text in self.getvalue()
+
+
+@contextlib.contextmanager
+def full_from(size):
+    """No file can be longer, as where the disk is full: what fits of a write is written."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)

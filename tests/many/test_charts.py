@@ -1,15 +1,14 @@
 """What the charts of a sweep show; its files: whole or not at all, and the same numbers in each."""
 
-import contextlib
 import re
 import shutil
-import signal
 
 import numpy as np
 import pandas as pd
 import pytest
 from many.tables import same
 from scenes import block_on_floor
+from screens import full_from
 
 import masonry_opt as mo
 from masonry_opt.errors import OutputError
@@ -190,20 +189,6 @@ def swept(tmp_path_factory):
     """A table, and the folder that it was written to."""
     out = tmp_path_factory.mktemp("swept")
     return sweep(out=out), out
-
-
-@contextlib.contextmanager
-def full_from(size):
-    """No file can be longer, as where the disk is full: what fits of a write is written."""
-    resource = pytest.importorskip("resource")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-        signal.signal(signal.SIGXFSZ, handler)
 
 
 @pytest.mark.parametrize("full", [JOURNAL, "runs.csv", "load_factor.png"])

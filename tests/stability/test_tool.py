@@ -11,6 +11,7 @@ from importlib import import_module
 
 import pytest
 from scenes import CASES, GOOD, run_command
+from screens import full_from
 
 import masonry_opt as mo
 from masonry_opt.errors import CaseError, OptionError
@@ -86,11 +87,11 @@ def test_closed_standard_output_and_error(command):
             command.refused("solve", WALL_1)
 
 
-def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path, request):
+def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
     case, old = in_file(tmp_path, GOOD), in_file(tmp_path, b"old", "wall.png")
-    request.getfixturevalue("full_disk")
     asked = ("solve", case, "--method", "static", "--plot", old, "--force")
-    code, _, told = run_command(monkeypatch, capsys, *asked)
+    with full_from(0):
+        code, _, told = run_command(monkeypatch, capsys, *asked)
     assert code == 2
     assert f"{old}: cannot be written: File too large" in told
     assert old.read_bytes() == b"old"

@@ -6,6 +6,7 @@ import tomllib
 
 import pytest
 from scenes import ALL_CASES, CASES, GOOD, run_command, two_blocks
+from screens import full_from
 
 import masonry_opt as mo
 
@@ -98,11 +99,10 @@ def test_wall_generator_expands_courses_gaps_and_repeats():
     assert blocks["base"].fixed
 
 
-def test_a_file_that_cannot_be_written_leaves_the_old_one(tmp_path, request):
+def test_a_file_that_cannot_be_written_leaves_the_old_one(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text("old")
-    request.getfixturevalue("full_disk")
-    with pytest.raises(mo.CaseError, match="cannot be written: File too large"):
+    with full_from(0), pytest.raises(mo.CaseError, match="cannot be written: File too large"):
         mo.save(two_blocks(), path, force=True)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
