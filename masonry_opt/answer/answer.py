@@ -1,14 +1,17 @@
-"""A state and its certificate, of matrices alone, made together: what methods hand on and results show."""
+"""A state and its certificate, made together: what methods hand on and results show; proofs that there is no
+load factor. Residuals are of matrices alone, never of a solver."""
 
 from dataclasses import asdict, dataclass
+from enum import StrEnum
 from math import inf
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind, over_load_factor
 from masonry_opt.problem.laws import BY_FACES, Forms
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Of, Problem
 
 #: Forces below this share of the live load at collapse do not matter, whatever acts on their block.
 _NO_MATTER = 1e-4
@@ -85,22 +88,6 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
     return lesser
 
 
-def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
-    """Largest force out of balance on a block, of a moment at its longest arm, over the largest there."""
-    forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
-    moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
-    return float(np.maximum(forces, moments).max())
-
-
-def _yielding(problem: Problem, z: np.ndarray, acting: np.ndarray) -> float:
-    """Largest violation of yield over the largest force on the lesser of a joint's blocks."""
-    least = of_lesser_block(problem, acting)
-    of_joints = slice(len(problem.face_joint))
-    violation = -z[of_joints] / least[problem.face_joint]
-    limits = -z[problem.table.limits].min(initial=np.inf) / acting.min()
-    return float(max(violation.max(), limits, 0.0))
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Found:
     """Forces and velocities that a method ended with, without a load factor; None where it found none."""
@@ -155,13 +142,19 @@ def certified(
     certificate = certify(problem, load_factor, q, d, slope)
     unbalanced, work = problem.unbalanced(load_factor, q), float(problem.live @ d)
     acting, wasted = largest_acting(problem, load_factor, q), float(np.abs(unbalanced * d).sum())
+    # Of moments the forces that they are at the block's longest arm.
+    forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
+    moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
+    z, at_joints = problem.slacks(q), of_lesser_block(problem, acting)[problem.face_joint]
+    violation = float((-z[: len(at_joints)] / at_joints).max())
+    beyond_limits = float(-z[problem.table.limits].min(initial=inf) / acting.min())
     residuals = {
         **certificate.as_dict(),
         "complementarity": over_load_factor(certificate.complementarity, load_factor),
         # A live load that drives nothing: its entries are below what the solver takes for zero.
         "work": over_load_factor(wasted / work, load_factor) if work > 0 else inf,
-        "block": _balance(problem, unbalanced, acting),
-        "joint": _yielding(problem, problem.slacks(q), acting),
+        "block": float(np.maximum(forces, moments).max()),
+        "joint": max(violation, beyond_limits, 0.0),
     }
     return Answer(
         load_factor=float(load_factor) + 0.0,  # no minus before a zero
@@ -173,3 +166,80 @@ def certified(
         certificate=certificate,
         residuals=residuals,
     )
+
+
+class Existence(StrEnum):
+    """What is proven of a load factor λ ≥ 0 at which blocks move under the joints' own flow rule."""
+
+    NO_MECHANISM = "none exists: no mechanism lets the live load do work"
+    NO_STATE = "none exists: no mechanism goes with a state of equilibrium"  #: faces never yield together
+    UNBOUNDED = "not decided: statics carry any multiple of the live load, and a mechanism exists"
+    UNDECIDED = "not decided: a mechanism exists, and no forces carry every multiple of the live load"
+
+    @property
+    def proven(self) -> bool:
+        """Whether it is proven that no such load factor exists."""
+        return self in (Existence.NO_MECHANISM, Existence.NO_STATE)
+
+
+@dataclass(frozen=True)
+class InfeasibilityCertificate:
+    """Proof that no load factor exists, or the forces that leave it unbounded, with residuals; zero is exact.
+
+    Attributes
+    ----------
+    existence: what is proven.
+    equilibrium, yield_: :func:`ray_residuals` of forces that carry the live load alone within the true
+        friction without cohesion (where there is no mechanism: within the joints' own dilatancy). None
+        without such forces.
+    clamped: joints in self-stress, by their numbers in the problem, of a result by those in
+        ``Result.joints``, the most stressed first: other forces carry the opposite of the live load, and the
+        sum of both balances itself.
+    static_cuts, kinematic_cuts: numbers of sets of faces that cannot come to yield together, and of sets of
+        which one face must move. Together they leave no choice of moving faces.
+    cut_residual: the largest :func:`static_residual` or :func:`kinematic_residual` of these sets.
+    """
+
+    existence: Existence
+    equilibrium: float | None = None
+    yield_: float | None = None
+    clamped: tuple[int, ...] = ()
+    static_cuts: int = 0
+    kinematic_cuts: int = 0
+    cut_residual: float = 0.0
+
+    proven = Of[bool]("existence")  #: whether no load factor λ ≥ 0 exists under the joints' own flow rule
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything by the names used in reports, and whether it is a proof."""
+        own = {"clamped": list(self.clamped), "existence": str(self.existence), "proven": self.proven}
+        return {name.rstrip("_"): value for name, value in asdict(self).items()} | own
+
+
+def ray_residuals(
+    problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
+) -> tuple[float, float]:
+    """Residuals of B q + f_L = 0 and, on all faces but those ``still`` (faces,), of C(slope) q ≥ 0, as forces
+    over Σ|f_L|, for joint forces q (3c,)."""
+    equilibrium = float(np.abs(problem.B @ q + problem.live).max())
+    violation = np.where(still, 0.0, -(problem.C(slope) @ q))
+    return equilibrium / problem.live_norm, float(violation.max(initial=0.0)) / problem.live_norm
+
+
+def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
+    """The larger of :func:`ray_residuals` under the joints' own flow rule: zero shows that f_L·d ≤ 0 unless
+    one of the faces ``still`` (faces,) moves."""
+    return max(ray_residuals(problem, q, problem.dilatancy, still))
+
+
+def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:
+    """Residual of Bᵀd = C(μ)ᵀp, of p ≥ 0 on all faces but those ``held`` at yield (faces,), and of f_L·d ≥ 0,
+    for a motion d (3b,) with rates p (faces,), over the energy f_D·d − c·p that it gains: zero shows that no
+    state with λ ≥ 0 brings these faces to yield together. Infinite if it gains none."""
+    gain = float(problem.dead @ d - problem.face_cohesion @ p)
+    if not gain > 0:
+        return inf
+    departure = float(np.abs(problem.departure(d, p, problem.friction)).max())
+    backwards = float(np.where(held, 0.0, -p).max(initial=0.0))
+    against = max(0.0, -float(problem.live @ d) / problem.live_norm)
+    return max(departure, backwards, against) / gain

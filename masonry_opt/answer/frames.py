@@ -49,8 +49,8 @@ def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
     """A row a joint: its blocks, middle, length, forces and rates (NaN without forces, or mechanism); in
     space area, normal and resultants, by components, and where they act."""
-    joints, (extent, forces) = assembly.joints, _OF_JOINTS[assembly.scene.dimension]
-    q, u, d = _known(assembly, solution)
+    joints, (q, u, d) = assembly.joints, _known(assembly, solution)
+    extent, forces = ("length", _forces) if assembly.scene.dimension == 2 else ("area", _resultants)
     used = assembly.most_of_joints(np.nan_to_num(_utilisation(assembly, q), nan=-1.0))
     columns = {
         "first": assembly.names(joints.first),
@@ -147,8 +147,11 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
     # About the centroid where nothing presses.
     about = np.where(pressed[:, None], acts, middle)[joint]
     torsion = np.bincount(joint, dots(normal[joint], np.cross(joints.point - about, of_points)))
-    motion, turned, on_axis = _rates(assembly, d, middle)
-    opening = dots(motion, normal)
+    motion = velocities(assembly, d, joints.first, middle) - velocities(assembly, d, joints.second, middle)
+    opening, turned = dots(motion, normal), relative_rotation(assembly, d)
+    turns = (lengths(turned) > HINGES * fastest(assembly, d))[:, None]
+    square = np.where(turns, dots(turned, turned)[:, None], 1.0)
+    on_axis = middle + np.cross(turned, motion) / square * problem.length_unit
     return {
         **_columns("n", normal),
         "n": n * problem.force_unit,
@@ -161,12 +164,8 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
         **_columns("v", motion),
         "rotation": lengths(turned) / problem.length_unit,
         **_columns("w", turned / problem.length_unit),
-        **_columns("a", on_axis + origin),
+        **_columns("a", np.where(turns, on_axis, np.nan) + origin),
     }
-
-
-#: By dimension: what the extent of a joint is, and its forces and rates.
-_OF_JOINTS = {2: ("length", _forces), 3: ("area", _resultants)}
 
 
 def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
@@ -185,18 +184,6 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     used[problem.crushing] = np.maximum(used[problem.crushing], n[problem.crushing] / problem.crushing_force)
     used[problem.sliding] = np.maximum(used[problem.sliding], s[problem.sliding] / np.maximum(limit, nothing))
     return np.where(np.stack([np.abs(n), s, m]).max(axis=0) <= nothing, np.nan, used)
-
-
-def _rates(assembly: Assembly, d: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Velocity of each joint's first block against the second at its middle, its rotation, and the point of
-    the axis of both that is nearest to the middle (NaN where it does not turn), shape (joints, 3) each."""
-    joints = assembly.joints
-    motion = velocities(assembly, d, joints.first, middle) - velocities(assembly, d, joints.second, middle)
-    turned = relative_rotation(assembly, d)
-    turns = (lengths(turned) > HINGES * fastest(assembly, d))[:, None]
-    square = np.where(turns, dots(turned, turned)[:, None], 1.0)
-    on_axis = middle + np.cross(turned, motion) / square * assembly.problem.length_unit
-    return motion, turned, np.where(turns, on_axis, np.nan)
 
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":

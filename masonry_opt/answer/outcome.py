@@ -9,8 +9,7 @@ import numpy as np
 
 from masonry_opt.answer import frames
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Certificate
-from masonry_opt.answer.infeasibility import InfeasibilityCertificate
+from masonry_opt.answer.answer import Certificate, InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason, Status, size_of
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
@@ -25,23 +24,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Size:
-    """Sizes of the scene and of the linear program.
+    """Sizes of the scene and of the linear program."""
 
-    Attributes
-    ----------
-    blocks, joints: movable blocks b and joints, in the plane c.
-    rows, columns, nonzeros: of the linear program as the solver received it; None if none was built.
-    left_out: what was not modelled, each with its reason, where that is told.
-    contacts: contact points of a scene in space, c; None in the plane.
-    """
-
-    blocks: int
-    joints: int
-    rows: int | None
+    blocks: int  #: movable ones, b
+    joints: int  #: in the plane c
+    rows: int | None  #: of the linear program as the solver received it; None if none was built
     columns: int | None
     nonzeros: int | None
-    left_out: tuple[str, ...] = ()
-    contacts: int | None = None
+    left_out: tuple[str, ...] = ()  #: what was not modelled, each with its reason, where that is told
+    contacts: int | None = None  #: contact points of a scene in space, c; None in the plane
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -8,8 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, Found
-from masonry_opt.answer.infeasibility import InfeasibilityCertificate
+from masonry_opt.answer.answer import Answer, Found, InfeasibilityCertificate
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.registry import LpSize, Solver

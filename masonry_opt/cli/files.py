@@ -13,7 +13,7 @@ from masonry_opt.cli.command import Case, Force, Given, LoadCaseName, command, n
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
-from masonry_opt.drawing.view import refuse_view
+from masonry_opt.drawing.solids import refuse_view
 from masonry_opt.errors import OptionError, OutputError, counted, printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.files import writing

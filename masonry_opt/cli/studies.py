@@ -25,7 +25,7 @@ from masonry_opt.cli.command import (
     waiting,
 )
 from masonry_opt.drawing.figure import refuse_file, refuse_picture
-from masonry_opt.drawing.view import refuse_view
+from masonry_opt.drawing.solids import refuse_view
 from masonry_opt.effort import Phases
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
 from masonry_opt.files import writing

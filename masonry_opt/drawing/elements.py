@@ -10,21 +10,16 @@ import shapely
 from masonry_opt.answer.motion import fastest, joint_motion
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.reasons import Status
-from masonry_opt.drawing.carried import thrust_marks, utilisation_marks
+from masonry_opt.drawing import forces
 from masonry_opt.drawing.colours import CRUSHES, GAP, HINGES, JOINT, MARKED, SEPARATES, SLIDES
-from masonry_opt.drawing.loads import load_marks, pressure_marks, strut_marks
 from masonry_opt.drawing.marks import Marks, joint_marks, moved, shrink_of, size_of
-from masonry_opt.errors import OptionError, counted, printable
+from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
 
 KINDS = ("mechanism", "thrust", "utilisation")  #: Kinds of pictures of a result: what its joints show.
-CURVE = "curve"  #: A kind of picture that shows no joints but the curve of contacts that give.
-
-#: Names of marks that lie inside blocks: in space they are seen through them, as arrows are.
-INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends", "openings")
 
 FULL = 0.1  #: Share of the scene's size by which the fastest corner of a full motion has moved.
 START = 0.6  #: The share of a full motion that pictures show, and pages show first.
@@ -60,8 +55,8 @@ class Elements:
     def supports(self) -> np.ndarray:
         """Indices of the blocks that are supports: those that are fixed, and those that settle."""
         assembly = self.assembly
-        forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
-        freed = {action.block for force in forces for action in force.actions}
+        settles = [force for force in assembly.limited if force.role is Role.SUPPORT]
+        freed = {action.block for force in settles for action in force.actions}
         moves = np.setdiff1d(assembly.movable, list(freed))
         return np.setdiff1d(np.arange(len(assembly.scene.blocks)), moves)
 
@@ -107,36 +102,26 @@ def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
     return entries
 
 
-def refuse_kind(kind: object, names: bool = False) -> None:
-    """Raise OptionError if results have no such kind of picture, or it shows no names."""
-    if kind not in (known := (*KINDS, CURVE)):
-        raise OptionError(f"there is no picture of kind '{kind}': choose from {', '.join(known)}")
-    if kind == CURVE and names:
-        raise OptionError("a picture of kind 'curve' has no blocks whose names to write")
-
-
 def scene_elements(assembly: Assembly) -> Elements:
     """What there is to draw of a scene before it is solved."""
     still = _still(assembly)
-    arrows = list(load_marks(assembly, still))
+    arrows = list(forces.load_marks(assembly, still))
     yields = np.zeros(len(assembly.scene.ties) + len(assembly.scene.props), dtype=bool)
-    layers = {"scene": [*_found(assembly), *strut_marks(assembly, still, yields)]}
+    layers = {"scene": [*_found(assembly), *forces.strut_marks(assembly, still, yields)]}
     return Elements(assembly, counts(assembly), "", still, arrows, layers)
 
 
 def result_elements(result: Outcome) -> Elements:
     """What there is to draw of a result."""
     assembly, d, movement = result.assembly, result.solution.d, _movement(result)
-    motion = _still(assembly)
-    if d is not None:
-        motion = motion_of(assembly, FULL * size_of(assembly) / fastest(assembly, d) * d)
+    motion = _still(assembly) if d is None else motion_of(assembly, d, d)
     layers = {"mechanism": list(_mechanism(result, motion)) if movement else []}
     if result.joints["n"].notna().all():
-        layers["thrust"] = [*thrust_marks(result), *pressure_marks(result)]
-        layers["utilisation"] = list(utilisation_marks(result))
-    held = list(strut_marks(assembly, motion, result.ties["yields"].to_numpy(dtype=bool)))
+        layers["thrust"] = [*forces.thrust_marks(result), *forces.pressure_marks(result)]
+        layers["utilisation"] = list(forces.utilisation_marks(result))
+    held = list(forces.strut_marks(assembly, motion, result.ties["yields"].to_numpy(dtype=bool)))
     layers = {kind: [*marks, *held] for kind, marks in layers.items()}
-    arrows = list(load_marks(assembly, motion, live=result.status.live_load_acts))
+    arrows = list(forces.load_marks(assembly, motion, live=result.status.live_load_acts))
     return Elements(assembly, heading(result), movement, motion, arrows, layers)
 
 
@@ -145,10 +130,12 @@ def _still(assembly: Assembly) -> np.ndarray:
     return np.zeros((len(assembly.scene.blocks), assembly.problem.layout.rows))
 
 
-def motion_of(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Displacements d, shape (3b,), as motions of the scene's blocks, as ``moved`` takes them."""
+def motion_of(assembly: Assembly, d: np.ndarray, full: np.ndarray) -> np.ndarray:
+    """Displacements d, shape (3b,), as motions of the scene's blocks, as ``moved`` takes them, to the scale
+    in which others are a full motion."""
     problem, motion = assembly.problem, _still(assembly)
     centroid = assembly.geometry.centroid[assembly.movable]
+    d = FULL * size_of(assembly) / fastest(assembly, full) * d
     rates = np.column_stack([problem.forces(d), problem.moments(d) / problem.length_unit])
     # Of the point of each block that lies in the origin.
     rates[:, : centroid.shape[1]] = moved(-centroid, rates) + centroid

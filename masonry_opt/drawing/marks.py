@@ -11,6 +11,9 @@ from masonry_opt.problem.assembly import Assembly
 
 MANY = 1000  #: Number of joints from which marks are small.
 
+#: Names of marks that lie inside blocks.
+_INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends", "openings")
+
 
 @dataclass(frozen=True)
 class Marks:
@@ -29,6 +32,11 @@ class Marks:
     motion: np.ndarray | None = None
     dashes: tuple[float, ...] = ()  #: lengths of dashes and gaps over the width
     text: str = ""  #: written beside a bar
+
+    @property
+    def through(self) -> bool:
+        """Whether it is seen through blocks in space, as arrows are."""
+        return self.shape == "arrow" or self.name in _INSIDE
 
     def moved(self, share: float) -> np.ndarray:
         """The points after a share of the full motion."""

@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from html import escape
 from importlib.metadata import version
 from importlib.resources import files
@@ -15,33 +16,32 @@ from masonry_opt.answer.motion import fastest, yielded_on
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.solution import Way
 from masonry_opt.answer.thresholds import IDLE
-from masonry_opt.drawing.carried import utilisation_label
-from masonry_opt.drawing.colours import HINGES, SLIDES, UTILISATION
-from masonry_opt.drawing.curve import curve_picture
-from masonry_opt.drawing.elements import (
-    FULL,
-    KINDS,
-    START,
-    Elements,
-    counts,
-    motion_of,
-    refuse_kind,
-    result_elements,
-)
-from masonry_opt.drawing.figure import is_page, refuse_file
+from masonry_opt.drawing.colours import BLOCK, FIXED, HINGES, SLIDES, UTILISATION
+from masonry_opt.drawing.elements import KINDS, START, Elements, counts, motion_of, result_elements
+from masonry_opt.drawing.figure import curve_picture, is_page, refuse_file, refuse_kind
+from masonry_opt.drawing.forces import utilisation_label
 from masonry_opt.drawing.marks import Marks, shrink_of, size_of
 from masonry_opt.drawing.pictures import elements_picture
-from masonry_opt.drawing.solids import Figure, three
+from masonry_opt.drawing.solids import ViewAngles, best_view, refuse_view, surface
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
-from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tables import library
 from masonry_opt.words.page import answer, begins, certificate, described, headline, text
 from masonry_opt.words.sentences import message, numeral, sentences
 from masonry_opt.words.summary import load_factors
 
 PUSH, _TURN = "push", 100_000  #: What joints show along a push, and units of a rotation of one.
+
+_UNITS = 20_000  #: Of the figure along the scene's size: whole coordinates keep large scenes short.
+
+#: Half the width of a mark of a point's width, over the size of the scene: of loads and resultants, which are
+#: seen through blocks, and of marks on joints, these at most over the size of a usual joint.
+_RADIUS_THROUGH, _RADIUS, _OF_JOINT = 1 / 900, 1 / 500, 1 / 80
+
+#: What three.js ends with in the page that trimesh puts it in.
+_END = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 
 def refuse_saving(
@@ -222,8 +222,7 @@ def way_motions(result: Outcome, way: Way) -> np.ndarray:
     """Motions of the movable blocks at each keyframe, as ``moved`` takes them, shape (k, b, 3) or (k, b, 6):
     the last is as large as a mechanism that is fully moved."""
     assembly = result.assembly
-    full = FULL * size_of(assembly) / fastest(assembly, way.d[-1])
-    return np.stack([motion_of(assembly, full * d)[assembly.movable] for d in way.d])
+    return np.stack([motion_of(assembly, d, way.d[-1])[assembly.movable] for d in way.d])
 
 
 def way_marks(result: Outcome) -> list[Marks]:
@@ -278,3 +277,67 @@ def notebook_html(result: Outcome) -> str:
         lines.append(f"certificate: {' · '.join(left)}")
     rows = "".join(f"<div>{line}</div>\n" for line in lines)
     return f'<div style="max-width:{_WIDTH}px;overflow-wrap:break-word">\n{rows}</div>'
+
+
+@cache
+def three() -> str:
+    """The script three.js, with its licence, as trimesh brings it. Raises OptionError if trimesh, of the
+    extra "meshes", is not installed, or brings another one."""
+    why = "pages of solids need trimesh, which brings three.js; install it with: pip install '.[meshes]'"
+    trimesh, viewer = library("trimesh", why), library("trimesh.viewer", why)
+    whole = viewer.scene_to_html(trimesh.creation.box().scene())
+    script, end, _ = whole.partition("<script>")[2].partition(_END)
+    if not end or "</script" in script:
+        why = "brings no known three.js: install that of constraints.txt"
+        raise OptionError(f"trimesh {trimesh.__version__} {why}")
+    return f"{script}{end}"
+
+
+class Figure:
+    """Elements in space in whole units of the figure."""
+
+    def __init__(self, elements: Elements) -> None:
+        self.elements = elements
+        self.scale = _UNITS / size_of(elements.assembly)
+
+    def data(self, view: ViewAngles) -> dict[str, Any]:
+        """All that a page draws: see ``page_space.js``."""
+        elements, contacts = self.elements, self.elements.assembly.joints
+        drawn = surface(elements)
+        corners = np.concatenate([drawn.triangles.reshape(-1, 3), drawn.edges.reshape(-1, 3)])
+        block = np.concatenate([np.repeat(drawn.of_triangle, 3), np.repeat(drawn.of_edge, 2)])
+        rows, number = np.unique(np.column_stack([block, self._at(corners)]), axis=0, return_inverse=True)
+        triangles = number[: 3 * len(drawn.triangles)]
+        lines, joint = contacts.lines()
+        middle = (rows[:, 1:].min(axis=0) + rows[:, 1:].max(axis=0)) / 2
+        areas = contacts.extent[contacts.extent > 0]
+        usual = np.sqrt(np.median(areas)) if len(areas) else np.inf
+        self.radius = min(_RADIUS * _UNITS, _OF_JOINT * usual * self.scale)
+        self.table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
+        layers = {name: [self._marks(each) for each in marks] for name, marks in elements.layers.items()}
+        layers["loads"] = [self._marks(each) for each in elements.loads]
+        seen = {"size": _UNITS, "middle": middle.tolist(), "view": view}
+        look = {"block": BLOCK, "fixed": FIXED, "radius": round(3 * self.radius, 2)}
+        solids = {"points": rows[:, 1:].ravel().tolist(), "of": rows[:, 0].tolist()}
+        solids |= {"triangles": triangles.tolist(), "edges": number[len(triangles) :].tolist()}
+        solids |= {"hatching": self._at(drawn.hatching).ravel().tolist()}
+        motions = [self._motion(motion) for motion in elements.motion]
+        outlines = {"points": self._at(lines).ravel().tolist(), "of": joint.tolist()}
+        of_marks = {"layers": layers, "table": list(self.table)}
+        return {**seen, **look, "surface": solids, "motions": motions, "outlines": outlines, **of_marks}
+
+    def _at(self, points: np.ndarray) -> np.ndarray:
+        return np.rint(points * self.scale).astype(int)
+
+    def _motion(self, motion: np.ndarray) -> tuple[float, ...]:
+        moved = np.round(motion[:3] * self.scale, 1) + 0.0
+        return (*moved.tolist(), *(np.round(motion[3:], 6) + 0.0).tolist())
+
+    def _marks(self, marks: Marks) -> dict[str, Any]:
+        motion = None
+        if marks.motion is not None:
+            motion = [self.table.setdefault(self._motion(each), len(self.table)) for each in marks.motion]
+        half = marks.width * (_RADIUS_THROUGH * _UNITS if marks.through else self.radius)
+        placed = {"points": self._at(marks.points).ravel().tolist(), "motion": motion}
+        look = {"radius": round(half, 2), "colour": marks.colour, "dashes": marks.dashes}
+        return {"shape": marks.shape, **placed, **look, "through": marks.through}

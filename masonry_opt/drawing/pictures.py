@@ -14,14 +14,12 @@ from matplotlib.path import Path
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.drawing import figure
-from masonry_opt.drawing.carried import utilisation_label
 from masonry_opt.drawing.colours import AT_REST, UTILISATION
-from masonry_opt.drawing.curve import curve_picture
-from masonry_opt.drawing.elements import CURVE, START, Elements, refuse_kind, result_elements, scene_elements
+from masonry_opt.drawing.elements import START, Elements, result_elements, scene_elements
 from masonry_opt.drawing.figure import Handle, Picture
+from masonry_opt.drawing.forces import utilisation_label
 from masonry_opt.drawing.marks import Marks, moved, outlines
-from masonry_opt.drawing.solid_pictures import Solids
-from masonry_opt.drawing.view import ViewAngles, best_view, refuse_view
+from masonry_opt.drawing.solids import Solids, ViewAngles, best_view, refuse_view
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.scene.case_file import as_scene
@@ -47,6 +45,10 @@ def draw(
     Blocks, supports, loads, and the joints found; where blocks nearly touch, or meet corner on corner, which
     is no joint; below them what looks unintended. Nothing is solved, and the scene need not stand.
 
+    Raises CaseError if the case file or scene is wrong, though blocks that touch nothing are drawn all the
+    same; OptionError if the file's name has another ending, the file cannot be written or replaced, or the
+    view is none, or of a scene in the plane; OSError if the file cannot be written.
+
     Parameters
     ----------
     scene: a scene, or the path of a case file.
@@ -54,16 +56,6 @@ def draw(
     names: whether to write each block's name into it.
     force: whether to replace a file that was not written here.
     view: of solids, azimuth and elevation of the eye in degrees; as :meth:`Result.plot` has it.
-
-    Raises
-    ------
-    CaseError
-        If the case file or scene is wrong. Blocks that touch nothing are drawn all the same.
-    OptionError
-        If the file's name has another ending, the file cannot be written or replaced, or the view is none, or
-        of a scene in the plane.
-    OSError
-        If the file cannot be written.
     """
     if path is not None:
         figure.refuse_picture(path, force)
@@ -95,10 +87,10 @@ def result_picture(
     result: Outcome, kind: str = "mechanism", names: bool = False, view: ViewAngles | None = None
 ) -> Picture:
     """Draw a result; see :meth:`Result.plot`."""
-    refuse_kind(kind, names)
+    figure.refuse_kind(kind, names)
     refuse_view(result.assembly.scene, view)
-    if kind == CURVE:
-        return curve_picture(result)
+    if kind == figure.CURVE:
+        return figure.curve_picture(result)
     return elements_picture(result_elements(result), kind, names, view)
 
 

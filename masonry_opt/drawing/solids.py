@@ -1,35 +1,52 @@
-"""Surfaces of the blocks of a scene in space: triangles, edges, and the hatching of supports; the figure of a
-page that shows them: its data, and three.js, which draws it."""
+"""Solids as they are drawn: surfaces of blocks; what is seen of them from one side, by a raster of depths;
+and that by matplotlib, with faces as an image, lines and marks as vectors."""
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache
 from itertools import product
-from typing import Any
 
 import numpy as np
 import shapely
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
+from scipy.ndimage import minimum_filter
 
-from masonry_opt.drawing.colours import BLOCK, FIXED
-from masonry_opt.drawing.elements import INSIDE, Elements
+from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
+from masonry_opt.drawing.elements import Elements
+from masonry_opt.drawing.figure import draw_marks, write_name
+from masonry_opt.drawing.forces import round_below
 from masonry_opt.drawing.marks import Marks, hatching, movable_box, moved, size_of
-from masonry_opt.drawing.view import ViewAngles
 from masonry_opt.errors import OptionError
-from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.rows import ranges
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import coordinates
 from masonry_opt.scene.space.faces import Frames, OuterFaces
 from masonry_opt.scene.space.shapes import Shapes
-from masonry_opt.scene.tables import library
+
+ViewAngles = tuple[float, float]  #: Azimuth and elevation, in degrees.
 
 _BEYOND = 0.2  #: How far supports are shown beyond the movable blocks, over the size of the scene.
 _HATCH = 0.03  #: Distance of the lines that hatch them, over that.
 _ROUNDING = 1e-9  #: Share of the scene's size that is rounding.
-_UNITS = 20_000  #: Of the figure along the scene's size: whole coordinates keep large scenes short.
 
-#: Half the width of a mark of a point's width, over the size of the scene: of loads and resultants, which are
-#: seen through blocks, and of marks on joints, these at most over the size of a usual joint.
-_RADIUS_THROUGH, _RADIUS, _OF_JOINT = 1 / 900, 1 / 500, 1 / 80
+#: Where no view is asked for: elevation, and azimuths among which the best is taken, the usual ones first.
+_ELEVATION, _AZIMUTHS = 22.0, (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: What three.js ends with in the page that trimesh puts it in.
-_END = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
+_TOWARDS = 0.25  #: How much it counts that a mechanism comes towards the eye, against widths seen.
+_SHORT = 3.0  #: Visible pieces of lines shorter than so many pixels, beside hidden ones, are chance.
+_DEPTH = 2e-3  #: Nothing is hidden by what lies less than this share of the picture before it.
+
+_PIXELS = 1400  #: Pixels along the longer side of the image of faces.
+_LIGHT = np.array([-0.35, 0.55, 0.75])  #: Where light comes from, in the picture's axes.
+_SHADE = 0.68  #: Share of it that reaches faces turned away.
+_PALE = 0.55  #: How far faces are turned to white where joints show something else than their motion.
+_MARGIN = 0.03  #: Free round what is shown, over the longer side.
+_AXES = 0.1  #: Length of the axes shown, at most, over the longer side.
+_LETTERS = 1.4  #: How far their letters are, over that.
+_NAME, _LEAST_NAME = 8.0, 2.0  #: Size of the letters of block names in points, largest and smallest.
+_LETTER = 0.62  #: Their width over their height.
 
 
 @dataclass(frozen=True)
@@ -50,8 +67,7 @@ class Surface:
 
 def surface(elements: Elements) -> Surface:
     """The faces of the scene's blocks, of supports cut off where they reach far beyond movable ones."""
-    assembly: Assembly = elements.assembly
-    shapes, size = assembly.geometry, size_of(assembly)
+    assembly, shapes, size = elements.assembly, elements.assembly.geometry, size_of(elements.assembly)
     assert isinstance(shapes, Shapes)
     low, high = movable_box(assembly)
     low, high = low - _BEYOND * size, high + _BEYOND * size
@@ -127,66 +143,232 @@ def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
     return shapely.MultiPoint(frames.down(points, np.full(len(points), at))).convex_hull
 
 
-@cache
-def three() -> str:
-    """The script three.js, with its licence, as trimesh brings it. Raises OptionError if trimesh, of the
-    extra "meshes", is not installed, or brings another one."""
-    why = "pages of solids need trimesh, which brings three.js; install it with: pip install '.[meshes]'"
-    trimesh, viewer = library("trimesh", why), library("trimesh.viewer", why)
-    whole = viewer.scene_to_html(trimesh.creation.box().scene())
-    script, end, _ = whole.partition("<script>")[2].partition(_END)
-    if not end or "</script" in script:
-        why = "brings no known three.js: install that of constraints.txt"
-        raise OptionError(f"trimesh {trimesh.__version__} {why}")
-    return f"{script}{end}"
+def refuse_view(scene: Scene, view: object) -> None:
+    """Raise OptionError if a view is none, or one of a scene in the plane."""
+    if view is None:
+        return
+    if scene.dimension == 2:
+        raise OptionError(f"{scene.origin}: the plane is seen from the front: leave 'view' to solids")
+    given = view if isinstance(view, list | tuple) else ()
+    numbers = all(isinstance(angle, int | float) and not isinstance(angle, bool) for angle in given)
+    angles = coordinates(given, 2)
+    if not numbers or angles is None or abs(angles[1]) > 90:
+        raise OptionError(
+            f"a view is azimuth and elevation in degrees, as (-60, 22), the latter up to ±90 (found {view!r})"
+        )
 
 
-class Figure:
-    """Elements in space in whole units of the figure."""
+def axes_of(view: ViewAngles) -> np.ndarray:
+    """Directions in which a picture's right, its upper side and the eye lie, shape (3, 3): rows."""
+    azimuth, elevation = np.radians(view)
+    (east, north), (out, up) = ((np.cos(angle), np.sin(angle)) for angle in (azimuth, elevation))
+    right, towards = np.array([-north, east, 0.0]), np.array([out * east, out * north, up])
+    return np.stack([right, np.cross(towards, right), towards])
 
-    def __init__(self, elements: Elements) -> None:
-        self.elements = elements
-        self.scale = _UNITS / size_of(elements.assembly)
 
-    def data(self, view: ViewAngles) -> dict[str, Any]:
-        """All that a page draws: see ``page_space.js``."""
-        elements, contacts = self.elements, self.elements.assembly.joints
-        drawn = surface(elements)
-        corners = np.concatenate([drawn.triangles.reshape(-1, 3), drawn.edges.reshape(-1, 3)])
-        block = np.concatenate([np.repeat(drawn.of_triangle, 3), np.repeat(drawn.of_edge, 2)])
-        rows, number = np.unique(np.column_stack([block, self._at(corners)]), axis=0, return_inverse=True)
-        triangles = number[: 3 * len(drawn.triangles)]
-        lines, joint = contacts.lines()
-        middle = (rows[:, 1:].min(axis=0) + rows[:, 1:].max(axis=0)) / 2
-        areas = contacts.extent[contacts.extent > 0]
-        usual = np.sqrt(np.median(areas)) if len(areas) else np.inf
-        self.radius = min(_RADIUS * _UNITS, _OF_JOINT * usual * self.scale)
-        self.table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
-        layers = {name: [self._marks(each) for each in marks] for name, marks in elements.layers.items()}
-        layers["loads"] = [self._marks(each) for each in elements.loads]
-        seen = {"size": _UNITS, "middle": middle.tolist(), "view": view}
-        look = {"block": BLOCK, "fixed": FIXED, "radius": round(3 * self.radius, 2)}
-        solids = {"points": rows[:, 1:].ravel().tolist(), "of": rows[:, 0].tolist()}
-        solids |= {"triangles": triangles.tolist(), "edges": number[len(triangles) :].tolist()}
-        solids |= {"hatching": self._at(drawn.hatching).ravel().tolist()}
-        motions = [self._motion(motion) for motion in elements.motion]
-        outlines = {"points": self._at(lines).ravel().tolist(), "of": joint.tolist()}
-        of_marks = {"layers": layers, "table": list(self.table)}
-        return {**seen, **look, "surface": solids, "motions": motions, "outlines": outlines, **of_marks}
+def best_view(elements: Elements) -> ViewAngles:
+    """The view that shows the scene's wider side, and its mechanism coming nearer."""
+    low, high = movable_box(elements.assembly)
+    wide = (high - low)[:2] / (high - low)[:2].max()
+    motion, centroid = elements.motion, elements.assembly.geometry.centroid
+    moves = (motion[:, :3] + np.cross(motion[:, 3:], centroid)).sum(axis=0)
+    comes = moves / (np.linalg.norm(moves) or 1.0)
 
-    def _at(self, points: np.ndarray) -> np.ndarray:
-        return np.rint(points * self.scale).astype(int)
+    def shows(azimuth: float) -> float:
+        right, _, towards = axes_of((azimuth, 0.0))
+        return float(np.abs(right[:2]) @ wide + _TOWARDS * comes @ towards)
 
-    def _motion(self, motion: np.ndarray) -> tuple[float, ...]:
-        moved = np.round(motion[:3] * self.scale, 1) + 0.0
-        return (*moved.tolist(), *(np.round(motion[3:], 6) + 0.0).tolist())
+    return max(_AZIMUTHS, key=lambda azimuth: round(shows(azimuth), 9)), _ELEVATION
 
-    def _marks(self, marks: Marks) -> dict[str, Any]:
-        motion = None
-        if marks.motion is not None:
-            motion = [self.table.setdefault(self._motion(each), len(self.table)) for each in marks.motion]
-        through = marks.shape == "arrow" or marks.name in INSIDE
-        half = marks.width * (_RADIUS_THROUGH * _UNITS if through else self.radius)
-        placed = {"points": self._at(marks.points).ravel().tolist(), "motion": motion}
-        look = {"radius": round(half, 2), "colour": marks.colour, "dashes": marks.dashes, "through": through}
-        return {"shape": marks.shape, **placed, **look}
+
+@dataclass(frozen=True)
+class Raster:
+    """Nearest triangle at each pixel of a picture."""
+
+    left: float  #: the picture's lower left corner
+    bottom: float
+    pixel: float  #: the side of one
+    #: Of the nearest triangle towards the eye, ``-inf`` without one, shape (rows, columns), the lowest first.
+    depth: np.ndarray
+    triangle: np.ndarray  #: its number, -1 where there is none
+
+    def visible(self, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What is seen of lines, shape (lines, 2, 3) in the picture's axes: pieces, shape (pieces, 2, 2), and
+        their lines."""
+        run = lines[:, 1] - lines[:, 0]
+        count = np.ceil(np.hypot(run[:, 0], run[:, 1]) / self.pixel).astype(int) + 2
+        line = np.repeat(np.arange(len(lines)), count)
+        share = ranges(np.zeros_like(count), count) / (count - 1)[line]
+        at = lines[line, 0] + share[:, None] * run[line]
+        seen = self.sees(at)
+        last = np.append(line[1:] != line[:-1], True)
+        first = np.append(True, last[:-1])
+        starts = np.flatnonzero(seen & (first | ~np.append(False, seen[:-1])))
+        ends = np.flatnonzero(seen & (last | ~np.append(seen[1:], False)))
+        pieces = np.stack([at[starts, :2], at[ends, :2]], axis=1)
+        owner = line[starts]
+        length = np.hypot(*(pieces[:, 1] - pieces[:, 0]).T) / self.pixel
+        kept = (first[starts] & last[ends]) | (length >= _SHORT)
+        return pieces[kept], owner[kept]
+
+    def sees(self, points: np.ndarray) -> np.ndarray:
+        """Whether points, shape (points, 3) in the picture's axes, are not hidden."""
+        rows, columns = self.depth.shape
+        # Against the farthest depth of the pixels around: an edge lies between two faces.
+        farthest = minimum_filter(self.depth, size=3, mode="nearest")
+        column = ((points[:, 0] - self.left) / self.pixel).astype(int).clip(0, columns - 1)
+        row = ((points[:, 1] - self.bottom) / self.pixel).astype(int).clip(0, rows - 1)
+        bias = _DEPTH * self.pixel * max(rows, columns)
+        return points[:, 2] + bias >= farthest[row, column]
+
+
+def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
+    """The nearest of triangles that face the eye, shape (triangles, 3, 3) in the axes of a picture from lower
+    left to upper right, shape (2, 2), with so many pixels along its longer side."""
+    (left, bottom), (width, height) = box[0], box[1] - box[0]
+    pixel = max(width, height) / pixels
+    depth = np.full((math.ceil(height / pixel), math.ceil(width / pixel)), -np.inf)
+    number = np.full(depth.shape, -1)
+    flat = (triangles[..., :2] - box[0]) / pixel - 0.5
+    (ax, ay), (bx, by) = (np.moveaxis(flat[:, corner] - flat[:, 0], -1, 0) for corner in (1, 2))
+    twice = ax * by - ay * bx
+    low = np.floor(flat.min(axis=1)).astype(int).clip(0)
+    high = (np.ceil(flat.max(axis=1)).astype(int) + 1).clip(None, depth.shape[::-1])
+    for each in np.flatnonzero((twice > 1e-9) & (low < high).all(axis=1)):
+        (x0, y0), (x1, y1) = low[each], high[each]
+        x, y = np.arange(x0, x1) - flat[each, 0, 0], (np.arange(y0, y1) - flat[each, 0, 1])[:, None]
+        one = (x * by[each] - y * bx[each]) / twice[each]
+        two = (y * ax[each] - x * ay[each]) / twice[each]
+        first, second, third = triangles[each, :, 2]
+        found = first + one * (second - first) + two * (third - first)
+        window = np.s_[y0:y1, x0:x1]
+        slack = -1e-6
+        nearer = (one >= slack) & (two >= slack) & (one + two <= 1 - slack) & (found > depth[window])
+        depth[window][nearer] = found[nearer]
+        number[window][nearer] = each
+    return Raster(float(left), float(bottom), float(pixel), depth, number)
+
+
+class Solids:
+    """Elements in space on axes of matplotlib, in the case's unit of length, with the marks shown, after a
+    share of the full motion."""
+
+    def __init__(
+        self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: ViewAngles
+    ) -> None:
+        self.axes, self.elements, self.marks, self.share, self.view = axes, elements, marks, share, view
+        self.turned = axes_of(view)
+        self.surface = surface(elements)
+        moved = self.surface.moved(share * elements.motion)
+        self.triangles, self.edges = (each @ self.turned.T for each in moved)
+        shown = [self.triangles, *(each.moved(share) @ self.turned.T for each in marks)]
+        flat = np.concatenate([each.reshape(-1, 3)[:, :2] for each in shown])
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        side = float((high - low).max())
+        self.box = np.array([low - _MARGIN * side, high + _MARGIN * side])
+        self.raster = raster(self.triangles, self.box, _PIXELS)
+        self.unit = round_below(_AXES * side)
+        # The axes stand in the lower left corner, or below it where something is drawn there.
+        around = 2 * _LETTERS * self.unit
+        corner = np.s_[: int(around / self.raster.pixel), : int(around / self.raster.pixel)]
+        if (self.raster.triangle[corner] >= 0).any():
+            self.box[0, 1] -= around
+        self.foot = self.box[0] + around / 2
+
+    @property
+    def note(self) -> str:
+        """How large the axes are, and from where the scene is seen."""
+        azimuth, elevation = self.view
+        seen = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
+        return f"axes: {self.unit:g} long, in the length unit of the case; {seen}"
+
+    def draw(self) -> None:
+        """Draw faces, edges, and marks; what lies behind faces is left out, but what lies inside blocks."""
+        axes = self.axes
+        (left, bottom), (right, top) = self.box
+        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+        axes.set_axis_off()
+        rows, columns = self.raster.depth.shape
+        at = (self.raster.left, self.raster.bottom)
+        reach = (at[0], at[0] + columns * self.raster.pixel, at[1], at[1] + rows * self.raster.pixel)
+        axes.imshow(self._faces(), extent=reach, origin="lower", zorder=1, interpolation="antialiased")
+        movable = np.isin(self.surface.of_edge, self.elements.assembly.movable)
+        if self.share and self.elements.movement:
+            self._lines(self._at_rest(movable), AT_REST, 0.5, 1.5)
+        self._lines(self.surface.hatching @ self.turned.T, HATCH, 0.4, 2.0)
+        width = self.elements.outline_width
+        self._lines(self.edges[movable], "black", width, 2.2)
+        self._lines(self.edges[~movable], HATCH, width, 2.1)
+        for marks, points in self._seen():
+            if len(points):
+                draw_marks(axes, marks, points)
+
+    def _faces(self) -> np.ndarray:
+        """Colours of the pixels, shape (rows, columns, 4)."""
+        sides = np.diff(self.triangles, axis=1)
+        normal = np.cross(sides[:, 0], sides[:, 1])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        light = np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
+        own = ~np.isin(self.surface.of_triangle, self.elements.supports)
+        colours = np.where(own[:, None], to_rgb(BLOCK), to_rgb(FIXED))
+        colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
+        if not self.share:
+            colours = 1 - (1 - colours) * (1 - _PALE)
+        # The last row, for pixels without a triangle (-1), is transparent.
+        table = np.vstack([np.column_stack([colours, np.ones(len(colours))]), np.zeros(4)])
+        return table[self.raster.triangle]
+
+    def _lines(self, lines: np.ndarray, colour: str, width: float, order: float) -> None:
+        pieces, _ = self.raster.visible(lines)
+        self.axes.add_collection(LineCollection(list(pieces), color=colour, linewidth=width, zorder=order))
+
+    def _at_rest(self, movable: np.ndarray) -> np.ndarray:
+        """Edges of the movable blocks as they would be seen at rest."""
+        at_rest = self.surface.triangles, self.surface.edges[movable]
+        triangles, edges = (each @ self.turned.T for each in at_rest)
+        pieces, line = raster(triangles, self.box, _PIXELS).visible(edges)
+        start, run = edges[line, 0], edges[line, 1] - edges[line, 0]
+        square = np.maximum((run[:, :2] ** 2).sum(axis=1), 1e-300)
+        share = np.einsum("nki,ni->nk", pieces - start[:, None, :2], run[:, :2]) / square[:, None]
+        return start[:, None] + share[..., None] * run[:, None]
+
+    def _seen(self) -> Iterator[tuple[Marks, np.ndarray]]:
+        """Marks, and what is seen of them, in the picture's plane."""
+        for marks in self.marks:
+            at = marks.moved(self.share) @ self.turned.T
+            if marks.through:
+                yield marks, at[..., :2]
+            elif marks.shape == "line":
+                yield marks, self.raster.visible(at)[0]
+            else:
+                yield marks, at[self.raster.sees(at[:, 0]), :, :2]
+
+    def write(self, names: bool) -> None:
+        """Write the letters of the axes, and names on blocks that are seen; the axes' size must be set."""
+        arrow = {"arrowstyle": "->", "shrinkA": 0, "shrinkB": 0}
+        for direction, letter in zip(self.turned.T, "xyz", strict=True):
+            tip = self.foot + self.unit * direction[:2]
+            self.axes.annotate("", tip, self.foot, arrowprops=arrow)
+            at = self.foot + _LETTERS * self.unit * direction[:2]
+            self.axes.text(at[0], at[1], letter, ha="center", va="center", fontsize=9)
+        if names:
+            self._write_names()
+
+    def _write_names(self) -> None:
+        seen = self.raster
+        row, column = np.nonzero(seen.triangle >= 0)
+        block = self.surface.of_triangle[seen.triangle[row, column]]
+        blocks = self.elements.assembly.scene.blocks
+        (left, _), (right, _) = self.box
+        points_per_unit = 72 / self.axes.figure.dpi * self.axes.bbox.width / (right - left)
+        for number in np.unique(block):
+            own = block == number
+            # The pixel nearest to the middle of those seen lies on the block.
+            x, y = column[own], row[own]
+            middle = int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))
+            at = np.array([seen.left, seen.bottom]) + (np.array([x[middle], y[middle]]) + 0.5) * seen.pixel
+            wide, high = (np.ptp(side) * seen.pixel * points_per_unit for side in (x, y))
+            name = blocks[number].name
+            letters = min(0.8 * wide / (_LETTER * len(name)), 0.4 * high, _NAME)
+            if letters >= _LEAST_NAME:
+                write_name(self.axes, name, at, letters, 0.2, va="center")

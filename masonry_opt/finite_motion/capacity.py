@@ -2,20 +2,25 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.reasons import Code, Reason
+from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGES, JOINT, SEPARATES
+from masonry_opt.drawing.elements import Elements
+from masonry_opt.drawing.figure import Handle, Picture, curve_axes, finish, style
+from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.marks import moved as carried
+from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
-from masonry_opt.finite_motion.moved_blocks import moved, placed, point_forces
+from masonry_opt.finite_motion.moved_blocks import displaced, moved, placed, point_forces
 from masonry_opt.finite_motion.path import HingingPath, Step
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
@@ -25,12 +30,15 @@ from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.words.names import labelled, some
 from masonry_opt.words.sentences import message, numeral
 
-if TYPE_CHECKING:
-    from masonry_opt.drawing.figure import Picture
-
 _WHOLE = 1e-2  #: Share by which the live load of a check may differ from the weights that it pushes,
 _LEVEL = 1e-6  #: and from level.
 _STILL = 1e-6  #: Share of the greatest rate below which a control point does not move along the live load.
+
+#: Events that a picture marks, by code: what its legend says, colour and marker.
+_EVENTS = {
+    Code.JOINT_OPENS: ("a joint opens", HINGES, "o"),
+    Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
+}
 
 
 def capacity(
@@ -251,20 +259,57 @@ class Capacity:
         level = np.abs(live @ down).max() <= _LEVEL * size.max()
         return None if level and abs(share - 1) <= _WHOLE else share
 
-    def plot(self, row: int | None = None) -> "Picture":
+    def plot(self, row: int | None = None) -> Picture:
         """Draw the curve, or the blocks as they are in a row of the table, as a matplotlib figure. Raises
         OptionError if there is no such row."""
-        from masonry_opt.finite_motion.pictures import capacity_picture, displaced_picture
-
-        assembly, table = self.result.assembly, self.table
         if row is None:
-            of = "the live load" if self.control is self.live else "the control point"
-            return capacity_picture(assembly.scene, table, of, self.message)
-        if not isinstance(row, int) or not -len(table) <= row < len(table):
-            raise OptionError(f"there is no row {row!r}: the table has {len(table)}, the first is 0")
-        return displaced_picture(assembly, table.iloc[row], self.steps[row].poses, self.joints(row))
+            return self._curve()
+        if not isinstance(row, int) or not -len(self.table) <= row < len(self.table):
+            raise OptionError(f"there is no row {row!r}: the table has {len(self.table)}, the first is 0")
+        return self._displaced(row)
 
-    def save(self, path: str | FilePath, row: int | None = None, force: bool = False) -> None:
+    def _curve(self) -> Picture:
+        """λ over displacement, and why it ends."""
+        table, of = self.table, "the live load" if self.control is self.live else "the control point"
+        heading, along = f"after the onset at λ = {numeral(self.load_factor, '.5f')}", f"displacement of {of}"
+        with style():
+            scene = self.result.assembly.scene
+            made, axes = curve_axes(scene, heading, f"{along}, in the length unit of the case")
+            marker = "o" if len(table) == 1 else ""  # a line through one state is nothing to see
+            axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker=marker, zorder=3)
+            axes.axhline(0.0, color=HATCH, linewidth=0.6)
+            axes.set_ylim(bottom=min(0.0, -0.02 * self.load_factor))
+            handles: list[Handle] = []
+            for code, (label, colour, marker) in _EVENTS.items():
+                rows = table[table["event"] == str(code)]
+                look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": "none", "zorder": 4}
+                if len(rows):
+                    handles += axes.plot(rows["displacement"], rows["load_factor"], label=label, **look)
+            finish(made, axes, handles, (self.message,))
+        return made
+
+    def _displaced(self, row: int) -> Picture:
+        """The blocks in a row of the table, to scale, with the hinges."""
+        assembly, state, joints = self.result.assembly, self.table.iloc[row], self.joints(row)
+        poses, plane, marks = self.steps[row].poses, assembly.scene.dimension == 2, list[Marks]()
+        there = replace(assembly, geometry=displaced(assembly.geometry, poses))
+        if plane:
+            *ends, owner = assembly.geometry.edges
+            sides = np.stack(ends, axis=1)[np.isin(owner, assembly.movable)]
+            marks.append(Marks("rest", "at rest", "line", AT_REST, 0.5, sides))
+        if (hinged := joints["state"] == "hinged").any():
+            place = joints.loc[hinged].filter(list("xyz")).to_numpy() - assembly.geometry.origin
+            marks.append(Marks("hinges", "hinging joint", "dot", HINGES, 5.2, place[:, None]))
+        if plane and (apart := (joints["state"] == "separated").to_numpy()).any():
+            ends = np.stack([assembly.joints.start, assembly.joints.end], axis=1)[apart]
+            blocks = assembly.joints.first[apart], assembly.joints.second[apart]
+            sides = np.concatenate([placed(ends, poses[own][:, None]) for own in blocks])
+            marks.append(Marks("separates", "separated joint", "line", SEPARATES, 1.6, sides))
+        at = numeral(state["displacement"], ".4g")
+        heading = f"λ = {numeral(state['load_factor'], '.5f')} at a displacement of {at}, to scale"
+        return elements_picture(Elements(there, heading, "", 0 * poses, [], {"mechanism": marks}))
+
+    def save(self, path: str | Path, row: int | None = None, force: bool = False) -> None:
         """Write such a picture (.png, .svg, .pdf), whole or not at all. Raises OptionError if the name has
         another ending, or the file cannot be replaced."""
         self.plot(row).save(path, force)

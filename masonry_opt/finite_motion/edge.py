@@ -11,9 +11,8 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import same
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
-from masonry_opt.finite_motion.moved_blocks import deepest_overlap, displaced, moved, placed, turned
+from masonry_opt.finite_motion.moved_blocks import displaced, least_missed, moved, overlapping, placed, turned
 from masonry_opt.finite_motion.path import BORNE, Step
-from masonry_opt.finite_motion.statics import least_missed
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role, columns
 from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.problem.matrices import Matrices
@@ -146,7 +145,7 @@ class EdgePath:
         (low, high), body = shapes.boxes, self.turns[:-1]
         meet = (low[:, None] < high).all(axis=2) & (low < high[:, None]).all(axis=2)
         pairs = np.argwhere(meet & body[:, None] & ~body)
-        return self.assembly.names(np.array(deepest_overlap(shapes, pairs), dtype=int))
+        return self.assembly.names(np.array(overlapping(shapes, pairs), dtype=int))
 
     def _problem(self, angle: float) -> Problem:
         """Statics once the body has turned: friction on the edge is by the body's face. Contact points off

@@ -1,12 +1,15 @@
-"""The blocks of a scene after they have moved: how their joints touch, and the problem that they are then."""
+"""The blocks of a scene after they have moved: how their joints touch, the problem that they are then, and by
+how much its forces miss what a load factor asks for."""
 
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 import shapely
 
-from masonry_opt.answer.thresholds import LOWER
+from masonry_opt.answer.thresholds import IDLE, LOWER
+from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.laws import Law
@@ -16,6 +19,9 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents, Geometry
 from masonry_opt.scene.rows import dots, linked
+from masonry_opt.solvers.driver import Driver
+from masonry_opt.solvers.highs import HighsSession, LinearProgram
+from masonry_opt.solvers.registry import Verdict, find_solver
 
 #: Simpson's rule on an edge, exact for what is cubic there: places along it, and weights.
 _PLACES, _WEIGHTS = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6
@@ -100,10 +106,21 @@ def displaced(shapes: Any, poses: np.ndarray) -> Any:
     return replace(shapes, parts=parts, faces=replace(faces, frame=frame), centroid=centroid)
 
 
-def deepest_overlap(shapes: Extents, pairs: np.ndarray) -> list[int]:
+def overlapping(shapes: Extents, pairs: np.ndarray) -> list[int]:
     """The two blocks of the pair that lies deepest in one another; none if none does."""
     found = max(shapes.overlaps(pairs), key=lambda found: found[1].depth, default=None)
     return pairs[found[0]].tolist() if found else []
+
+
+@dataclass(frozen=True)
+class ForceOptimum:
+    """An optimum of statics."""
+
+    #: Load factor, or by how much yield conditions are violated at the least, in the unit of force.
+    value: float
+    #: Rates of the poses of all blocks that the multipliers of equilibrium are, shape (blocks, 3).
+    motion: np.ndarray
+    pressed: np.ndarray  #: joints with any force, shape (joints,)
 
 
 @dataclass(frozen=True)
@@ -192,7 +209,26 @@ class MovedBlocks:
         shapes = replace(self.geometry, centroid=centroid)
         return Problem(Matrices.of(joints, shapes, self.movable, 1.0), law, dead, live, 1.0)
 
-    def rates(self, poses: np.ndarray, d: np.ndarray) -> np.ndarray:
+    def optimum(
+        self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
+    ) -> ForceOptimum | None:
+        """The greatest load factor, eq. (9), with these poses and corners that touch, or by how much forces
+        under a given one miss its conditions at the least; None if there is no such optimum."""
+        problem = self.problem(touch, poses)
+        if load_factor is None:
+            solver = find_solver("cvxpy", "highs")
+            state = Driver(problem, "static", solver, effort, of_load=True).solve().state
+            found = None if state is None else (state.load_factor, state.d, state.q)
+        else:
+            found = least_missed(problem, load_factor, effort)
+        if found is None:
+            return None
+        value, d, q = found
+        size, pressed = np.abs(problem.by_kind(q)).max(axis=0), np.zeros(len(touch), dtype=bool)
+        pressed[touch.any(axis=1)] = size > IDLE * size.max(initial=0.0)
+        return ForceOptimum(value, self._rates(poses, d), pressed)
+
+    def _rates(self, poses: np.ndarray, d: np.ndarray) -> np.ndarray:
         """Rates of the poses under velocities of the movable blocks (3b,)."""
         rates = np.zeros_like(poses)
         rates[self.movable] = d.reshape(-1, 3)
@@ -209,19 +245,12 @@ class MovedBlocks:
         body = linked(len(self.geometry.size), *links.T)
         return np.asarray((body - body[fixed[0]] - 1) % (body.max() + 1))
 
-    def opening_angle(self, touch: np.ndarray, poses: np.ndarray) -> np.ndarray:
-        """Angle by which hinged joints, which have a length and touch in one corner, are open, shape
-        (joints,); 0 of all others."""
-        rotation = poses[self.joints.first, 2] - poses[self.joints.second, 2]
-        hinged = self.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
-        return np.where(hinged, np.where(touch[:, 0], rotation, -rotation), 0.0)
-
     def overlap(self, poses: np.ndarray) -> list[int]:
         """Two blocks that lie over one another, deeper than the scene's tolerance; none if none do."""
         polygons = (there := displaced(self.geometry, poses)).polygons
         pairs = shapely.STRtree(polygons).query(polygons, predicate="intersects").T
         pairs = pairs[(pairs[:, 0] < pairs[:, 1]) & np.isin(pairs, self.movable).any(axis=1)]
-        return deepest_overlap(there, pairs)
+        return overlapping(there, pairs)
 
     def _velocities(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """Velocities of the joints' corners with first and second blocks, shape (2, joints, 2, 2)."""
@@ -251,3 +280,36 @@ class MovedBlocks:
         slips, opens = touch & ~stays, relative[0] > least
         slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & pressed)
         return stays, slides
+
+
+def least_missed(
+    problem: Problem, load_factor: float, effort: Effort
+) -> tuple[float, np.ndarray, np.ndarray] | None:
+    """By how much forces miss equilibrium and yield at the least, the motion that gains by it, and they.
+
+        min  v    s.t.    −v ≤ B q + λ f_L + f_D ≤ v,    z + v = C q + c + v ≥ 0
+
+    Hinges leave the forces of a given λ no room: without v rounding would make the program infeasible.
+    """
+    load = problem.dead + load_factor * problem.live
+    rows, faces = len(load), problem.faces
+    column = np.repeat([1.0, -1.0, 1.0], [rows, rows, faces])
+    # Slacks of rocking are so many times the normal force that is missed.
+    column[2 * rows :][problem.table.rocks] = problem.layout.points
+    conditions = sp.vstack([problem.B, problem.B, problem.true_yield])
+    matrix = sp.hstack([conditions, sp.csr_array(column[:, None])], format="csc")
+    cost = np.zeros(matrix.shape[1])
+    cost[-1] = 1.0
+    row_lower = np.concatenate([-load, np.full(rows, -np.inf), -problem.face_cohesion])
+    row_upper = np.concatenate([np.full(rows, np.inf), -load, np.full(faces, np.inf)])
+    low, high = np.where(cost > 0, 0.0, -np.inf), np.full(len(cost), np.inf)
+    program = LinearProgram(cost, matrix, row_lower, row_upper, low, high)
+    for presolve in ("choose", "off"):  # of what presolve leaves HiGHS' simplex may end in an error
+        session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12, presolve=presolve)
+        if session.solve() is Verdict.OPTIMAL:
+            break
+    else:
+        return None
+    *q, value = session.point()
+    below, above = session.multipliers()[: 2 * rows].reshape(2, rows)
+    return float(value), -(below + above), np.array(q)

@@ -13,9 +13,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from masonry_opt.answer import infeasibility
 from masonry_opt.answer.acceptance import PROOF
-from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate
+from masonry_opt.answer.answer import (
+    Existence,
+    InfeasibilityCertificate,
+    kinematic_residual,
+    ray_residuals,
+    static_residual,
+)
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
@@ -142,7 +147,7 @@ class _BranchAndCut:
             return None
         d, p, r = (self._statics.values(variable) for variable in (model.d, model.p, model.r))
         blamed = r - p > _TO_BLAME * max(r.max(), 1.0)
-        left = infeasibility.static_residual(self.problem, d, p - r, blamed)
+        left = static_residual(self.problem, d, p - r, blamed)
         self._keep(self.cuts.static, False, left, blamed)
         return self.cuts.static[-1]
 
@@ -155,7 +160,7 @@ class _BranchAndCut:
             raise _Undecided
         q, v = self._kinematics.values(model.q), self._kinematics.values(model.v)
         blamed = v > _TO_BLAME * max(v.max(), 1.0)
-        left = infeasibility.kinematic_residual(self.problem, q, blamed)
+        left = kinematic_residual(self.problem, q, blamed)
         self._keep(self.cuts.kinematic, True, left, blamed)
 
     def _keep(self, cuts: list[frozenset[int]], implied: bool, residual: float, blamed: np.ndarray) -> None:
@@ -233,7 +238,7 @@ def _ray(
     if session.solve() is not Verdict.OPTIMAL:
         return None
     q = session.values(model.q)
-    left = infeasibility.ray_residuals(problem, q, slope)
+    left = ray_residuals(problem, q, slope)
     return (q, left) if max(left) <= PROOF else None
 
 

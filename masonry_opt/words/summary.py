@@ -208,7 +208,7 @@ def known_least(result: Outcome) -> str:
         return "exact: there is no other state"
     statics = result.kind is Kind.ASSOCIATIVE
     if _is_associative(result) and (statics or (result.exact and result.kind is not Kind.COMPLIANT)):
-        law = f" {_friction_law(result)}" if _by_sides(result) else ""
+        law = f" {_friction_law(result)}" if "polygon" in result.friction_law else ""
         return f"exact{law}: the flow rule of all joints is the associative one, so no state is lower"
     return ""
 
@@ -224,7 +224,7 @@ def _left(result: Outcome) -> str:
     """Residuals above what an exact state may leave; or that friction is by sides, not by the cone."""
     above = LIMITS[Kind.EXACT].failing(result.certificate.as_dict() if result.certificate else {})
     named = ", ".join(f"{name} {value:.1e}" for name, value in above.items())
-    if not above and _by_sides(result):
+    if not above and "polygon" in result.friction_law:
         return f"friction, {_friction_law(result)}"
     return f"what its certificate leaves ({named})" if named else "what its certificate leaves"
 
@@ -298,12 +298,8 @@ def _friction(result: Outcome) -> str:
     return "; ".join(said)
 
 
-def _by_sides(result: Outcome) -> bool:
-    return "polygon" in result.friction_law
-
-
 def _friction_law(result: Outcome) -> str:
-    if _by_sides(result):
+    if "polygon" in result.friction_law:
         return by_sides(result.assembly.problem.layout)
     return f"by the {result.friction_law}" if result.friction_law else "unlimited"
 

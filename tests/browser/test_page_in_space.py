@@ -16,7 +16,7 @@ from masonry_opt.answer.motion import yielded_on
 from masonry_opt.drawing.elements import result_elements
 from masonry_opt.drawing.marks import moved
 from masonry_opt.drawing.page import way_motions, way_of
-from masonry_opt.drawing.view import axes_of
+from masonry_opt.drawing.solids import axes_of
 
 pytestmark = pytest.mark.slow
 

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 from lines import line
 
-from masonry_opt.answer.infeasibility import Existence
+from masonry_opt.answer.answer import Existence
 from masonry_opt.answer.reasons import Status
 from masonry_opt.studies.compare import judge as judging
 from masonry_opt.studies.compare.accuracy import CertifiedBounds

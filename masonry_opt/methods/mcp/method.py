@@ -7,8 +7,7 @@ from typing import Annotated
 from pydantic import Strict
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer
-from masonry_opt.answer.infeasibility import Existence
+from masonry_opt.answer.answer import Answer, Existence
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind, over_load_factor
-from masonry_opt.answer.infeasibility import Existence
+from masonry_opt.answer.answer import Existence
 from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import SAME, is_lower
 from masonry_opt.errors import CaseError, counted, printable

@@ -16,9 +16,9 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.thresholds import IDLE
-from masonry_opt.drawing.carried import round_below
 from masonry_opt.drawing.elements import counts, title_of
 from masonry_opt.drawing.figure import Picture, is_page
+from masonry_opt.drawing.forces import round_below
 from masonry_opt.drawing.marks import movable_box
 from masonry_opt.drawing.page import MOST_BLOCKS
 from masonry_opt.drawing.pictures import result_picture, scene_picture

@@ -18,7 +18,7 @@ from masonry_opt.drawing.elements import Elements, result_elements, title_of
 from masonry_opt.drawing.figure import Picture, save_as
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.pictures import elements_picture
-from masonry_opt.drawing.view import ViewAngles, refuse_view
+from masonry_opt.drawing.solids import ViewAngles, refuse_view
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.result import Result

@@ -11,9 +11,8 @@ from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
 from masonry_opt.drawing.elements import FULL, KINDS, result_elements
-from masonry_opt.drawing.page import refuse_saving
-from masonry_opt.drawing.solids import surface, three
-from masonry_opt.drawing.view import axes_of, best_view, raster
+from masonry_opt.drawing.page import refuse_saving, three
+from masonry_opt.drawing.solids import axes_of, best_view, raster, surface
 
 
 @pytest.fixture(scope="module")

@@ -21,8 +21,7 @@ from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError, OutputError
-from masonry_opt.exports.export import EPSILON
-from masonry_opt.exports.program_files import labels_of, names_in, unique
+from masonry_opt.exports.export import EPSILON, labels_of, names_in, unique
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
 from masonry_opt.problem.assembly import assemble
 

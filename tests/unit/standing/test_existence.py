@@ -11,10 +11,11 @@ from scenes import block_on_floor, pressed_down, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import PROOF, Kind
-from masonry_opt.answer.answer import Found, certified
-from masonry_opt.answer.infeasibility import (
+from masonry_opt.answer.answer import (
     Existence,
+    Found,
     InfeasibilityCertificate,
+    certified,
     kinematic_residual,
     ray_residuals,
     static_residual,
