@@ -13,7 +13,6 @@ from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive
 from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
 _ROUNDING = 1e-9  #: Relative excess of the rise over half the span that is rounding: a semicircle.
-
 #: What of a voussoir weighs: the sector between two arcs, its centreline, or the polygon drawn.
 Weights = Literal["sector", "centreline", "straight"]
 
@@ -163,9 +162,14 @@ class ArchRing(AnyGenerator):
                 area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
                 corners = [inner, outer, (back, outer[1]), (back, inner[1])]
                 yield Stone(f"skewback {number}", corners, area)
-        if self.abutments:
-            for number, foot in enumerate(feet, start=1):
-                yield Stone(f"abutment {number}", self._abutment(*foot), None)
+        for number, (inner, outer, angle, turn) in enumerate(feet if self.abutments else (), start=1):
+            if self.skewbacks is None:  # a square on the far side of the springing
+                x, y = -turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle)
+                corners = [inner, outer, (outer[0] + x, outer[1] + y), (inner[0] + x, inner[1] + y)]
+            else:  # a rectangle under the skewback
+                left, right = sorted((inner[0], inner[0] - turn * self.skewbacks))
+                corners = rectangle(left, right, inner[1] - self.thickness, inner[1])
+            yield Stone(f"abutment {number}", corners, None)
 
     def _voussoirs(self) -> list[Stone]:
         """The voussoirs, yet without names."""
@@ -185,14 +189,6 @@ class ArchRing(AnyGenerator):
         left = [shape.mapped(lambda p: (p[0] + centre, p[1])) for shape in left]
         mirrored = [shape.mapped(lambda p: (-p[0], p[1])) for shape in reversed(left)]
         return [*left, *(shape._replace(corners=shape.corners[::-1]) for shape in mirrored)]
-
-    def _abutment(self, inner: Point, outer: Point, angle: float, turn: float) -> list[Point]:
-        """A square on the far side of the springing, or a rectangle under the skewback."""
-        if self.skewbacks is not None:
-            left, right = sorted((inner[0], inner[0] - turn * self.skewbacks))
-            return rectangle(left, right, inner[1] - self.thickness, inner[1])
-        x, y = -turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle)
-        return [inner, outer, (outer[0] + x, outer[1] + y), (inner[0] + x, inner[1] + y)]
 
     def _wedge(self, begin: float, end: float) -> Stone:
         """A voussoir between radial joints in these directions, in radians, the centre its origin."""

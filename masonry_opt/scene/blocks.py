@@ -194,10 +194,9 @@ class Record(BaseModel, metaclass=_RecordType):
         raise self._stays(name, "deleted")
 
     def _stays(self, name: str, how: str) -> CaseError:
-        return CaseError(
-            f"{called(type(self), vars(self))}: '{name}' cannot be {how}, a record stays as it was made: "
-            f"replace({name}=...) makes another, and replace of a scene one with that in it"
-        )
+        why = f"'{name}' cannot be {how}, a record stays as it was made"
+        instead = f"replace({name}=...) makes another, and replace of a scene one with that in it"
+        return CaseError(f"{called(type(self), vars(self))}: {why}: {instead}")
 
 
 def _keys(value: Any) -> set[str]:

@@ -105,18 +105,13 @@ def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: 
 
 def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
     """Corners of a block's convex pieces, counter-clockwise, in the scene's own coordinates."""
-    polygon = shapes.polygons[index]
-    if shapes.convex[index]:
-        pieces = [shapely.get_coordinates(polygon)[:-1]]
-    else:
-        pieces = convex_pieces(polygon, shapes.tolerance)
+    polygon, origin = shapes.polygons[index], shapes.origin
+    whole = [shapely.get_coordinates(polygon)[:-1]]
+    pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
     # Corners as they were given, to the last digit; where outlines cross none was given.
     given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
-    own = dict(zip(map(tuple, given - shapes.origin), map(tuple, given.tolist()), strict=True))
-    return [
-        [own.get(tuple(corner)) or tuple((corner + shapes.origin).tolist()) for corner in piece]
-        for piece in pieces
-    ]
+    own = dict(zip(map(tuple, given - origin), map(tuple, given.tolist()), strict=True))
+    return [[own.get(tuple(at)) or tuple((at + origin).tolist()) for at in piece] for piece in pieces]
 
 
 def _prism(ring: list[Point], depth: float) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Posi
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
 MOST_BLOCKS = 100_000  #: Blocks, openings and gaps of a generator: more than can be solved, and soon built.
-
 #: Courses, rings, drums; and one width, or two that differ.
 Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
 Widths = Annotated[

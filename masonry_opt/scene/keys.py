@@ -20,7 +20,6 @@ Tilt = Annotated[
 ]
 
 _ALONG_GRAVITY = 1e-9  #: Sine of the angle to gravity below which the direction of a tilt is gravity's own.
-_LIVE = ("live", "live_per_weight", "live_moment")  #: Keys of a block that are live loads.
 #: What a point is, and the direction of an earthquake, by dimension.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
 _DIRECTION = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
@@ -94,10 +93,8 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     names = [block.name for block in scene.blocks]
     for name in repeated(names):
         first, second, *_ = [number for number, own in enumerate(names, start=1) if own == name]
-        yield (
-            f"blocks no. {first} and no. {second} are both named '{name}': rename one "
-            "(a generator names its blocks itself: '1-1', ..., 'base'; give it a 'name' of its own)"
-        )
+        itself = "a generator names its blocks itself: '1-1', ..., 'base'; give it a 'name' of its own"
+        yield f"blocks no. {first} and no. {second} are both named '{name}': rename one ({itself})"
     fixed = {block.name: block.fixed for block in scene.blocks}
     if not any(fixed.values()):
         yield "no block is fixed: mark the support with 'fixed = true'"
@@ -110,7 +107,10 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
         yield f"two groups of axles are named '{name}': rename one"
     yield from _wrong_fills(scene)
     yield from _wrong_struts(scene, fixed)
-    yield from _wrong_tilt(scene)
+    if scene.tilt and scene.tilt_direction is None:
+        yield "'tilt' needs a direction that is not that of gravity"
+    for why in _not_tilting(scene) if scene.tilt else ():
+        yield f"'tilt' needs a scene of weights and friction alone: {why}: take it away"
     yield from _wrong_cases(scene)
 
 
@@ -120,10 +120,9 @@ def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
     for block in scene.blocks:
         if block.dimension != scene.dimension:
             flat, solid = sorted((first, block), key=lambda one: one.dimension)
-            yield (
-                f"block '{solid.name}' is a solid and block '{flat.name}' lies in the plane: give all of "
-                "a scene the one or the other ('extrude' makes solids of a scene in the plane)"
-            )
+            mixed = f"block '{solid.name}' is a solid and block '{flat.name}' lies in the plane"
+            instead = "('extrude' makes solids of a scene in the plane)"
+            yield f"{mixed}: give all of a scene the one or the other {instead}"
     if len(scene.gravity) != scene.dimension:
         yield f"'gravity' {needed}, as block '{first.name}' does"
     for number, load in enumerate(scene.loads, start=1):
@@ -214,15 +213,6 @@ def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
             yield f"{where}: 'at' needs points of {_POINT[scene.dimension]}"
 
 
-def _wrong_tilt(scene: SceneKeys) -> Iterator[str]:
-    if not scene.tilt:
-        return
-    if scene.tilt_direction is None:
-        yield "'tilt' needs a direction that is not that of gravity"
-    for why in _not_tilting(scene):
-        yield f"'tilt' needs a scene of weights and friction alone: {why}: take it away"
-
-
 def _not_tilting(scene: SceneKeys) -> Iterator[str]:
     """Tilted by θ, weights are cos θ (W + tan θ W'), W' the weights turned a quarter: λ = tan θ if all else
     grows with cos θ too. Other forces do not, nor does what joints resist without being pressed."""
@@ -269,10 +259,8 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
     if scene.earthquake and scene.load_cases:
         yield "'earthquake' is of a scene without load cases: give it within a [[load_case]]"
     for live in _live_loads(scene) if scene.earthquake else ():
-        yield (
-            f"'earthquake' is the live load, and {live} is live too: take that away, or give the earthquake "
-            "in a [[load_case]], where other loads are live only if it says so"
-        )
+        instead = "give the earthquake in a [[load_case]], where other loads are live only if it says so"
+        yield f"'earthquake' is the live load, and {live} is live too: take that away, or {instead}"
 
 
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
@@ -286,7 +274,7 @@ def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
 
 def _live_loads(scene: SceneKeys) -> Iterator[str]:
     for block in scene.blocks:
-        if any(any(getattr(block, key, ())) for key in _LIVE):
+        if any(any(getattr(block, key, ())) for key in ("live", "live_per_weight", "live_moment")):
             yield f"block '{block.name}'"
     yield from (f"load no. {number}" for number, one in enumerate(scene.loads, start=1) if one.gives("live"))
     for number, line in enumerate(scene.edge_loads, start=1):

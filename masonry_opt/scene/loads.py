@@ -11,7 +11,6 @@ from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 KINDS: tuple[Kind, ...] = ("dead", "live")
-
 #: By types of what says where an earthquake pushes, the kind that is meant.
 _PUSHES = ((str, "<plane>"), ((list, tuple), "<several>"))
 #: Where an earthquake pushes: a side of the plane, an angle in plan in degrees, or a direction in space.
@@ -21,12 +20,9 @@ Push = Annotated[
     | Annotated[Vector, Tag("<several>")],
     Discriminator(lambda value: next((tag for kind, tag in _PUSHES if isinstance(value, kind)), "<one>")),
 ]
-
 #: Groups that no load may name: weights of blocks and fill, loads that name none, as given, and axles.
 GROUPS = ("weight", "fill", "dead", "live", "axles")
-
 GROUND = "ground"  #: What ``between`` calls what does not move, unless a block that moves has this name.
-
 Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<several>")], ONE_OR_SEVERAL]
 
 

@@ -81,10 +81,8 @@ class Axles(Record):
         elif not self.loads:
             yield "has no axle: give 'loads' and 'distances', or a 'set' by its name"
         elif len(self.distances) != len(self.loads) - 1:
-            yield (
-                f"'distances' are those between the axles, one fewer than 'loads': {len(self.loads)} loads "
-                f"need {len(self.loads) - 1}, has {len(self.distances)}"
-            )
+            count = f"{len(self.loads)} loads need {len(self.loads) - 1}, has {len(self.distances)}"
+            yield f"'distances' are those between the axles, one fewer than 'loads': {count}"
 
     @property
     def group(self) -> AxleSet:

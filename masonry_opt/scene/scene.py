@@ -162,14 +162,12 @@ class Scene(SceneKeys):
     def shaken(self, quake: Earthquake) -> Self:
         """The scene in an earthquake in place of all other live loads, dead loads those of its load case.
         Raises CaseError if the scene cannot be in that earthquake."""
-        if case := self.load_case:
-            changed = self.with_load_case(case.replace(live={}, earthquake=quake))
-        else:
-            # Beside other live loads, which no longer act, a scene that is checked takes none.
-            changed = BaseModel.model_copy(self, update={"earthquake": quake})
         if mistake := wrong_direction(self, quake):
             raise CaseError(f"{self.origin}: 'earthquake': {mistake}")
-        return changed
+        if case := self.load_case:
+            return self.with_load_case(case.replace(live={}, earthquake=quake))
+        # Beside other live loads, which no longer act, a scene that is checked takes none.
+        return BaseModel.model_copy(self, update={"earthquake": quake})
 
     def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
         """What loads of a group, given as "weight", "dead" or "live", are multiplied by as dead or live."""

@@ -51,10 +51,8 @@ Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3
 #: The fewest of either that enclose a volume.
 Corners = Annotated[list[Vector], Field(min_length=4)]
 FaceLists = Annotated[list[Face], Field(min_length=4)]
-
 #: Keys of a block that have as many numbers as its points.
 _VECTORS = ("live", "live_per_weight", "dead", "weight_at", "live_at", "dead_at")
-
 #: Faces of a box, counter-clockwise seen from outside: bottom, top, front, right, back, left. Its corners go
 #: counter-clockwise seen from above, those of the bottom first.
 _BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))

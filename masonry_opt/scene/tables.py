@@ -45,9 +45,8 @@ def read_tables(path: Path) -> dict[str, Any]:
     case.pop(JSON_KEY, None)
     for key, value in case.items():
         if isinstance(value, list) and len(value) > _MOST_ENTRIES:
-            raise CaseError(
-                f"{path}: '{key[:60]}' has {len(value)} entries; the most is {_MOST_ENTRIES}: split the scene"
-            )
+            most = f"the most is {_MOST_ENTRIES}: split the scene"
+            raise CaseError(f"{path}: '{key[:60]}' has {len(value)} entries; {most}")
     return case
 
 

@@ -175,11 +175,8 @@ class Facade(WeighedGenerator):
         elif row < self.sill:
             gaps = self._openings(self.doors)
         ends = sorted({0.0, *bond, float(self.width), *(end for gap in gaps for end in gap)})
-        pieces = [
-            (left, right, full * (right - left))
-            for left, right in pairwise(ends)
-            if not any(start <= left < end for start, end in gaps)
-        ]
+        runs = [run for run in pairwise(ends) if not any(start <= run[0] < end for start, end in gaps)]
+        pieces = [(left, right, full * (right - left)) for left, right in runs]
         if level == self.opening[1]:
             pieces += [(left, right, lintel) for left, right in gaps]
         return sorted(pieces)
@@ -229,24 +226,20 @@ class Column(WeighedGenerator):
         """The drums ``d1``, ``d2``, ... from the bottom, then the base."""
         bottom, top = both(self.width)
         weight = self._weight_of((bottom + top) / 2 * self.height, thickness)
+        # How much of the batter is the left side's.
+        left = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
+        levels = []  # left end, right end and height of each bed joint
+        for up in (joint / self.drums for joint in range(self.drums + 1)):
+            narrower = (bottom - top) * up
+            levels.append((left * narrower, bottom - (1 - left) * narrower, self.height * up))
         built: list[Block] = []
-        for number in range(1, self.drums + 1):
-            (x0, x1, low), (x2, x3, high) = self._level(number - 1), self._level(number)
+        for number, ((x0, x1, low), (x2, x3, high)) in enumerate(pairwise(levels), start=1):
             share = (x1 - x0 + x3 - x2) / (bottom + top) / self.drums * weight
             built.append(self._stone(f"d{number}", [(x0, low), (x1, low), (x3, high), (x2, high)], share))
         if self.base:
             foot = rectangle(0.0, bottom, -self.height / self.drums, 0.0)
             built.append(self._support("base", {"vertices": foot}))
         return built
-
-    def _level(self, joint: int) -> tuple[float, float, float]:
-        """Left end, right end and height of the bed joint above that many drums."""
-        bottom, top = both(self.width)
-        up = joint / self.drums
-        # How much of the batter is the left side's.
-        left = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
-        narrower = (bottom - top) * up
-        return left * narrower, bottom - (1 - left) * narrower, self.height * up
 
 
 def _built(wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]], width: float) -> list[Block]:

@@ -83,11 +83,9 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     one, other = (np.bincount(pair, minlength=len(pairs)) for pair in near)
     if (one * other).sum() > _MOST_EDGES:
         of_each = np.bincount(corners.edges.block)
-        raise CaseError(
-            f"{scene.origin}: outlines are too fine to find joints (block "
-            f"{scene.blocks[of_each.argmax()].name!r} has {of_each.max()} corners): raise 'tolerance', "
-            "or give fewer corners"
-        )
+        most = f"block {scene.blocks[of_each.argmax()].name!r} has {of_each.max()} corners"
+        fine = f"outlines are too fine to find joints ({most})"
+        raise CaseError(f"{scene.origin}: {fine}: raise 'tolerance', or give fewer corners")
     parts = FacingEdges.of(corners, *stacked(list(near_items(shapes, pairs, far, 2 * (corners.edges,)))))
     touch = parts.most <= shapes.tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))

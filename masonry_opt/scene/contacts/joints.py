@@ -24,7 +24,6 @@ _KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Calla
     3: (shapes, faces.facing, faces.SolidCorners),
 }
 
-
 #: By pairs of blocks (indices) that face each other across a small gap beside what they share, its largest
 #: width: the least 'tolerance' at which they share that edge or polygon.
 Gaps = dict[tuple[int, int], float]
@@ -253,10 +252,9 @@ def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
         found.append(np.column_stack([i[near], j[near]]))
         pairs += len(found[-1])
         if pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
-            raise CaseError(
-                f"{scene.origin}: blocks lie on one another: the first {min(first + 100, count)} have "
-                f"{pairs} neighbours; give each block a place of its own"
-            )
+            many = f"the first {min(first + 100, count)} have {pairs} neighbours"
+            why = f"blocks lie on one another: {many}; give each block a place of its own"
+            raise CaseError(f"{scene.origin}: {why}")
     every = np.concatenate(found)
     return every[np.lexsort((every[:, 1], every[:, 0]))]
 
@@ -287,11 +285,9 @@ def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
     others = len(found) - 1
     least = "at least " if len(found) == shapes.enough else ""
     more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
-    raise CaseError(
-        f"{scene.origin}: blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g} "
-        f"round {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep: "
-        f"move them apart{remedy}{more}"
-    )
+    overlap = f"blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g}"
+    at = f"round {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep"
+    raise CaseError(f"{scene.origin}: {overlap} {at}: move them apart{remedy}{more}")
 
 
 def refuse_floating(scene: Scene, shapes: Extents, first: np.ndarray, second: np.ndarray, gaps: Gaps) -> None:

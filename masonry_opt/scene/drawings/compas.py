@@ -21,12 +21,9 @@ from masonry_opt.scene.tables import as_path, parse_file
 
 _ONE_PLANE = 1e-4  #: Solids lie in one plane if their middles differ by no more, over the thickest of them.
 _RELATIVE_TOLERANCE = 1e-5  #: Lengths that are nothing over a solid's size: corners in single precision.
-
 #: Outlines of solids in the plane across a direction, and where they begin and end along it, (solids, 2).
 _SideView = tuple[list[shapely.Polygon], np.ndarray]
-
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
 #: Keys that a COMPAS object's own content has; everything round it is wrapping ("data", older "value").
 _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
 
@@ -125,20 +122,6 @@ def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
     return next(iter(views.values()))
 
 
-def _refuse_apart(meshes: Sequence[Mesh], reach: np.ndarray, asked: bool) -> None:
-    """Raise ValueError if no plane cuts all blocks seen as was asked for, or others have no middle plane."""
-    begin, end = reach.T
-    last, first = int(begin.argmax()), int(end.argmin())
-    if asked and begin[last] >= end[first]:
-        behind, before = meshes[last].name, meshes[first].name
-        raise ValueError(f"block '{behind}' lies behind block '{before}': no plane cuts both")
-    middle = (begin + end) / 2
-    off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max((end - begin).max(), 1e-300)
-    if not asked and off.any():
-        other = meshes[int(off.argmax())].name
-        raise ValueError(f"block '{other}' has its middle in another plane than most")
-
-
 def _said(direction: np.ndarray) -> str:
     for name, axis in _AXES.items():
         if np.allclose(np.cross(direction, axis), 0.0, atol=1e-9):
@@ -197,9 +180,17 @@ def _seen_along(meshes: Sequence[Mesh], direction: np.ndarray, drawing: CompasDr
             outlines.append(_end(mesh, drawing.tolerance, plane, unit))
         along = mesh.points @ unit
         ends.append((along.min(), along.max()))
-    reach = np.array(ends)
-    if not flat:
-        _refuse_apart(meshes, reach, drawing.along is not None)
+    reach, asked = np.array(ends), drawing.along is not None
+    begin, end = reach.T
+    last, first = int(begin.argmax()), int(end.argmin())
+    if not flat and asked and begin[last] >= end[first]:
+        behind, before = meshes[last].name, meshes[first].name
+        raise ValueError(f"block '{behind}' lies behind block '{before}': no plane cuts both")
+    middle = (begin + end) / 2
+    off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max((end - begin).max(), 1e-300)
+    if not flat and not asked and off.any():
+        other = meshes[int(off.argmax())].name
+        raise ValueError(f"block '{other}' has its middle in another plane than most")
     return outlines, reach
 
 
@@ -303,17 +294,14 @@ def _drawn(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
 def _flattened(items: list[Any]) -> Iterator[Any]:
     """Blocks of a list, or of lists in it, as courses are; a list of points is a polygon."""
     for item in items:
-        if isinstance(item, list) and all(
-            isinstance(one, dict | list) and not _is_point(one) for one in item
-        ):
-            yield from _flattened(item)
-        else:
-            yield item
+        several = isinstance(item, list) and all(map(_may_be_block, item))
+        yield from _flattened(item) if several else [item]
 
 
-def _is_point(value: Any) -> bool:
+def _may_be_block(value: Any) -> bool:
     inside = _content(value)
-    return isinstance(inside, list) and all(isinstance(number, int | float) for number in inside)
+    point = isinstance(inside, list) and all(isinstance(number, int | float) for number in inside)
+    return isinstance(value, dict | list) and not point
 
 
 def _is_support(attributes: Any) -> bool:

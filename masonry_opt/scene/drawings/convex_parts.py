@@ -14,7 +14,6 @@ from masonry_opt.scene.space.faces import place
 _MOST_PARTS = 1000  #: Of one block: more are of a curved surface, whose contacts nobody could solve for.
 _EXACT = 1e-3  #: Share of the tolerance within which triangles of a hull are of one plane for certain.
 _THIN_PARTS = 1e-3  #: Share of a block's volume that thin parts may leave out: 0.03 % of a curved one.
-
 _SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 _UNIT_BOX = [np.insert(_SQUARE, axis, at, axis=1) for axis in range(3) for at in (0, 1)]
 
@@ -69,19 +68,13 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
             raise ValueError(f"is not convex, and needs more than {_MOST_PARTS} convex parts: simplify it")
     if not found:
         raise ValueError("has no volume: give the faces of a solid, all outwards")
-    _refuse_unlike(block, found, tolerance)
-    return found
-
-
-def _refuse_unlike(block: MeshSolid, parts: list[MeshSolid], tolerance: float) -> None:
-    """Raise ValueError if parts have another volume than the block: its sides do not close, or cross."""
-    off = abs(sum(part.volume for part in parts) - block.volume)
-    edge = block.unclosed()
+    off, edge = abs(sum(part.volume for part in found) - block.volume), block.unclosed()
     if edge is not None and off > tolerance * block.area:
         one, other = map(place, edge)
         raise ValueError(f"is not closed at its edge from {one} to {other}: give each edge in two faces")
     if off > _THIN_PARTS * abs(block.volume) + tolerance * block.area:
         raise ValueError("has faces that cross or lie in one another: make one closed surface of them")
+    return found
 
 
 def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:

@@ -123,8 +123,14 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
 
 
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
-    """The faces of a closed surface turned one way, counter-clockwise seen from outside."""
-    faces = _turned(faces)
+    """The faces of a closed surface turned one way, counter-clockwise seen from outside: two that share an
+    edge run along it in opposite directions, as far as they can."""
+    directed = [set(steps_round(face)) for face in faces]
+    mates = {edge: having for edge, having in _by_edge(faces).items() if len(having) == 2}
+    one, other = np.array(list(mates.values()), dtype=int).reshape(-1, 2).T
+    alike = [(edge in directed[a]) == (edge in directed[b]) for edge, (a, b) in mates.items()]
+    turn, _ = turned(len(faces), one, other, np.array(alike, dtype=bool))
+    faces = [face[::-1] if turns else face for face, turns in zip(faces, turn.tolist(), strict=True)]
     return [face[::-1] for face in faces] if _volume(points, faces) < 0 else faces
 
 
@@ -193,16 +199,6 @@ def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
         for tail, tip in steps_round(face):
             having[min(tail, tip), max(tail, tip)].append(number)
     return having
-
-
-def _turned(faces: list[list[int]]) -> list[list[int]]:
-    """The faces so that two that share an edge run along it in opposite directions, as far as they can."""
-    directed = [set(steps_round(face)) for face in faces]
-    mates = {edge: having for edge, having in _by_edge(faces).items() if len(having) == 2}
-    one, other = np.array(list(mates.values()), dtype=int).reshape(-1, 2).T
-    alike = [(edge in directed[a]) == (edge in directed[b]) for edge, (a, b) in mates.items()]
-    turn, _ = turned(len(faces), one, other, np.array(alike, dtype=bool))
-    return [face[::-1] if turns else face for face, turns in zip(faces, turn.tolist(), strict=True)]
 
 
 def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[int]]:

@@ -25,20 +25,16 @@ SAGITTA = 1e-4  #: Largest distance of a curve from its chords, over the drawing
 _SAME = 1e-9  #: Part of the area by which outlines within each other differ if they are the same.
 _GRID = 0.01  #: Share of what is rounding: the grid on which lines of a net cross.
 _STRAIGHT = 10.0  #: Corners so many steps of that off the line without them are none.
-
 #: Entities that are outlines, or parts of one.
 _READ = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
-
 #: Entities that are no blocks. Others that cannot be read are refused: none is left out in silence.
 _IGNORED = {
     "ATTDEF", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER", "LIGHT",
     "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE",
     "VIEWPORT", "WIPEOUT", "XLINE",
 }  # fmt: skip
-
 #: What may hide outlines, in words.
 _HIDING = {"INSERT": "a reference to a block definition", "MLINE": "a multiline", "REGION": "a region"}
-
 #: Metres in one unit of the drawing, by its code $INSUNITS (DXF reference, HEADER section).
 _METRES = {
     1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 8: 2.54e-8, 9: 2.54e-5,
@@ -237,10 +233,9 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
         change = "raise 'outline_tolerance'"
         if others:
             told, change = f"meets {others} other ends", "lower 'outline_tolerance' to part them"
-        raise ValueError(
-            f"{curve.where} {told} at ({x:g}, {y:g}): draw blocks as closed polylines, {change}, name the "
-            "blocks' 'layers', or say 'net' (--net) if all lines are joints"
-        )
+        instead = "name the blocks' 'layers', or say 'net' (--net) if all lines are joints"
+        remedy = f"draw blocks as closed polylines, {change}, {instead}"
+        raise ValueError(f"{curve.where} {told} at ({x:g}, {y:g}): {remedy}")
     # From each end at which a curve is entered to that of the next; loops begin with their first curve.
     loops = []
     for ring in rings_of({end: partner[end ^ 1] for end in range(len(ends))}):
@@ -311,7 +306,11 @@ def net_cells(
     found = shapely.transform(found, partial(_as_drawn, shapely.get_coordinates(every), grid))
     of_windows = lines[len(joints) :]
     openings = shapely.union_all(shapely.get_parts(shapely.polygonize(_noded(of_windows, tolerance, grid))))
-    _refuse_open(windows, of_windows, openings, tolerance)
+    closed = shapely.buffer(openings, tolerance)
+    for window, line in zip(windows, of_windows, strict=True):
+        if shapely.length(shapely.difference(line, closed)) > tolerance:
+            whole = "draw openings whole, sill and threshold too, or leave the layer out by 'without_layers'"
+            raise ValueError(f"{window.where} encloses no opening with other lines of windows: {whole}")
     outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, openings]))
     found = found[outside & (2 * shapely.area(found) > tolerance * shapely.length(found))]
     left, low, _, _ = shapely.bounds(found).T
@@ -329,21 +328,10 @@ def _refuse_loose(joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray,
     for piece in loose[shapely.length(loose) > tolerance]:
         middle = piece.interpolate(0.5, normalized=True)
         if (owner := int(shapely.STRtree(lines).nearest(middle))) < len(joints):
-            raise ValueError(
-                f"{joints[owner].where} divides no stone round ({middle.x:g}, {middle.y:g}), along "
-                f"{piece.length:.3g}: let it end on another line, raise 'outline_tolerance', or leave its "
-                "layer out by 'without_layers'"
-            )
-
-
-def _refuse_open(
-    windows: Sequence[Curve], lines: np.ndarray, openings: shapely.Geometry, tolerance: float
-) -> None:
-    closed = shapely.buffer(openings, tolerance)
-    for window, line in zip(windows, lines, strict=True):
-        if shapely.length(shapely.difference(line, closed)) > tolerance:
-            whole = "draw openings whole, sill and threshold too, or leave the layer out by 'without_layers'"
-            raise ValueError(f"{window.where} encloses no opening with other lines of windows: {whole}")
+            at = f"round ({middle.x:g}, {middle.y:g}), along {piece.length:.3g}"
+            remedy = "raise 'outline_tolerance', or leave its layer out by 'without_layers'"
+            why = f"divides no stone {at}: let it end on another line, {remedy}"
+            raise ValueError(f"{joints[owner].where} {why}")
 
 
 def _as_drawn(given: np.ndarray, grid: float, corners: np.ndarray) -> np.ndarray:

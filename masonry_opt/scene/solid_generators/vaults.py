@@ -300,10 +300,8 @@ class Shaft(SolidGenerator):
         """The drums ``d1``, ``d2``, ... from the foot upwards, then the ``base``."""
         bottom, top = both(self.diameter)
         drum = self.height / self.drums
-        levels = [
-            self._polygon(bottom + (top - bottom) * number / self.drums, self.height * number / self.drums)
-            for number in range(self.drums + 1)
-        ]
+        widths = [bottom + (top - bottom) * number / self.drums for number in range(self.drums + 1)]
+        levels = [self._polygon(width, self.height * at / self.drums) for at, width in enumerate(widths)]
         drums = enumerate(pairwise(levels), start=1)
         built = [self._stone(f"d{number}", prism(low, high)) for number, (low, high) in drums]
         if self.base:

@@ -78,10 +78,9 @@ class Surfaces:
             one, other = (place(given.points[end[wrong[0]]]) for end in (tail, tip))
             more = uses[edge[wrong[0]]] - 1
             others = f"{more} other faces have" if more else "no other face has"
-            given.refuse(
-                int(given.face[wrong[0]]),
-                f"has an edge from {one} to {other} that {others}: close the surface, each edge in two faces",
-            )
+            why = f"has an edge from {one} to {other} that {others}"
+            remedy = "close the surface, each edge in two faces"
+            given.refuse(int(given.face[wrong[0]]), f"{why}: {remedy}")
         mates = np.argsort(edge, kind="stable").reshape(-1, 2)
         one, other = given.face[mates].T
         same_way = tail[mates[:, 0]] == tail[mates[:, 1]]
@@ -189,11 +188,9 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     height[~thick[face]] = 0.0
     if len(height) and height.max() > tolerance:
         worst = int(height.argmax())
-        surfaces.refuse(
-            int(face[worst]),
-            f"is not flat: a corner lies {height[worst]:.3g} off its plane (the tolerance is "
-            f"{tolerance:.3g}): divide it into flat faces, or raise 'tolerance' if coordinates were rounded",
-        )
+        off = f"a corner lies {height[worst]:.3g} off its plane (the tolerance is {tolerance:.3g})"
+        remedy = "divide it into flat faces, or raise 'tolerance' if coordinates were rounded"
+        surfaces.refuse(int(face[worst]), f"is not flat: {off}: {remedy}")
     # In each round the largest face left of each block takes all faces in its plane.
     block = surfaces.block[surfaces.part]
     first = np.cumsum(count) - count

@@ -89,13 +89,9 @@ def _common(parts: ConvexParts, one: int, other: int) -> Common:
     normal = parts.normal[own]
     offset = (parts.offset[own] - normal @ middle) / scale
     # The largest ball: its middle and radius.
-    ball = linprog(
-        [0, 0, 0, -1],
-        A_ub=np.column_stack([normal, np.ones(len(normal))]),
-        b_ub=offset,
-        bounds=[(None, None)] * 3 + [(0, None)],
-        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
-    )
+    within, limits = np.column_stack([normal, np.ones(len(normal))]), [(None, None)] * 3 + [(0, None)]
+    exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+    ball = linprog([0, 0, 0, -1], within, offset, bounds=limits, options=exact)
     if ball.x is None or ball.x[3] <= 1e-9:
         return Common(0.0, middle, 0.0)
     corners = HalfspaceIntersection(np.column_stack([normal, -offset]), ball.x[:3]).intersections
@@ -186,12 +182,8 @@ def shapes(scene: Scene) -> Shapes:
     signed, surface, middle = _masses(given)
     volume = np.abs(signed)
     block = given.block[volume <= tolerance * surface / 2]
-    raise_for(
-        np.unique(block),
-        scene,
-        f"has no volume (the tolerance is {tolerance:.3g}): give the faces of a solid, and all coordinates "
-        "in one unit",
-    )
+    none = f"has no volume (the tolerance is {tolerance:.3g})"
+    raise_for(np.unique(block), scene, f"{none}: give the faces of a solid, and all coordinates in one unit")
     given = given.reversed(signed[given.part] < 0)
     flat = planes(given, tolerance)
     parts = ConvexParts.of(given, flat)
@@ -229,12 +221,9 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
         block, hollow = parts.block[worst], np.unique(parts.block[farthest > tolerance])
         own = np.flatnonzero(parts.block == block)
         what = f"a part, no. {worst - own[0] + 1}," if len(own) > 1 else "a shape"
-        raise_for(
-            [block, *hollow[hollow != block]],
-            scene,
-            f"has {what} that is not convex (a corner lies {farthest[worst]:.3g} in front of the plane of a "
-            "face): give 'parts', each convex",
-        )
+        off = f"a corner lies {farthest[worst]:.3g} in front of the plane of a face"
+        every = [block, *hollow[hollow != block]]
+        raise_for(every, scene, f"has {what} that is not convex ({off}): give 'parts', each convex")
     count = np.bincount(parts.block)
     first = np.cumsum(count) - count
     _, one, other = combine(first, count, first, count)
@@ -242,9 +231,6 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
     for pair, found in overlapping(parts, one, other, tolerance):
         block = parts.block[one[pair]]
         numbers = " and ".join(str(number - first[block] + 1) for number in (one[pair], other[pair]))
-        raise_for(
-            [block],
-            scene,
-            f"has parts no. {numbers} that overlap in a volume of {found.size:.6g} round "
-            f"{place(found.middle + origin, tolerance)}, {found.depth:.3g} deep: move them apart",
-        )
+        overlap = f"overlap in a volume of {found.size:.6g} round {place(found.middle + origin, tolerance)}"
+        deep = f"{found.depth:.3g} deep: move them apart"
+        raise_for([block], scene, f"has parts no. {numbers} that {overlap}, {deep}")

@@ -27,7 +27,6 @@ from masonry_opt.words.sentences import numeral
 #: What tells positions apart, and what else of the table is printed.
 _PLACE, _TOLD = ["axles", "direction", "position"], ["load_factor", "mechanism", "status"]
 WITHIN = 1e-3  #: Distance of the least load factor from what is proven, relative, where anything is.
-
 #: Inches: width of the axes, height of the chart, room beside, below, between and above them; most of the
 #: bridge's height.
 _WIDTH, _HIGH, _LEFT, _BELOW, _BETWEEN, _ABOVE, _TALLEST = 7.2, 3.0, 0.8, 0.85, 0.75, 0.7, 5.0
@@ -238,13 +237,11 @@ class Crossing(StudyAnswer):
     def as_dict(self) -> dict[str, Any]:
         worst = self.worst.as_dict()
         keys = ("case", "load_case", "method", "model", "solver", "status", "load_factor")
-        own = ("axles", "direction", "position", "at", "resolution", "bound", "undecided", "undecided_at")
-        return (
-            {key: worst[key] for key in keys}
-            | {key: getattr(self, key) for key in (*own, "interrupted", "by_case", "left_out")}
-            | {"default": self.default and self.default.load_factor}
-            | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
-        )
+        where = ("axles", "direction", "position", "at", "resolution")
+        own = (*where, "bound", "undecided", "undecided_at", "interrupted", "by_case", "left_out")
+        told = {key: worst[key] for key in keys} | {key: getattr(self, key) for key in own}
+        told["default"] = self.default and self.default.load_factor
+        return told | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
 
     def plot(self) -> Picture:
         """Draw the load factor over the position of the first axle, and below it, in the same scale, the

@@ -27,11 +27,9 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
 SolveLive = Callable[[np.ndarray], Solution]  #: The answer under a live load, shape (3b,).
-
 _BESIDE = 1e-9  #: Share of the road beside a break, at which loads may jump, where they are taken instead.
 _ROUNDING = 1e-7  #: Share of the loads, by their largest entry, that is nothing.
 _FINEST = 1e-4  #: Share of the way to which ranges are halved at most.
-
 #: Positions at which a Coulomb method is asked first; by how much its share of the associative load factor
 #: may be less between two of them than at both, beside half of what it differs; rounds of halving beside the
 #: least.
@@ -222,7 +220,6 @@ class PassageTrials:
     @property
     def position(self) -> float:
         """Where it is least, the first of several with an axle on a block that can move."""
-
         if math.isfinite(self.least):
             return float(self.positions[np.nanargmin(self.load_factors)])
         return next(filter(self.passage.carried, sorted(self.answers)), min(self.answers))

@@ -29,7 +29,6 @@ from masonry_opt.words.summary import told_factor
 from masonry_opt.words.terminal import frame_text
 
 _BAR, _LETTERS = 0.09, 24  #: Height of a bar over the width of the axes; most letters of a name beside one.
-
 COLUMNS = ("load_factor", "status", "expected", "associative", "exact")  #: What a table says of results.
 _APART = 1e-4  #: Load factors no farther from λ than this are not drawn beside it.
 EVERY, _MOST = 15.0, 3600  #: Degrees between directions in plan, and the most directions.

@@ -23,13 +23,10 @@ _LOOKS = {
     "separating": (SEPARATES, "diamond"),
     "none": (LIVE, "triangle-down"),
 }
-
 #: Colour and mark of a run without a load factor, and mark of a value off the axis.
 _DARK, _CROSS, _UP = "#333333", "M-.8-.8L.8.8M.8-.8L-.8.8", "triangle-up"
-
 _MOST_LINES = 7  #: Values of the second number that have a line each.
 _MOST_NAMED = 6  #: Values off the axis that are written.
-
 #: Titles of axes of numbers that have a symbol.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
@@ -38,18 +35,15 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-
 #: A load factor so many times the greatest of the others is left off the axis: at most this share of all, or
 #: one of three or more.
 _FAR, _FEW = 10.0, 0.25
 _LABEL = "load factor λ"  #: The axis of load factors.
 _MARGIN = 24  #: Pixels above and below the values, for those off the axis and for runs without a load factor.
 _SHOWN = 15  #: Most numbers drawn that are shown, those that matter most.
-
 #: The loads that a sample tells of, with how names of their columns begin; and their colours.
 _LOADS = {"lowest found": "", "to expect": EXPECTED}
 _COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])
-
 #: Entry of the legend, and notes.
 _OFF, _RING, _DASHED = "off the axis: λ as written", "ringed: least", "dashes: load to expect"
 
@@ -107,19 +101,11 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         layers = [dashed.mark_point(color=_DARK, shape="stroke")]
     # Runs without a load factor stand at the foot, values off the axis at the head.
     at_foot, at_head = alt.value(alt.expr(f"height - {_MARGIN / 2}")), alt.value(_MARGIN / 2)
-    layers += [
-        alt.Chart(rows)
-        .mark_point(size=45, opacity=1)
-        .encode(
-            x=x,
-            y=place,
-            tooltip=[alt.Tooltip("at:Q", title=name), "λ:N", "mechanism:N", "status:N"],
-            fill=alt.Fill("series:N", scale=colours),
-            stroke=alt.Stroke("series:N", scale=colours),
-            shape=alt.Shape("series:N", scale=shapes),
-        )
-        for rows, place in ((known, y), (marks[failed], at_foot), (marks[off], at_head))
-    ]
+    told = [alt.Tooltip("at:Q", title=name), "λ:N", "mechanism:N", "status:N"]
+    look = {"fill": alt.Fill("series:N", scale=colours), "stroke": alt.Stroke("series:N", scale=colours)}
+    look |= {"shape": alt.Shape("series:N", scale=shapes), "tooltip": told}
+    for rows, place in ((known, y), (marks[failed], at_foot), (marks[off], at_head)):
+        layers.append(alt.Chart(rows).mark_point(size=45, opacity=1).encode(x=x, y=place, **look))
     layers.append(alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y))
     # Many values side by side would overlap: only the greatest is written then.
     written = marks[off] if off.sum() <= _MOST_NAMED else marks[off].nlargest(1, "λ")

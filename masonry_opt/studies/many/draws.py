@@ -18,11 +18,9 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
 BY = ("scene", "course", "joint")  #: What a property of joints is drawn once for.
-
 #: Dimensions up to which points are Sobol's. In 83 dimensions, 128 of them have pairs correlated by 0.8,
 #: where independent points have 0.3 at most.
 _FEW = 10
-
 _EDGE = 2.0**-32  #: Least distance of probabilities from 0 and 1, where distributions are infinite.
 _LEVEL = 1e-3  #: Difference in height of joints of one course, over the median length of a joint.
 _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties that an exception can have.

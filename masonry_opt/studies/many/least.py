@@ -255,7 +255,10 @@ class _Search:
         holds, fails = next((near, far) for near, far in pairwise(row) if not far.holds)
         holds, fails = self._narrow(holds, fails, tolerance, _OF_RANGE * (upper - lower))
         jump = self._jump(holds, fails)
-        value = holds.value if jump else self._root(holds, fails)
+        value, above, below = holds.value, holds.number - self.asked, fails.number - self.asked
+        if not jump and math.isfinite(above) and math.isfinite(below) and above > 0:
+            # Where the line through the ends has the load, or no margin.
+            value += above / (above - below) * (fails.value - holds.value)
         trials = tuple(self.trials.values())
         held = sorted(trial.value for trial in trials if trial.holds and trial is not holds)
         beyond = tuple(value for value in held if (value < fails.value) == self.least)
@@ -318,13 +321,6 @@ class _Search:
             weight[not stays] = 1.0
             holds, fails = (trial, fails) if trial.holds else (holds, trial)
             slow = 0 if abs(fails.value - holds.value) <= 0.5 * abs(gap) else slow + 1
-
-    def _root(self, holds: Trial, fails: Trial) -> float:
-        """The value at which the line through the ends has the load, or no margin."""
-        above, below = holds.number - self.asked, fails.number - self.asked
-        if not (math.isfinite(above) and math.isfinite(below) and above > 0):
-            return holds.value
-        return holds.value + above / (above - below) * (fails.value - holds.value)
 
     def _jump(self, holds: Trial, fails: Trial) -> tuple[float, float] | None:
         known = [abs(trial.number) for trial in self.trials.values() if math.isfinite(trial.number)]

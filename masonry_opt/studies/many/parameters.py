@@ -18,14 +18,11 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 
 _Way = tuple[str | int, ...]  #: A path through records: names of fields, and indices of entries.
-
 _NAMED = ("block", "joint")  #: Tables whose entries are always named; of others where there are several.
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
-
 #: Points, forces and moments: their two or three numbers are x, y and z.
 _POINTS = {"at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"}
 _POINTS |= {"live", "live_at", "live_per_weight", "live_moment"}
-
 _LEFT_OUT = ("tolerance", "reference")  #: Keys of a scene that no analysis follows steadily.
 _LISTED = 12  #: Names that a message lists.
 

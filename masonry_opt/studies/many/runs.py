@@ -43,14 +43,10 @@ COLUMNS = {
 }
 
 EXPECTED = "expected_"  #: Begins names of a sample's columns that tell of the load to expect.
-
 #: Names of mechanisms by the one thing that joints do in them, beside coming apart.
 _NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
-
 _LEAST = 0.02  #: Least length of an axis, over the largest load factor: less would magnify rounding.
-
 RunProgress = Callable[[int, int], None]  #: Called with how many runs are done, and of how many.
-
 _TABLE = "runs.csv"  #: The table's name in a study's folder, and what to do where it must not be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 

@@ -58,11 +58,9 @@ def standing(scene: Scene) -> DeadLoadMargin:
         margin, certificate = answer.load_factor + 0.0, answer.certificate
         stands = margin >= -LOWER
         found = Found(q=answer.q + margin * normal) if stands else Found(d=answer.d, slope=answer.slope)
+    solution = replace(solution, status=Status.STANDS, found=found)
     if found.d is not None:
         solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))
-    else:
-        solution = replace(solution, status=Status.STANDS)
-    solution = replace(solution, found=found)
     # The result has no load factor, and so no live load, tilt or published value.
     still = replace(problem, live=np.zeros_like(problem.live))
     dead = replace(assembly, problem=still, scene=scene.replace(tilt=None, reference={}))

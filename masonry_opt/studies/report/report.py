@@ -41,15 +41,12 @@ from masonry_opt.words.sentences import numeral
 from masonry_opt.words.summary import facts, known_least, told_factor
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: What can be reported.
-
 _NAMED = 60  #: Blocks whose names are written into the drawing, at most.
 _BELOW = 0.08  #: Height below a drawing for its scale bar, over its width.
 _ROWS, _LINES = 150, 600  #: Rows of a table, and lines of a case, that are printed at most.
-
 #: Lists of a scene's records, by what their tables are headed.
 _RECORDS = {"Joints that differ": "exceptions", "Fill": "fills", "Loads on blocks": "loads"}
 _RECORDS |= {"Loads along edges": "edge_loads", "Ties": "ties", "Props": "props", "Load cases": "load_cases"}
-
 #: Columns of the table of joints, in the plane and in space.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
 _DOES = ("slides", "hinges", "separates", "crushes")  #: What joints do.
@@ -100,8 +97,19 @@ def report(
     """
     refuse_report(path, units, force)
     parts = [_part(one) for one in (answer if isinstance(answer, list | tuple) else [answer])]
-    _refuse_others(parts)
-    write_whole(path, _page(_told_apart(parts), _units(units)))
+    varied = {key for part in parts for key in part.varied}  # beside which all scenes must be alike
+    scenes = [part.assembly.scene for part in parts]
+    contents = [scene.model_dump(exclude=varied) for scene in scenes]
+    if not scenes or any(content != contents[0] for content in contents):
+        called = ", ".join(dict.fromkeys(scene.called for scene in scenes))
+        found = f"{called}, of different content" if scenes else "none"
+        raise OptionError(f"a report is of answers about one scene (found {found})")
+    every, told = [part.heading for part in parts], []
+    for number, part in enumerate(parts, start=1):
+        # Headings that repeat get numbers.
+        again = f" ({every[:number].count(part.heading)})" if every.count(part.heading) > 1 else ""
+        told.append(replace(part, heading=part.heading + again))
+    write_whole(path, _page(told, _units(units)))
 
 
 def refuse_report(path: str | Path, units: str | None = None, force: bool = False) -> None:
@@ -112,26 +120,6 @@ def refuse_report(path: str | Path, units: str | None = None, force: bool = Fals
         raise OptionError(f"{path}: a report's name ends in .html; browsers print it as PDF")
     _units(units)
     refuse_unwritable(Path(path), force)
-
-
-def _refuse_others(parts: Sequence[Part]) -> None:
-    """Raise OptionError unless the content of all scenes is that of one, beside what answers vary."""
-    varied = {key for part in parts for key in part.varied}
-    scenes = [part.assembly.scene for part in parts]
-    contents = [scene.model_dump(exclude=varied) for scene in scenes]
-    if not scenes or any(content != contents[0] for content in contents):
-        called = ", ".join(dict.fromkeys(scene.called for scene in scenes))
-        found = f"{called}, of different content" if scenes else "none"
-        raise OptionError(f"a report is of answers about one scene (found {found})")
-
-
-def _told_apart(parts: Sequence[Part]) -> list[Part]:
-    """Parts with numbers in headings that repeat."""
-    every, told = [part.heading for part in parts], []
-    for number, part in enumerate(parts, start=1):
-        again = f" ({every[:number].count(part.heading)})" if every.count(part.heading) > 1 else ""
-        told.append(replace(part, heading=part.heading + again))
-    return told
 
 
 def _units(units: str | None) -> dict[str, str]:
@@ -262,6 +250,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
     acting += [f"earthquake {scene.shaken_by}"] if scene.shaken_by else []
     found = {name: of for name, of in results.items() if of.certificate is not None}
     low, high = movable_box(assembly)
+    records = {heading: getattr(scene, name) for heading, name in _RECORDS.items()} | {"Axles": axles}
     given_in = {"scene": scene, "problem": problem, "units": units, "loads": loads, "axles": axles}
     answers = {"parts": parts, "results": results, "proven": proven, "pushed": pushed}
     makers = {"pictures_of": _pictures, "tables_of": _of_result, "in_full": in_full, "printable": printable}
@@ -283,7 +272,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         solved={of.load_case for of in results.values()} | {name for part in parts for name in part.crossed},
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
-        given=_given(scene, axles),
+        given={_counted(heading, of): _of_records(of[:_ROWS]) for heading, of in records.items() if of},
         drawing=_drawing(assembly, units["length"] or "units"),
         case=_case_text(scene),
     )
@@ -326,12 +315,6 @@ def _drawing(assembly: Assembly, length: str) -> Picture:
     scale.set_zorder(10)
     axes.add_artist(scale)
     return made
-
-
-def _given(scene: Scene, axles: Sequence[Record]) -> dict[str, dict[str, Any]]:
-    """Records of a scene, and axles, key by key, as tables of a page by their headings."""
-    records = {heading: getattr(scene, name) for heading, name in _RECORDS.items()} | {"Axles": axles}
-    return {_counted(heading, of): _of_records(of[:_ROWS]) for heading, of in records.items() if of}
 
 
 def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
