@@ -143,8 +143,8 @@ class Result(Outcome):
         told["warnings"] = [{"sentence": words, **warning.as_dict()} for warning, words in warnings]
         told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
         frames = {"history": self.history, "block_results": self.blocks, "joint_results": self.joints}
-        frames |= {"tie_results": self.ties} if len(self.ties) else {}
-        others = {"contact_results": self.contacts, "curve": self.curve}
+        ties = self.ties if len(self.ties) else None
+        others = {"tie_results": ties, "contact_results": self.contacts, "curve": self.curve}
         frames |= {name: frame for name, frame in others.items() if frame is not None}
         return plain(told | {name: frame.to_dict("records") for name, frame in frames.items()})
 

@@ -105,9 +105,9 @@ def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> "pd.DataFr
 def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Forces of the problem's joints, their rates, and velocities of its blocks, NaN where not found."""
     B = assembly.problem.B
-    unknown, at_rest = (np.full(count, np.nan) for count in B.T.shape)
-    q = unknown if solution.q is None else solution.q
-    return (q, unknown, at_rest) if solution.d is None else (q, B.T @ solution.d, solution.d)
+    no_forces, no_motion = (np.full(count, np.nan) for count in B.T.shape)
+    q = no_forces if solution.q is None else solution.q
+    return (q, no_forces, no_motion) if solution.d is None else (q, B.T @ solution.d, solution.d)
 
 
 def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:

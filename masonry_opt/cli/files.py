@@ -121,12 +121,13 @@ def convert(given: Given, drawing: _In, out: _Out, force: Force = False) -> None
     what, read = _READERS[suffix]
     known = inspect.signature(read).parameters
     _refuse([name for name in given if name not in known], f"{drawing}: {what}")
-    options = given | {name: dict(of) for name, of in given.items() if name == "live_layers"}
-    scene = read(drawing, **options)
+    if "live_layers" in given:
+        given["live_layers"] = dict(given["live_layers"])
+    scene = read(drawing, **given)
     # What is written can be solved as far as its geometry goes.
     joints = len(find_joints(scene, shapes_of(scene)).first)
     beside = read is mo.read_mesh and sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
-    save(_beside(drawing, out, scene, options) if beside else scene, out, force)
+    save(_beside(drawing, out, scene, given) if beside else scene, out, force)
     _tell(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if beside else ""))
 
 

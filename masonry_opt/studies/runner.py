@@ -51,7 +51,7 @@ _STANDARD: Any = multiprocessing.get_context(_HOW)
 
 _STARTING = threading.Lock()  #: Processes may be started by several threads.
 
-#: Makes the function of a worker's tasks, there; without it tasks are called.
+#: Makes the function of a worker's tasks, there; None where tasks are called themselves.
 Prepare = Callable[[], Callable[[Any], Any]] | None
 
 

@@ -55,9 +55,8 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
     here, u = before.slipped(at), before.u(at)
     way, length, tries = _ahead(here), _FIRST, 0
     for _ in range(_MOST):
-        towards = length * way
-        towards[-1] += load
-        found = here.state(towards, here.u(towards))
+        near = here.still(load) + length * way
+        found = here.state(near, here.u(near))
         least = load - (_STAYS * abs(load) if length > _FAR else 0.0)
         if found is not None and found[-1] >= least:
             at = found

@@ -102,9 +102,9 @@ class Curve:
         share = turn[-1] / (there - here)[-1] if there[-1] != here[-1] else 1.0
         return here + turn / max(share, 1.0)
 
-    def still(self, load_factor: float) -> np.ndarray:
-        """No displacement, and λ."""
-        return np.append(np.zeros_like(self.dead), load_factor)
+    def still(self, load: float) -> np.ndarray:
+        """No displacement, and a load; of a load of one also what the equations of d' and λ' are to equal."""
+        return np.append(np.zeros_like(self.dead), load)
 
     def u(self, at: np.ndarray) -> float:
         """Displacement of the live load."""

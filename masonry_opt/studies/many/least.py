@@ -236,7 +236,7 @@ class _Search:
             raise OptionError(f"the scene must be {needed} (found {make!r})")
         self.make, self.progress, self.least = make, progress, least
         self.load = None if load is None else _number("load", load)
-        self.asked = self.load or 0.0  # of the number of a trial
+        self.asked = self.load or 0.0  #: what a trial's number is to reach: a load factor, or no margin
         self.trials: dict[float, Trial] = {}
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:
