@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -13,10 +13,8 @@ import pandas as pd
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGES, JOINT, SEPARATES
 from masonry_opt.drawing.elements import Elements
-from masonry_opt.drawing.figure import Handle, Picture, curve_axes, finish, style
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.marks import moved as carried
-from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
@@ -29,6 +27,9 @@ from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
 from masonry_opt.words.names import labelled, some
 from masonry_opt.words.sentences import message, numeral
+
+if TYPE_CHECKING:
+    from masonry_opt.drawing.figure import Handle, Picture
 
 _WHOLE = 1e-2  #: Share by which the live load of a check may differ from the weights that it pushes,
 _LEVEL = 1e-6  #: and from level.
@@ -259,7 +260,7 @@ class Capacity:
         level = np.abs(live @ down).max() <= _LEVEL * size.max()
         return None if level and abs(share - 1) <= _WHOLE else share
 
-    def plot(self, row: int | None = None) -> Picture:
+    def plot(self, row: int | None = None) -> "Picture":
         """Draw the curve, or the blocks as they are in a row of the table, as a matplotlib figure. Raises
         OptionError if there is no such row."""
         if row is None:
@@ -268,8 +269,10 @@ class Capacity:
             raise OptionError(f"there is no row {row!r}: the table has {len(self.table)}, the first is 0")
         return self._displaced(row)
 
-    def _curve(self) -> Picture:
-        """λ over displacement, and why it ends."""
+    def _curve(self) -> "Picture":
+        """λ over displacement, and why it ends. Matplotlib takes longer to load than curves to follow."""
+        from masonry_opt.drawing.figure import curve_axes, finish, style
+
         table, of = self.table, "the live load" if self.control is self.live else "the control point"
         heading, along = f"after the onset at λ = {numeral(self.load_factor, '.5f')}", f"displacement of {of}"
         with style():
@@ -288,8 +291,10 @@ class Capacity:
             finish(made, axes, handles, (self.message,))
         return made
 
-    def _displaced(self, row: int) -> Picture:
+    def _displaced(self, row: int) -> "Picture":
         """The blocks in a row of the table, to scale, with the hinges."""
+        from masonry_opt.drawing.pictures import elements_picture
+
         assembly, state, joints = self.result.assembly, self.table.iloc[row], self.joints(row)
         poses, plane, marks = self.steps[row].poses, assembly.scene.dimension == 2, list[Marks]()
         there = replace(assembly, geometry=displaced(assembly.geometry, poses))

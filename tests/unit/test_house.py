@@ -16,12 +16,12 @@ BUDGETS = {
     "scene": 7477,  # what help and a prompt show of records; nets of joint lines
     "problem": 1992,  # layouts of the plane and of space, and laws, as objects; zones of a fill
     "solvers": 814,  # what is kept of programs, which problem held
-    "methods": 4215,  # keyframes; states beside a stop; growth, and sharp contacts after it; the loop at last
+    "methods": 4218,  # keyframes; states beside a stop; growth, and sharp contacts after it; the loop at last
     "standing": 607,
     "answer": 1589,
     "words": 1005,  # equal load factors said once; why none is lower
     "drawing": 2101,  # the way of a push on pages, and what notebooks show
-    "finite_motion": 1327,  # in space a body that turns about an edge
+    "finite_motion": 1332,  # in space a body that turns about an edge; pictures loaded when asked
     "exports": 528,
     "studies": 5675,  # the report for the file; crossings in all load cases, openings
     "cli": 1137,  # commands of functions' signatures; reports; the paper's examples

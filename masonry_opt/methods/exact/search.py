@@ -12,6 +12,7 @@ from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
+from masonry_opt.methods.push.compliant import self_stress
 from masonry_opt.methods.push.push import Elastic
 from masonry_opt.problem.problem import Problem
 
@@ -127,7 +128,7 @@ class Search:
 
     def with_self_stress(self, rng: np.random.Generator) -> np.ndarray | None:
         """Forces of a push from others than those at rest, which the dead load allows."""
-        settled = self._elastic.self_stress(rng)
+        settled = self_stress(self.problem, rng)
         return None if settled is None else self._pushed(replace(self.problem, settled=settled))
 
     def fixed_point(self, rng: np.random.Generator) -> np.ndarray | None:

@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, Strict, model_validator
+from scipy.optimize import linprog
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind, over_load_factor
 from masonry_opt.answer.answer import Found
@@ -23,6 +24,7 @@ from masonry_opt.answer.solution import Solution, Way
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elastic_of
 from masonry_opt.methods.task import Options, Task
+from masonry_opt.problem.problem import Problem
 
 #: Joints, in space contact points, up to which the load to expect is told beside other methods' answers.
 PUSHED_UP_TO = 3000
@@ -103,7 +105,7 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
     told: dict[str, Any] = {"steps": steps, "folds": folds, "deep_fall": deep_fall}
     if asked is None and pushed.ended is Ended.JAM:
         return solution.ended(Status.SOLVER_FAILED, Code.JAMS, **told)
-    if asked is None and end is not None and (pushed.level or elastic.tells(end.load_factor, end.d)):
+    if asked is None and end is not None and elastic.tells(end.load_factor, end.d):
         peak = pushed.peak or 0.0
         told["peak"] = peak if peak > end.load_factor * (1 + PLATEAU) + ZERO else None
         code = Code.LEVEL if pushed.level else Code.RAY
@@ -151,11 +153,21 @@ def _spread(elastic: Elastic, draws: int) -> Reason:
 
 
 def _stressed(elastic: Elastic, number: int, rng: np.random.Generator) -> Elastic | None:
-    one, other = (elastic.self_stress(rng) for _ in range(2))
+    one, other = (self_stress(elastic.problem, rng) for _ in range(2))
     if one is None or other is None:
         return None
     share = rng.uniform() if number % 2 else 1.0
     return elastic.again_for(replace(elastic.problem, settled=share * one + (1 - share) * other))
+
+
+def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
+    """Forces (3c + t,) in equilibrium with the dead load, a vertex of those within yield, in space of its
+    sides: of least random cost of its normal forces; None if there are none."""
+    cost = rng.exponential(1.0, problem.B.shape[1])
+    cost[problem.layout.points * problem.joints :] = 0.0
+    sides, most = -problem.true_yield, problem.face_cohesion
+    found: np.ndarray | None = linprog(cost, sides, most, problem.B, -problem.dead, (None, None)).x
+    return found
 
 
 def _range(drawn: Iterable[Elastic | None]) -> tuple[tuple[float, float] | None, int]:

@@ -13,7 +13,6 @@ from itertools import chain, pairwise
 from math import inf
 
 import numpy as np
-from scipy.optimize import linprog
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Answer, certified
@@ -149,15 +148,6 @@ class Elastic:
         of_each = np.exp(deviation * rng.standard_normal(self.problem.B.shape[1] - 2 * c))
         factors = np.concatenate([of_each[:c], of_each[:c], of_each])
         return Elastic(self.problem, self._matrix, factors * self._compliance)
-
-    def self_stress(self, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces (3c + t,) in equilibrium with the dead load, a vertex of those within yield, in space of its
-        sides: of least random cost of its normal forces; None if there are none."""
-        problem, cost = self.problem, rng.exponential(1.0, self.problem.B.shape[1])
-        cost[problem.layout.points * problem.joints :] = 0.0
-        sides, most = -problem.true_yield, problem.face_cohesion
-        found: np.ndarray | None = linprog(cost, sides, most, problem.B, -problem.dead, (None, None)).x
-        return found
 
     @cached_property
     def settled(self) -> np.ndarray | None:
