@@ -1,0 +1,49 @@
+"""Do loads hang on the last digits of corners? Copies of random walls, each corner moved by up to 1e-8 of its
+block.
+
+    python benchmarks/rounding.py --first 710000 --walls 50 --copies 10
+    python benchmarks/rounding.py --without-level
+
+Prints a row a wall: how many of original and copies have a λ, and by how much these differ; the same of loads
+to expect.
+"""
+
+import argparse
+import sys
+from math import inf
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+from analysis.test_small_scenes import moved
+from atlas.random_scenes import random_scene
+
+import masonry_opt as mo
+from masonry_opt.methods.push import push
+
+
+def apart(found: list[float | None]) -> str:
+    """How many values there are, and the largest over the least less one."""
+    known = [value for value in found if value is not None]
+    return f"{len(known)},{max(known) / min(known) - 1:.2g}" if known else "0,"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--first", type=int, default=710_000)
+    parser.add_argument("--walls", type=int, default=50)
+    parser.add_argument("--copies", type=int, default=10)
+    parser.add_argument("--without-level", action="store_true", help="push on where λ stays")
+    asked = parser.parse_args()
+    if asked.without_level:
+        push._LEVEL = inf
+    print("seed,λ found,apart,expected,apart", flush=True)
+    for seed in range(asked.first, asked.first + asked.walls):
+        wall = random_scene("wall", seed)
+        results = [mo.solve(scene) for scene in (wall, *(moved(wall, copy) for copy in range(asked.copies)))]
+        rows = ([getattr(result, name) for result in results] for name in ("load_factor", "expected"))
+        print(seed, *map(apart, rows), sep=",", flush=True)
+
+
+if __name__ == "__main__":
+    main()
