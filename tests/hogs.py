@@ -1,5 +1,6 @@
 """Functions for processes that must be stopped."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -34,18 +35,15 @@ def leave_mark_and_die(folder: Path) -> NoReturn:
     os._exit(7)
 
 
-class Mortal:
-    """What another prepares, in a process that dies in the midst of three tasks, each time anew."""
+_calls = itertools.count(1)  #: Of the function below, in one process.
 
-    def __init__(self, prepare: Callable[[], Callable[[Any], Any]], folder: Path) -> None:
-        self.call, self.folder, self.calls = prepare(), folder, 0
 
-    def __call__(self, task: Any) -> Any:
-        self.calls += 1
-        if self.calls == 2 and len(list(self.folder.iterdir())) < 3:
-            (self.folder / str(os.getpid())).touch()
-            os.kill(os.getpid(), signal.SIGKILL)
-        return self.call(task)
+def die_thrice(folder: Path, task: Callable[[], Any]) -> Any:
+    """Make a task, in a process that dies in the midst of its second, until three have died."""
+    if next(_calls) == 2 and len(list(folder.iterdir())) < 3:
+        (folder / str(os.getpid())).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return task()
 
 
 def fail() -> NoReturn:

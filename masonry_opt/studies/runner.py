@@ -51,9 +51,6 @@ _STANDARD: Any = multiprocessing.get_context(_HOW)
 
 _STARTING = threading.Lock()  #: Processes may be started by several threads.
 
-#: Makes the function of a worker's tasks, there; None where tasks are called themselves.
-Prepare = Callable[[], Callable[[Any], Any]] | None
-
 
 @dataclass(frozen=True)
 class TaskEnd:
@@ -69,6 +66,9 @@ class TaskEnd:
     peak: float = 0.0
 
 
+Task = Callable[[], Any]  #: A function of a module, such as functools.partial makes one without arguments.
+
+
 class Workers(contextlib.AbstractContextManager["Workers"]):
     """Workers that make tasks: ``count`` processes, by default as many as the cores that this process may
     use, or those of the Dask scheduler at this address. As a context manager, it ends them on leaving.
@@ -76,43 +76,43 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
     Raises OptionError if ``count`` is wrong, both are given, or the scheduler cannot be reached.
     """
 
-    def __init__(self, prepare: Prepare = None, count: int | None = None, dask: str | None = None) -> None:
+    def __init__(self, count: int | None = None, dask: str | None = None) -> None:
         if dask is not None and count is not None:
             raise OptionError("give 'workers' or 'dask', not both: the cluster has workers of its own")
         count = _cores() if count is None else whole("workers", count, 1)
-        self._engine = Processes(prepare, count) if dask is None else _Cluster(prepare, dask)
+        self._engine = Processes(count) if dask is None else _Cluster(dask)
 
     def __exit__(self, *_: object) -> None:
         self._engine.close()
 
-    def map(self, tasks: Iterable[Any], tries: int = MOST_DEATHS) -> Iterator[tuple[int, TaskEnd]]:
-        """Numbers of the tasks, from 0, and their ends, as they come.
+    def map(self, tasks: Iterable[tuple[Any, Task]]) -> Iterator[tuple[Any, TaskEnd]]:
+        """Names of the tasks, such as numbers, and their ends, as they come.
 
         Tasks are taken from the iterable as workers become free. An error that it raises is raised here when
-        the tasks before have ended. A task whose worker died is made again, up to ``tries`` times in all.
+        the tasks before have ended. A task whose worker died is made again, up to ``MOST_DEATHS`` times.
         """
-        coming, failed = enumerate(tasks), None
-        under_way: dict[Future[TaskEnd], tuple[int, Any, int]] = {}
+        coming, failed = iter(tasks), None
+        under_way: dict[Future[TaskEnd], tuple[Any, Task, int]] = {}
         while True:
             room = self._engine.room()
             while len(under_way) < room:
                 try:
-                    number, task = next(coming)
+                    name, task = next(coming)
                 except StopIteration:
                     break
                 except Exception as error:
                     failed = error
                     break
-                under_way[self._engine.submit(task)] = number, task, 1
+                under_way[self._engine.submit(task)] = name, task, 1
             if not under_way:
                 break
             for future in wait(under_way, return_when=FIRST_COMPLETED).done:
-                number, task, tried = under_way.pop(future)
+                name, task, tried = under_way.pop(future)
                 end = _end_of(future)
-                if end.how == DIED and tried < tries:
-                    under_way[self._engine.submit(task)] = number, task, tried + 1
+                if end.how == DIED and tried < MOST_DEATHS:
+                    under_way[self._engine.submit(task)] = name, task, tried + 1
                 else:
-                    yield number, end
+                    yield name, end
         if failed:
             raise failed
 
@@ -124,37 +124,33 @@ def whole(name: str, value: Any, least: int) -> int:
     return int(value)
 
 
-def in_processes(tasks: Sequence[Callable[[], Any]], count: int | None = None) -> list[Any]:
-    """Call importable functions without arguments (``functools.partial``), so many at once, by default as
-    many as there are cores; returns their values in their order.
+def in_processes(tasks: Sequence[Task], count: int | None = None) -> list[Any]:
+    """Make tasks, so many at once, by default as many as there are cores; returns their values in order.
 
     Raises the error of a function, or MasonryError if its process died. The other processes are ended.
     """
     found: dict[int, Any] = {}
-    with Workers(count=min(count or _cores(), max(1, len(tasks)))) as workers:
-        for number, end in workers.map(tasks, tries=1):
+    with Workers(min(count or _cores(), max(1, len(tasks)))) as workers:
+        for number, end in workers.map(enumerate(tasks)):
             if end.how != FINISHED:
                 raise end.error or MasonryError(f"{end.how}: {end.reason}")
             found[number] = end.value
     return [found[number] for number in range(len(tasks))]
 
 
-def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -> TaskEnd:
-    """Call an importable function without arguments in a new process, on one core, which is killed after so
-    many seconds, or above so many MB of resident memory."""
+def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
+    """Make a task in a new process, on one core, which is killed after so many seconds, or above so many MB
+    of resident memory."""
     start, peak = time.perf_counter(), 0.0
-    with contextlib.closing(Processes(None, 1)) as workers:
+    with contextlib.closing(Processes(1)) as workers:
         future = workers.submit(task, time_limit)
-        while not wait([future], _LOOK).done:
+        while peak <= memory_limit and not wait([future], _LOOK).done:
             for process in workers.context.processes:
                 with contextlib.suppress(psutil.Error):  # it has ended
                     peak = max(peak, psutil.Process(process.pid).memory_info().rss / 1e6)
-            if peak > memory_limit:
-                reason = f"over {memory_limit:g} MB"
-                return TaskEnd(MEMORY_LIMIT, reason, seconds=time.perf_counter() - start, peak=peak)
-        end = _end_of(future)
-        seconds = end.seconds or time.perf_counter() - start
-        return replace(end, seconds=seconds, peak=max(peak, end.peak))
+        large = TaskEnd(MEMORY_LIMIT, f"over {memory_limit:g} MB")
+        end = large if peak > memory_limit else _end_of(future)
+        return replace(end, seconds=end.seconds or time.perf_counter() - start, peak=max(peak, end.peak))
 
 
 class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is depends on the system
@@ -213,8 +209,7 @@ def _start_server() -> None:
 
 
 def _prepare_process() -> None:
-    """Prepare a new process: it ignores Ctrl-C, ends at SIGTERM, and writes nothing."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Prepare a new process, in which Pebble ignores Ctrl-C: it ends at SIGTERM, and writes nothing."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _silence(1, 2)
 
@@ -234,19 +229,18 @@ def _cores() -> int:
 class Processes:
     """Processes of this machine, in one pool of Pebble's."""
 
-    def __init__(self, prepare: Prepare, count: int) -> None:
-        self.context = Context()
-        self._prepare, self._count = pickle.dumps(prepare), count
+    def __init__(self, count: int) -> None:
+        self.context, self._count = Context(), count
         self._pool: Any = self._opened()
 
     def _opened(self) -> ProcessPool:
         return ProcessPool(self._count, initializer=_prepare_process, context=self.context)
 
-    def submit(self, task: Any, time_limit: float | None = None) -> Future[TaskEnd]:
+    def submit(self, task: Task, time_limit: float | None = None) -> Future[TaskEnd]:
         if not self._pool.active:  # a process that dies idle breaks the pool
             self.close()
             self._pool = self._opened()
-        return self._pool.schedule(_made, (self._prepare, task), timeout=time_limit)
+        return self._pool.schedule(_made, (task,), timeout=time_limit)
 
     def room(self) -> int:
         return _AHEAD * self._count
@@ -259,7 +253,7 @@ class Processes:
 class _Cluster:
     """The workers of a Dask scheduler."""
 
-    def __init__(self, prepare: Prepare, address: str) -> None:
+    def __init__(self, address: str) -> None:
         try:
             import distributed
         except ImportError:
@@ -268,17 +262,16 @@ class _Cluster:
             self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
             raise OptionError(f"no Dask scheduler answers at '{address}': {error}") from None
-        self._prepare, self._address = pickle.dumps(prepare), address
-        self._executor = self._client.get_executor(pure=False)
+        self._address, self._executor = address, self._client.get_executor(pure=False)
 
-    def submit(self, task: Any) -> Future[TaskEnd]:
+    def submit(self, task: Task) -> Future[TaskEnd]:
         try:
             self._client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
             at = self._address
             none = f"the Dask scheduler at '{at}' has no worker: start one with 'dask worker {at}'"
             raise OptionError(f"{none}; runs already made are kept where 'out' is given") from None
-        return self._executor.submit(_made, self._prepare, task)
+        return self._executor.submit(_made, task)
 
     def room(self) -> int:
         return _AHEAD * max(1, sum(self._client.nthreads().values()))
@@ -301,18 +294,11 @@ def _end_of(future: Future[TaskEnd]) -> TaskEnd:
     return TaskEnd(DIED, f"{how}; is there enough memory?")
 
 
-_kept = threading.local()  #: In a worker, by thread: the function that was made last, and what made it.
-
-
-def _made(prepare: bytes, task: Any) -> TaskEnd:
+def _made(task: Task) -> TaskEnd:
     """In a worker: make a task, and return its end."""
     began = time.perf_counter()
     try:
-        if getattr(_kept, "prepare", None) != prepare:
-            make = pickle.loads(prepare)
-            _kept.prepare, _kept.function = prepare, make() if make else lambda task: task()
-            began = time.perf_counter()
-        end = TaskEnd(FINISHED, value=_kept.function(task))
+        end = TaskEnd(FINISHED, value=task())
     except MasonryError as error:
         end = TaskEnd(REFUSED, str(error), error=error)
     except MemoryError:

@@ -27,17 +27,17 @@ main()
 #: Prints the resident memory (bytes) of one process after so many runs and after four times as many, each of
 #: which keeps so many bytes.
 MEMORY = """
-import gc, os, sys
+import gc, os, pickle, sys
 from scenes import block_on_floor
 from masonry_opt.methods.registry import HowToSolve
-from masonry_opt.studies.many.runs import run_solver
+from masonry_opt.studies.many.runs import run_scene
 
 runs, keeps, kept = int(sys.argv[1]), int(sys.argv[2]), []
-solve = run_solver(HowToSolve(sys.argv[3]))
+how = pickle.dumps(HowToSolve(sys.argv[3]))
 
 def run(first, last):
     for number in range(first, last):
-        row = solve(block_on_floor(friction=0.1 + 1e-4 * number))
+        row = run_scene(how, block_on_floor(friction=0.1 + 1e-4 * number))
         assert row["exact"] or row["status"] == "optimal", row
         kept.append(b"x" * keeps)
         if number % 10 == 9:

@@ -1,5 +1,6 @@
 """A sweep's table: closed forms, order, failing runs, interruptions, lost workers, what its folder holds."""
 
+import pickle
 from functools import partial
 
 import hogs
@@ -12,7 +13,7 @@ from scenes import CASES, block_on_floor
 import masonry_opt as mo
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, Study, row, run_many, run_solver
+from masonry_opt.studies.many.runs import COLUMNS, Study, row, run_many, run_scene
 from masonry_opt.studies.many.sweep import grid, said
 from masonry_opt.studies.runner import Workers
 from masonry_opt.studies.writing import JOURNAL
@@ -205,7 +206,7 @@ def test_the_command_says_how_values_are_written(command, tmp_path, vary):
     assert "NAME=FROM:TO:COUNT" in command.refused("sweep", case, "--vary", vary, "--out", tmp_path)
 
 
-STUDY = HowToSolve("static")
+SOLVE = partial(run_scene, pickle.dumps(HowToSolve("static")))
 VALUES = [{"joints.friction": 0.1 + 0.05 * number} for number in range(12)]
 RUNS = [block_on_floor(friction=values["joints.friction"]) for values in VALUES]
 
@@ -216,13 +217,13 @@ def rows(ends):
 
 @pytest.fixture(scope="module")
 def alone():
-    solve = run_solver(STUDY)
     without = dict.fromkeys(COLUMNS)
-    return {number: VALUES[number] | without | solve(run) for number, run in enumerate(RUNS)}
+    return {number: VALUES[number] | without | SOLVE(run) for number, run in enumerate(RUNS)}
 
 
 @pytest.mark.slow
 def test_a_lost_worker_costs_nothing_but_time(alone, tmp_path):
-    with Workers(partial(hogs.Mortal, partial(run_solver, STUDY), tmp_path), 2) as workers:
-        assert rows(workers.map(RUNS)) == alone
+    tasks = [partial(hogs.die_thrice, tmp_path, partial(SOLVE, run)) for run in RUNS]
+    with Workers(2) as workers:
+        assert rows(workers.map(enumerate(tasks))) == alone
     assert len(list(tmp_path.iterdir())) >= 3  # two may die at once

@@ -144,10 +144,9 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
     rising = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(rising))
     few = max(int(_FEW * len(rising)), len(rising) >= 3)
-    for first in range(len(rising) - few, len(rising)):
-        if first and greatest[first - 1] > ZERO and rising[first] >= _FAR * greatest[first - 1]:
-            return values >= rising[first]
-    return np.zeros(len(values), dtype=bool)
+    far = (greatest[:-1] > ZERO) & (rising[1:] >= _FAR * greatest[:-1])
+    far[: max(0, len(far) - few)] = False
+    return values >= rising[1:][far].min(initial=np.inf)
 
 
 def _label(name: str) -> str:

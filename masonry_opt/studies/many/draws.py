@@ -3,7 +3,7 @@ joints, or one for each course or joint."""
 
 import math
 from collections.abc import Iterator, Mapping
-from operator import itemgetter
+from itertools import groupby
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,7 +46,9 @@ def distribution(name: str, given: Any) -> Distribution:
     """
     of = f"distribution of '{name}'"
     if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
-        return Distribution(_text(given), given)
+        kind = getattr(getattr(given, "dist", None), "name", type(given).__name__)
+        values = [*getattr(given, "args", ()), *getattr(given, "kwds", {}).values()]
+        return Distribution(f"{kind}({', '.join(f'{value:g}' for value in values)})", given)
     try:
         kind, first, second = given
         frozen = _FROZEN[kind]
@@ -117,12 +119,6 @@ def _deviation(value: Any, mean: float, of: str) -> float:
     return number
 
 
-def _text(frozen: Any) -> str:
-    of = getattr(getattr(frozen, "dist", None), "name", type(frozen).__name__)
-    values = [*getattr(frozen, "args", ()), *getattr(frozen, "kwds", {}).values()]
-    return f"{of}({', '.join(f'{value:g}' for value in values)})"
-
-
 class DrawnColumn(NamedTuple):
     """One column of the table of values drawn: of a number by name, for the joints between these pairs of
     blocks; without pairs for the scene."""
@@ -171,11 +167,12 @@ class Draws:
         courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in given}
         if not courses:
             raise OptionError(f"'{name}': every joint has its own already: there is none to draw for")
-        groups: dict[str, list[tuple[str, str]]] = {}
-        for pair, course in sorted(courses.items(), key=itemgetter(1)):
-            of = f"course.{course}" if self._by == "course" else f"joint.{'/'.join(pair)}"
-            groups.setdefault(f"{of}.{key}", []).append(pair)
-        yield from (DrawnColumn(column, name, tuple(pairs)) for column, pairs in groups.items())
+
+        def group(pair: tuple[str, str]) -> str:
+            return f"course.{courses[pair]}" if self._by == "course" else f"joint.{'/'.join(pair)}"
+
+        for of, pairs in groupby(sorted(courses, key=courses.__getitem__), group):
+            yield DrawnColumn(f"{of}.{key}", name, tuple(pairs))
 
     def table(self, count: int, seed: int) -> pd.DataFrame:
         """The values of each run, shape (count, columns). Raises OptionError if the scene refuses one."""
@@ -207,8 +204,7 @@ class Draws:
         scene = self._parameters.at({c.name: values[c.name] for c in self.columns if not c.pairs})
         if not any(c.pairs for c in self.columns):
             return scene
-        exceptions = ((own.between, own.model_dump(exclude_none=True)) for own in scene.exceptions)
-        given = {frozenset(pair): properties for pair, properties in exceptions}
+        given = {frozenset(own.between): own.model_dump(exclude_none=True) for own in scene.exceptions}
         for column in self.columns:
             for pair in column.pairs:
                 properties = given.setdefault(frozenset(pair), {"between": pair})
@@ -232,14 +228,10 @@ def _courses(scene: Scene) -> dict[tuple[str, str], int]:
     """Courses, 1 the lowest, by pairs of blocks that touch, in the order of the joints."""
     assembly = assemble(scene)
     joints = assembly.joints
-    height = joints.middle @ -scene.down
-    apart = _LEVEL * 2 * assembly.problem.length_unit
-    order = np.argsort(height, kind="stable")
-    course = np.empty(len(height), dtype=int)
-    course[order] = 1 + np.cumsum(np.diff(height[order], prepend=height[order[:1]]) > apart)
+    height = pd.Series(joints.middle @ -scene.down).sort_values(kind="stable")
+    course = 1 + (height.diff() > _LEVEL * 2 * assembly.problem.length_unit).cumsum().sort_index()
+    pairs = zip(assembly.names(joints.first), assembly.names(joints.second), strict=True)
     found: dict[tuple[str, str], int] = {}
-    names = assembly.names(joints.first), assembly.names(joints.second)
-    for first, second, number in zip(*names, course.tolist(), strict=True):
-        if (second, first) not in found:
-            found.setdefault((first, second), number)
+    for pair, number in zip(pairs, course, strict=True):
+        found.setdefault(pair, number)
     return found

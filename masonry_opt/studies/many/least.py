@@ -29,7 +29,7 @@ from masonry_opt.words.sentences import numeral
 #: ``Trial.number`` of a scene without a load factor: it falls by itself, or no load makes it collapse.
 FALLS, UNLIMITED = -math.inf, math.inf
 _WORDS = {FALLS: "none (it falls by itself)", UNLIMITED: "any"}
-_OWN = ("value", "holds", "number")  #: What a table says of a trial itself.
+_OWN = {"value": "float64", "holds": "bool", "number": "float64"}  #: What a table says of a trial itself.
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,7 @@ class Threshold(StudyAnswer):
     @property
     def interval(self) -> tuple[float, float]:
         """Lower and upper end."""
-        lower, upper = sorted((self.holds.value, self.fails.value))
-        return lower, upper
+        return min(self.holds.value, self.fails.value), max(self.holds.value, self.fails.value)
 
     @property
     def evaluations(self) -> int:
@@ -88,7 +87,7 @@ class Threshold(StudyAnswer):
             | {"seconds": sum(trial.result.seconds.values())}
             for trial in self.trials
         ]
-        return framed(rows, _OWN).astype({"holds": bool})
+        return framed(rows, _OWN)
 
     @property
     def told(self) -> pd.DataFrame:
@@ -246,7 +245,7 @@ class _Search:
         if not 0 < _number("tolerance", tolerance) < 1:
             raise OptionError(f"tolerance must be between 0 and 1 (found {tolerance!r})")
         tried = np.linspace(lower, upper, whole("samples", samples, 0) + 2)
-        for value in (lower, upper, *tried[1:-1].tolist()):
+        for value in dict.fromkeys((lower, upper, *tried[1:-1].tolist())):
             self.at(value)
         # From the end at which the scene should hold.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
@@ -265,18 +264,17 @@ class _Search:
         return Threshold(self.least, self.load, value, holds, fails, jump, beyond, trials)
 
     def at(self, value: float) -> Trial:
-        """The scene of a value, solved once."""
-        if value not in self.trials:
-            try:
-                scene = as_scene(self.make(value))
-                scene.refuse_without_case()
-                number, certificate, result = self._solved(scene)
-            except (CaseError, NoLoadFactorError) as error:
-                raise type(error)(f"at {value:.9g}: {error}") from None
-            holds = number >= self.asked - LOWER * max(1.0, abs(self.asked))  # but for rounding
-            self.trials[value] = Trial(value, holds, number, result, certificate)
-            self.progress(self.trials[value])
-        return self.trials[value]
+        """The scene of a value, solved."""
+        try:
+            scene = as_scene(self.make(value))
+            scene.refuse_without_case()
+            number, certificate, result = self._solved(scene)
+        except (CaseError, NoLoadFactorError) as error:
+            raise type(error)(f"at {value:.9g}: {error}") from None
+        holds = number >= self.asked - LOWER * max(1.0, abs(self.asked))  # but for rounding
+        trial = self.trials[value] = Trial(value, holds, number, result, certificate)
+        self.progress(trial)
+        return trial
 
     def _solved(self, scene: Scene) -> tuple[float, Certificate | None, Result]:
         if self.load is None:

@@ -35,14 +35,13 @@ class Parameters:
         # A changed copy of a scene differs from its file.
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
-        self._source: SceneKeys = case if unchanged and case is not None else scene
+        self._source: Any = case if case and unchanged else scene
         self.names = dict(_numbers(self._source))  #: Paths to the numbers, by name.
         if scene.dimension == 3:  # without thickness, and joints without strength
             for name in [*self.names]:
                 if name == "thickness" or (is_of_joints(name) and name.endswith(".strength")):
                     del self.names[name]
-        self._joint_ways = dict(_numbers(scene))
-        self._last: tuple[dict[str, float], Scene] | None = None
+        self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
     def check_names(self, names: Mapping[str, object]) -> None:
         """Raise OptionError for an unknown name, with names like it, for two that exclude each other, and for
@@ -67,23 +66,18 @@ class Parameters:
         of_joints = {name: value for name, value in values.items() if is_of_joints(name)}
         others = {name: value for name, value in values.items() if name not in of_joints}
         try:
-            if self._last is None or self._last[0] != others:
-                self._last = (others, self._built(others))
-            scene = self._last[1]
+            if others and self._last[0] != others:
+                source = self._source
+                for name, value in others.items():
+                    source = _changed(source, self.names[name], value)
+                self._last = others, source.scene() if isinstance(source, CaseFile) else source
+            scene = self._last[1] if others else self.scene
             for name, value in of_joints.items():
-                scene = _changed(scene, self._joint_ways[name], value)
+                scene = _changed(scene, self.names[name], value)  # of a file's scene by the same path
         except CaseError as error:
             told = ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
             raise CaseError(f"{told}: {error}") from None
         return scene.read_from(self.scene.origin).in_case_of(self.scene)
-
-    def _built(self, values: Mapping[str, float]) -> Scene:
-        if not values:
-            return self.scene
-        source = self._source
-        for name, value in values.items():
-            source = _changed(source, self.names[name], value)
-        return source.scene() if isinstance(source, CaseFile) else source  # type: ignore[return-value]
 
     def _near(self, name: str) -> str:
         """Advice on an unknown name."""

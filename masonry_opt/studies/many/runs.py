@@ -1,5 +1,7 @@
 """Many certified runs of a scene with other values, each a row of a table of plain numbers and words."""
 
+import pickle
+import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -23,7 +25,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.studies.many.parameters import is_of_joints
-from masonry_opt.studies.runner import FINISHED, REFUSED, TaskEnd, Workers
+from masonry_opt.studies.runner import FINISHED, REFUSED, Task, TaskEnd, Workers
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions, write_files
 from masonry_opt.words.sentences import message
 
@@ -51,6 +53,9 @@ _TABLE = "runs.csv"  #: The table's name in a study's folder, and what to do whe
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
 
+_kept = threading.local()  #: Of a worker's thread: how the scenes of its study are solved, and its session.
+
+
 class Study(NamedTuple):
     """What all runs share: how they are solved, and what makes a scene of values, from a scene or by
     itself."""
@@ -60,10 +65,12 @@ class Study(NamedTuple):
     scene: Scene | None = None
 
 
-def run_solver(how: HowToSolve) -> Callable[[Scene], dict[str, Any]]:
-    """What solves a study's scenes in one process, to columns, and keeps what is the same between them."""
-    session = Session(how, Kept(keeps=True))
-    return lambda scene: columns(*session.answer(scene, lambda _: None, Effort()))
+def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
+    """Solve a scene of a study, of whose pickled record each thread of a worker keeps a session; returns
+    its columns."""
+    if getattr(_kept, "how", None) != how:
+        _kept.how, _kept.session = how, Session(pickle.loads(how), Kept(keeps=True))
+    return columns(*_kept.session.answer(scene, lambda _: None, Effort()))
 
 
 def run_many(
@@ -79,30 +86,27 @@ def run_many(
     errors and other parameters too. Scenes are made in this process; runs are by so many workers, or those
     of a Dask scheduler. Finished runs are kept in a journal beside the table, and not made again."""
     study.how.refuse_functions()
+    how = pickle.dumps(study.how)
     journal = None if out is None else _journal(Path(out), force, study, points)
     rows: dict[int, dict[str, Any]] = {}
-    under_way: list[tuple[int, str]] = []
 
-    def missing() -> Iterator[Scene]:
+    def missing() -> Iterator[tuple[tuple[int, str], Task]]:
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
                 # Of one scene values tell runs apart: none is made for a run that is known.
                 scene = None if study.scene else study.make(points[index])
                 key = digest((values, scene and _of_scene(scene))) if journal else ""
-                found = journal.find(key) if journal else None
-                if found is None:
-                    scene = scene or study.make(points[index])
-                    under_way.append((index, key))
-                    yield scene
-                else:
-                    rows[index] = found
+                if journal and (known := journal.find(key)):
+                    rows[index] = known
+                    continue
+                scene = scene or study.make(points[index])
+                yield (index, key), partial(run_scene, how, scene)
             except CaseError as error:
                 rows[index] = row(points[index], TaskEnd(REFUSED, str(error)))
 
-    with Workers(partial(run_solver, study.how), *by) as made:
-        for number, end in made.map(missing()):
-            index, key = under_way[number]
+    with Workers(*by) as workers:
+        for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
             # A run that crashed or died is made again by the same command: memory may have been short.
             if journal and end.how in (FINISHED, REFUSED):
@@ -172,7 +176,8 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
     problem = assembly.problem
     spread = [said.values for said in solution.reasons if said.code is Code.SPREAD]
     ends = [end for of in spread for kind in ("stiffness", "stress") for end in of[kind] or ()]
-    row: dict[str, Any] = {
+    certificate = solution.answer.certificate.as_dict() if solution.answer else {}
+    own: dict[str, Any] = {
         "load_factor": solution.load_factor,
         "status": str(solution.status),
         "reason": str(solution.reasons[0].code) if solution.reasons else "",
@@ -187,9 +192,7 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "joints": len(assembly.joints.first),
         "message": message(solution.reasons),
     }
-    if solution.answer:
-        row |= solution.answer.certificate.as_dict()
-    return row | mechanism(assembly, solution)
+    return own | certificate | mechanism(assembly, solution)
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
@@ -214,9 +217,7 @@ def ends(load_factors: ArrayLike) -> tuple[float, float]:
     """Ends of an axis that holds all finite load factors; 0 and 1 without any."""
     values = np.asarray(load_factors, dtype=float)
     finite = values[np.isfinite(values)]
-    if not len(finite):
-        return 0.0, 1.0
-    least, greatest = float(finite.min()), float(finite.max())
+    least, greatest = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     missing = (_LEAST * max(abs(least), abs(greatest)) or 0.1) - (greatest - least)
     aside = max(0.0, missing) / 2
     return least - aside, greatest + aside

@@ -35,7 +35,7 @@ def test_tasks_run_beside_each_other_and_are_taken_as_workers_become_free():
             yield partial(time.sleep, seconds.get(number, 0.0))
 
     with Workers(count=2) as workers:
-        ends = [(number, len(made)) for number, _ in workers.map(tasks())]
+        ends = [(number, len(made)) for number, _ in workers.map(enumerate(tasks()))]
     assert ends[0][0] == 1
     assert sorted(number for number, _ in ends) == list(range(40))
     assert ends[0][1] < 10
@@ -48,7 +48,7 @@ def test_an_error_in_making_a_task_is_raised_after_those_before_it():
 
     ends = []
     with Workers(count=1) as workers, pytest.raises(LookupError):
-        ends.extend(workers.map(tasks()))
+        ends.extend(workers.map(enumerate(tasks())))
     assert [end.how for _, end in ends] == [runner.FINISHED] * 2
 
 
@@ -65,9 +65,9 @@ def test_an_error_is_the_caller_s_and_ends_the_others():
 def test_a_task_that_kills_its_workers_is_given_up_alone(tmp_path):
     tasks = [partial(hogs.leave_mark_and_die, tmp_path), *[os.getpid] * 8]
     with Workers(count=1) as workers:
-        ends = dict(workers.map(tasks))
+        ends = dict(workers.map(enumerate(tasks)))
         # Whoever lost all of its processes goes on with others.
-        again = dict(workers.map([os.getpid]))
+        again = dict(workers.map([(0, os.getpid)]))
     assert ends.pop(0).how == runner.DIED
     assert len(list(tmp_path.iterdir())) == runner.MOST_DEATHS
     assert [end.how for end in (*ends.values(), *again.values())] == [runner.FINISHED] * 9
@@ -76,7 +76,7 @@ def test_a_task_that_kills_its_workers_is_given_up_alone(tmp_path):
 def test_nothing_goes_on_when_the_caller_is_interrupted():
     began = time.perf_counter()
     with pytest.raises(KeyboardInterrupt), Workers(count=2) as workers:  # noqa: PT012
-        for _ in workers.map([partial(time.sleep, 0.0), partial(time.sleep, 60.0)]):
+        for _ in workers.map((seconds, partial(time.sleep, seconds)) for seconds in (0.0, 60.0)):
             raise KeyboardInterrupt
     assert time.perf_counter() - began < 30
     assert multiprocessing.active_children() == []
