@@ -4,12 +4,12 @@ import contextlib
 import math
 import os
 import re
-import tempfile
 from base64 import b64encode
 from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import numpy as np
 
@@ -70,17 +70,12 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     path = Path(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
     # A name of its own for every writer: of two that write at once, the last to end is kept whole.
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".writing.")
+    temporary = path.parent / f".writing.{uuid4().hex}"
     try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        os.umask(mask := os.umask(0))
-        os.chmod(temporary, 0o666 & ~mask)
-        os.replace(temporary, path)
-    except BaseException:
-        with contextlib.suppress(OSError):  # the folder may be gone: the first error is the cause
-            os.unlink(temporary)
-        raise
+        temporary.write_bytes(data)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
 
 
 def refuse_unwritable(path: Path, force: bool = False) -> None:

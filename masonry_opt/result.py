@@ -14,7 +14,7 @@ from masonry_opt.files import plain
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.words.sentences import message, sentences
-from masonry_opt.words.summary import details, left_out, summary
+from masonry_opt.words.summary import left_out, summary
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,7 +68,7 @@ class Result(Outcome):
 
     @property
     def details(self) -> str:
-        return details(self)
+        return summary(self, technical=True)
 
     def required(self) -> float:
         """The load factor; NoLoadFactorError, with case, status, message and warnings, if there is none."""

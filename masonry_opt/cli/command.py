@@ -10,7 +10,7 @@ from copy import copy
 from inspect import Parameter
 from json import loads as parse_json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 from rich.console import Console
@@ -21,44 +21,46 @@ from masonry_opt.analysis import solve
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.files import WRITER, writing
 from masonry_opt.methods.registry import METHODS
-from masonry_opt.words.terminal import print_text
 
 Function = Callable[..., Any]
+T = TypeVar("T")
 
 #: Parameters that a command asks for in its own way: what a function is of.
 _SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
 
 _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
-Case = Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_default=False)]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-_DRAW = "Draw the answer (.png, .svg, .pdf{})."
-Plot = Annotated[Path | None, typer.Option(metavar="FILE", help=_DRAW.format(""))]
-PlotOrPage = Annotated[Path | None, typer.Option(metavar="FILE", help=_DRAW.format(", .html"))]
-Table = Annotated[bool, typer.Option("--table", help="Print every state or position too.")]
 
+def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
+    """The same function of a text, but where it raises ValueError, it raises OptionError: the refusal, with
+    the text in it."""
 
-def numbers(refusal: str, count: int | None = None) -> Callable[[str], tuple[float, ...]]:
-    """What reads numbers with commas between. Of anything else, or another count, it raises OptionError: the
-    refusal, with the text in it."""
-
-    def parse(text: str) -> tuple[float, ...]:
+    def parse(text: str) -> T:
         try:
-            found = tuple(map(float, text.split(",")))
+            return read(text)
         except ValueError:
-            found = ()
-        if not found or count not in (None, len(found)):
-            raise OptionError(refusal.format(text))
-        return found
+            raise OptionError(refusal.format(text)) from None
 
     return parse
 
 
-_VIEW = "Of solids: from where they are seen, in degrees."
-_angles = numbers("--view {}: write azimuth and elevation as in --view=-60,22", 2)
+def numbers(refusal: str) -> Callable[[str], tuple[float, ...]]:
+    """What reads numbers with commas between; see ``reader``."""
+    return reader(lambda text: tuple(map(float, text.split(","))), refusal)
 
-#: Options of parameters that mean the same in every function.
-SHARED = {
+
+_VIEW = "Of solids: from where they are seen, in degrees."
+_angles = numbers("--view {}: write azimuth and elevation as in --view=-60,22")
+
+_DRAW = "Draw the answer (.png, .svg, .pdf{})."
+PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
+
+#: Options, and an argument, of parameters that mean the same in every function.
+_SHARED: dict[str, Any] = {
+    "case": typer.Argument(help="Case file (.toml or .json).", show_default=False),
+    "json": typer.Option("--json", help="Print one JSON object."),
+    "plot": typer.Option(metavar="FILE", help=_DRAW.format(", .html")),
+    "table": typer.Option("--table", help="Print every state or position too."),
     "method": typer.Option(help=f"One of: {', '.join(METHODS)}."),
     "load_case": typer.Option(metavar="NAME", help="The load case of CASE, where it has any."),
     "options": typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
@@ -67,12 +69,11 @@ SHARED = {
     "view": typer.Option(metavar="AZIMUTH,ELEVATION", help=_VIEW, parser=_angles),
 }
 
-LoadCaseName = Annotated[str | None, SHARED["load_case"]]
-Force = Annotated[bool, SHARED["force"]]
-
 
 class Given(dict[str, Any]):
     """Arguments that were typed, by parameter; where none was, the functions' own defaults hold."""
+
+    called: Mapping[str, str] = {}  #: Options by parameter, as the command line has them.
 
     def take(self, function: Function) -> dict[str, Any]:
         """Those of a function, which are then no longer here."""
@@ -93,32 +94,38 @@ def command(
     *functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any
 ) -> Callable[[Function], typer.Typer]:
     """Make a typer app of a function that is called with what was typed of other functions' parameters
-    (:class:`Given`), and with options of its own, which take the place of those of the same name.
+    (:class:`Given`), and with options of its own, which take the place of those of the same name. The command
+    ends with 1 if it returns False.
 
     Labels, by function, begin the help of an option that not all of these take; then none is required. What
     ``leave`` names becomes no option. Asked typer options tell of parameters what signatures do not say; a
     ``parser`` reads one text.
     """
+    told = _SHARED | asked
 
     def made(own: Function) -> typer.Typer:
         options = dict(inspect.signature(own, eval_str=True).parameters)
-        del options["given"]
+        del options[next(iter(options))]
+        for name, one in options.items():
+            options[name] = one.replace(annotation=Annotated[one.annotation, told[name]])
         parsers: dict[str, Function | None] = {}
         for one in (one for of in functions for one in inspect.signature(of).parameters.values()):
             called = one.default is not one.empty and callable(one.default)  # as the function runs
             if not called and one.name not in {*options, *_SUBJECTS, *leave.split()}:
-                info: OptionInfo = copy(asked.get(one.name) or SHARED.get(one.name) or typer.Option())
+                info: OptionInfo = copy(told.get(one.name) or typer.Option())
                 parsers[one.name], info.parser = info.parser, None
                 info.help = info.help or escape(_help(one, functions, labels))
                 options[one.name] = _option(one, info, bool(parsers[one.name]), not labels)
 
         def run(ctx: typer.Context, **typed: Any) -> None:
             given = Given()
+            given.called = {str(option.name): option.opts[-1] for option in ctx.command.params}
             for name in [name for name in parsers if name in typed]:
                 value, parse = typed.pop(name), parsers[name] or (lambda text: text)
                 if ctx.get_parameter_source(name).name != "DEFAULT":  # type: ignore[union-attr]
                     given[name] = [*map(parse, value)] if isinstance(value, list) else parse(value)
-            own(given, **typed)
+            if own(given, **typed) is False:
+                raise typer.Exit(1)
 
         context = Parameter("ctx", Parameter.KEYWORD_ONLY, annotation=typer.Context)
         keywords = [one.replace(kind=Parameter.KEYWORD_ONLY) for one in options.values()]
@@ -191,16 +198,11 @@ def waiting(line: str) -> Iterator[Callable[[str], None]]:
             raise InterruptedByUserError("interrupted: nothing was found") from None
 
 
-def tell(
-    text: str, found: Any, usable: bool, plot: Path | None, drawing: Mapping[str, Any], say: Any = print_text
-) -> None:
-    """Print what was found, draw it where a file is given, and end with 1 if it is no usable answer."""
-    say(text)
+def save(found: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
+    """Draw what was found, where a file is given."""
     if plot is not None:
         with writing(plot):
             found.save(plot, **drawing)
-    if not usable:
-        raise typer.Exit(1)
 
 
 @contextlib.contextmanager

@@ -2,19 +2,19 @@
 
 import inspect
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Case, Force, Given, LoadCaseName, command, numbers
+from masonry_opt.cli.command import Given, command, numbers
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
 from masonry_opt.drawing.solids import refuse_view
-from masonry_opt.errors import OptionError, OutputError, counted, printable
+from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.files import writing
 from masonry_opt.problem.assembly import assemble
@@ -22,7 +22,7 @@ from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
 from masonry_opt.scene.contacts.joints import find_joints, shapes_of
 from masonry_opt.scene.drawings.mesh_files import MESHES
-from masonry_opt.scene.tables import parse_file
+from masonry_opt.scene.tables import as_path, parse_file
 from masonry_opt.words.terminal import print_text
 
 #: By the end of its name, what a drawing is, and what reads it.
@@ -33,20 +33,15 @@ _READERS |= dict.fromkeys(MESHES, ("a mesh", mo.read_mesh))
 #: Corners of a mesh above which the case file names its file instead of writing them out, some 1 MB.
 _MOST_CORNERS = 10_000
 
-_IN = "Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl)."
-_In = Annotated[Path, typer.Argument(metavar="IN", help=_IN, show_default=False)]
-_OUT = "Case file (.toml or .json)."
-_Out = Annotated[Path, typer.Argument(metavar="OUT", help=_OUT, show_default=False)]
-_PICTURE = typer.Argument(help="File to write (.png, .svg, .pdf).")
-_FILE = typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json).")
-_METHOD = typer.Option(
-    help="Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids the one "
+_METHOD = (
+    "Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids the one "
     "whose mechanism and forces to write (default: blocks at rest)."
 )
+_IN = "Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl)."
 
 
-@command(mo.draw)
-def draw(given: Given, case: Case, file: Annotated[Path, _PICTURE], load_case: LoadCaseName = None) -> None:
+@command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
+def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
     """Prints how many there are, and what looks unintended. Without --load-case loads are drawn as given."""
     force = given.pop("force", False)
     refuse_picture(file, force)
@@ -59,8 +54,13 @@ def draw(given: Given, case: Case, file: Annotated[Path, _PICTURE], load_case: L
     print_text(printable("\n".join(said)))
 
 
-@command(mo.export, leave="moved", method=_METHOD)
-def export(given: Given, case: Case, file: Annotated[Path, _FILE], load_case: LoadCaseName = None) -> None:
+@command(
+    mo.export,
+    leave="moved",
+    method=typer.Option(help=_METHOD),
+    file=typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json)."),
+)
+def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
     """Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written."""
     what: mo.Scene | mo.Result = as_scene(case, load_case)
     if file.suffix.lower() in SOLID_ENDS and (method := given.pop("method", None)):
@@ -93,18 +93,19 @@ def _direction(text: str) -> str | tuple[float, ...]:
     along=typer.Option(metavar="x|y|z|X,Y,Z", parser=_direction),
     space=typer.Option("--space/--plane", help="COMPAS: blocks whole, or seen along a direction."),
     up=typer.Option(metavar="x|y|z"),
+    drawing=typer.Argument(metavar="IN", help=_IN),
+    out=typer.Argument(metavar="OUT", help="Case file (.toml or .json)."),
 )
-def convert(given: Given, drawing: _In, out: _Out, force: Force = False) -> None:
+def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None:
     """Layers, names, arcs, COMPAS data and meshes: docs/drawings.md. From a case file to OUT.dxf it draws the
     blocks. Of a mesh of more than 10,000 corners the case file names the file."""
     if out.suffix.lower() == ".dxf":
-        _refuse([*given], f"{out}: a drawing is written of a case file as it stands")
+        _refuse(given, {}, f"{out}: a drawing is written of a case file as it stands")
         scene = mo.load(drawing)
         mo.write_dxf(scene, out, force)
         _tell(scene, out)
         return
-    if out.suffix.lower() not in (".toml", ".json"):
-        raise OutputError(f"{out}: a case file's name ends in .toml or .json")
+    as_path(out, "a case file", ".toml", ".json")
     suffix = drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
@@ -114,13 +115,12 @@ def convert(given: Given, drawing: _In, out: _Out, force: Force = False) -> None
         )
     for name in ("friction", "unit_weight"):
         if name not in given:
-            raise OptionError(f"a drawing says nothing of it: give {_option(name)}")
+            raise OptionError(f"a drawing says nothing of it: give {given.called[name]}")
     if suffix not in _READERS:
         ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data"
         raise OptionError(f"{drawing}: what is converted ends in {ends}")
     what, read = _READERS[suffix]
-    known = inspect.signature(read).parameters
-    _refuse([name for name in given if name not in known], f"{drawing}: {what}")
+    _refuse(given, inspect.signature(read).parameters, f"{drawing}: {what}")
     if "live_layers" in given:
         given["live_layers"] = dict(given["live_layers"])
     scene = read(drawing, **given)
@@ -145,11 +145,8 @@ def _tell(scene: mo.Scene, out: Path, more: str = "") -> None:
     print_text(f"{out}: {blocks} ({supports} fixed), {holes}{more}")
 
 
-def _refuse(names: list[str], what: str) -> None:
-    if names:
-        raise OptionError(f"{what} does not take {_option(names[0])}")
-
-
-def _option(name: str) -> str:
-    """The option of the command line that gives an argument."""
-    return "--" + (name.removesuffix("s") if name.endswith("layers") else name).replace("_", "-")
+def _refuse(given: Given, known: Container[str], what: str) -> None:
+    """Raise OptionError if something is given that is not known there."""
+    for name in given:
+        if name not in known:
+            raise OptionError(f"{what} does not take {given.called[name]}")

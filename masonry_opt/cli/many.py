@@ -2,7 +2,7 @@
 
 from inspect import signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import typer
@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Case, Given, LoadCaseName, command, numbers
+from masonry_opt.cli.command import Given, command, numbers, reader
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.compare.comparison import OUT
@@ -29,29 +29,27 @@ _SAMPLE = (
     "In place of --vary, NAME=lognormal:MEAN:DEVIATION (of the number itself; or 15% of the mean), "
     "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated."
 )
-_Folder = Annotated[Path, typer.Option(help="Folder of the table and charts.", show_default=False)]
-_SCENES = typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
 _SOLVERS = "Also: highs-hipo, and what CVXPY finds: osqp, scs, ..."
 _TOLERANCES = "--tolerances '{}': numbers separated by commas, such as 1e-6,1e-9"
 
 
 def _values(text: str) -> tuple[str, list[float]]:
     """A number's name and its values."""
-    name, equals, given = text.partition("=")
-    try:
-        if ":" in given:
-            first, last, count = given.split(":")
-            if not 1 <= int(count) <= _MOST_VALUES:
-                raise ValueError
-            # Rounded to what is written in a table: 0.35, not 0.35000000000000003.
-            values = [float(f"{value:.12g}") for value in np.linspace(float(first), float(last), int(count))]
-        else:
-            values = [float(value) if set(value) & set(".eE") else int(value) for value in given.split(",")]
-        if not equals or not name:
+    name, _, given = text.partition("=")
+    if ":" not in given:
+        values = [float(value) if set(value) & set(".eE") else int(value) for value in given.split(",")]
+    else:
+        first, last, count = given.split(":")
+        if not 1 <= int(count) <= _MOST_VALUES:
             raise ValueError
-    except ValueError:
-        raise OptionError(f"--vary '{text}': write it as {_FORMS}, {_SUCH}") from None
+        # Rounded to what is written in a table: 0.35, not 0.35000000000000003.
+        values = [float(f"{value:.12g}") for value in np.linspace(float(first), float(last), int(count))]
+    if not name:
+        raise ValueError
     return name, values
+
+
+_vary = reader(_values, f"--vary '{{}}': write it as {_FORMS}, {_SUCH}")
 
 
 @command(
@@ -59,15 +57,16 @@ def _values(text: str) -> tuple[str, list[float]]:
     mo.sample,
     mo.solve,
     labels=("", "With --sample"),
-    vary=typer.Option("--vary", help=_VARY, parser=_values),
+    vary=typer.Option("--vary", help=_VARY, parser=_vary),
     distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
     n=typer.Option("-n", "--runs", min=1),
     seed=typer.Option(min=0),
     by=typer.Option(help=f"With --sample: of properties of joints, {', '.join(BY)}."),
     workers=typer.Option(min=1),
     force=typer.Option("--force", help="Replace a table that has other runs."),
+    out=typer.Option(help="Folder of the table and charts."),
 )
-def sweep(given: Given, case: Case, out: _Folder, load_case: LoadCaseName = None) -> None:
+def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
     """Writes a table (runs.csv) and charts; of drawn values also what they say of the load factor.
 
     An interrupted sweep goes on where it stopped. Exit code 0: done, whatever the runs found; 130:
@@ -78,7 +77,7 @@ def sweep(given: Given, case: Case, out: _Folder, load_case: LoadCaseName = None
         raise OptionError("give --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
     of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
     if vary and (others := [name for name in given if name in of_sample]):
-        named = ", ".join("--runs" if name == "n" else f"--{name}" for name in others)
+        named = ", ".join(given.called[name] for name in others)
         raise OptionError(f"{named}: goes with --sample, not with --vary, whose values are given")
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
@@ -120,8 +119,9 @@ def _names(text: str) -> list[str]:
     time_limit=typer.Option(min=0.1),
     memory_limit=typer.Option(min=1),
     cases=typer.Option(help="Folder of the case files. Default: cases/ here, or else those of the package."),
+    scenes=typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases."),
 )
-def compare(given: Given, scenes: Annotated[list[str] | None, _SCENES] = None) -> None:
+def compare(given: Given, scenes: list[str] | None = None) -> None:
     """An interrupted comparison continues where it stopped. Exit code 0: done; 1: every run crashed or died;
     130: interrupted; 2: wrong case file or option."""
     errors = Console(stderr=True)

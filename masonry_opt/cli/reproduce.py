@@ -6,12 +6,13 @@ import sys
 import time
 import traceback
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import pandas as pd
 import typer
 from matplotlib.figure import Figure
 
+from masonry_opt.cli.command import Given, command
 from masonry_opt.drawing.figure import replace_missing, style
 from masonry_opt.errors import NoLoadFactorError, OptionError
 from masonry_opt.files import picture_metadata, refuse_unwritable, writing
@@ -25,8 +26,6 @@ _EXAMPLE = "One of those that are listed if none is named; or all of the paper's
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
 _PACKAGE = Path(__file__).parents[1]
 
-reproduce = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-
 
 def scripts() -> dict[str, Path]:
     """The paper's examples by name: those of the package, or of the clone that it lies in."""
@@ -36,18 +35,15 @@ def scripts() -> dict[str, Path]:
     return {path.stem: path for path in sorted(found.glob("*.py"), key=lambda path: (len(path.stem), path))}
 
 
-@reproduce.command("reproduce")
-def _reproduce(
-    example: Annotated[str, typer.Argument(help=_EXAMPLE)] = "",
-    out: Annotated[Path, typer.Option(help=_OUT)] = Path("results"),
-) -> None:
+@command(example=typer.Argument(help=_EXAMPLE), out=typer.Option(help=_OUT))
+def reproduce(_: Given, example: str = "", out: Path = Path("results")) -> bool:
     """Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
     example or folder, or an extra is missing."""
     known = scripts()
     listed = "\n".join(f"{name:10} {_title(path)}" for name, path in known.items())
     if not example:
         print_text(listed)
-        return
+        return True
     names = [name for name in known if name != _BEYOND] if example == "all" else [example]
     if unknown := set(names) - set(known):
         none = f"nothing to reproduce is named '{unknown.pop()}'"
@@ -64,8 +60,7 @@ def _reproduce(
         start = time.perf_counter()
         missed = _run(name, known[name], out) or missed
         print(f"{name}: {time.perf_counter() - start:.1f} s, written to {out}", file=sys.stderr, flush=True)
-    if missed:
-        raise typer.Exit(1)
+    return not missed
 
 
 def _title(path: Path) -> str:

@@ -2,16 +2,16 @@
 
 import math
 import re
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Any
 
 import typer
 from rich.console import Console
 
 import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.cli.command import Case, Given, Json, LoadCaseName, PlotOrPage, command, interrupts
+from masonry_opt.cli.command import Given, command, interrupts, save
 from masonry_opt.errors import InterruptedByUserError, OptionError, printable
-from masonry_opt.files import writing
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.sentences import numeral
@@ -20,23 +20,28 @@ from masonry_opt.words.terminal import changing_line, left_by, print_result, pri
 _DRAWN = "least", "expected"  #: Load factors whose mechanism can be drawn.
 
 _SHOWN = "What a picture shows: mechanism, thrust, utilisation, curve."
-_KIND = typer.Option("--plot-kind", metavar="KIND", help=_SHOWN)
-_WHOSE = typer.Option(metavar="WHICH", help=f"Whose mechanism --plot draws: {' (default), '.join(_DRAWN)}.")
-_VERBOSE = typer.Option("--verbose", "-v", help="Also print how it was found: residuals, solvers, seconds.")
-_QUIET = typer.Option("--quiet", "-q", help="Print the load factor alone; without one, an error.")
+_HOW = "Also print how it was found: residuals, solvers, seconds."
+_WHOSE = f"Whose mechanism --plot draws: {' (default), '.join(_DRAWN)}."
 
 
-@command(solve_scene, mo.Result.save, kind=_KIND)
+@command(
+    solve_scene,
+    mo.Result.save,
+    kind=typer.Option("--plot-kind", metavar="KIND", help=_SHOWN),
+    verbose=typer.Option("--verbose", "-v", help=_HOW),
+    quiet=typer.Option("--quiet", "-q", help="Print the load factor alone; without one, an error."),
+    mechanism=typer.Option(metavar="WHICH", help=_WHOSE),
+)
 def solve(
     given: Given,
-    case: Case,
-    load_case: LoadCaseName = None,
-    json: Json = False,
-    verbose: Annotated[bool, _VERBOSE] = False,
-    quiet: Annotated[bool, _QUIET] = False,
-    plot: PlotOrPage = None,
-    mechanism: Annotated[str | None, _WHOSE] = None,
-) -> None:
+    case: Path,
+    load_case: str | None = None,
+    json: bool = False,
+    verbose: bool = False,
+    quiet: bool = False,
+    plot: Path | None = None,
+    mechanism: str | None = None,
+) -> bool:
     """Exit code 0: there is one (of every load case); 1: there is none, the status says why; 2: wrong case
     file or option."""
     if json + verbose + quiet > 1:
@@ -93,20 +98,16 @@ def solve(
         print_result(answer.details if verbose else answer.summary)
     elif result.status.usable:
         print_text(numeral(result.required(), ".10g"))
-    if plot is not None:
-        drawn = result.at_expected if mechanism == _DRAWN[1] else result
-        with writing(plot):
-            (drawn or result).save(plot, **drawing)
+    drawn = result.at_expected if mechanism == _DRAWN[1] else None
+    save(drawn or result, plot, drawing)
     if quiet:
         result.required()
-    if not answer.usable:
-        raise typer.Exit(1)
+    return answer.usable
 
 
 @command(mo.check)
-def check(given: Given, case: Case, load_case: LoadCaseName = None) -> None:
+def check(given: Given, case: Path, load_case: str | None = None) -> bool:
     """Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file."""
     report = mo.check(as_scene(case, load_case), **given)
     print_result(str(report))
-    if not report.passed:
-        raise typer.Exit(1)
+    return report.passed

@@ -4,26 +4,13 @@ import csv
 import json as json_module
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 from rich.console import Console
 
 import masonry_opt as mo
-from masonry_opt.cli.command import (
-    Case,
-    Given,
-    Json,
-    LoadCaseName,
-    Plot,
-    PlotOrPage,
-    Table,
-    command,
-    interrupts,
-    numbers,
-    tell,
-    waiting,
-)
+from masonry_opt.cli.command import PICTURE, Given, command, interrupts, numbers, reader, save, waiting
 from masonry_opt.drawing.figure import refuse_file, refuse_picture
 from masonry_opt.drawing.solids import refuse_view
 from masonry_opt.effort import Phases
@@ -47,17 +34,10 @@ _VERTICAL = typer.Option(
     parser=numbers("--vertical {}: write one number or several, as in --vertical=0.3,-0.3"),
 )
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
-_DIRECTION = typer.Option(metavar="X,Y[,Z]", parser=_direction)
 _point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
 _OF_BLOCK = "With --block: a point of it. Default: its centroid."
-_POINT = typer.Option(metavar="X,Y[,Z]", help=_OF_BLOCK, parser=_point)
 _SPECTRUM = "Check against a spectrum: lines of period (s), acceleration (g)."
-_VARY = typer.Option(help="The number, and between what it is sought: arch.thickness=0.05:0.3.")
-_MOST = typer.Option("--most", help="The greatest value instead, of what makes a scene weaker.")
-_GREATEST = "With --plot: at the greatest reaction, not the least."
-_Greatest = Annotated[bool, typer.Option("--greatest", help=_GREATEST)]
 _PAGE = "The page (.html). Default: CASE_report.html, here."
-_Page = Annotated[Path | None, typer.Option("--out", metavar="FILE", help=_PAGE)]
 
 
 @command(
@@ -67,16 +47,18 @@ _Page = Annotated[Path | None, typer.Option("--out", metavar="FILE", help=_PAGE)
     mo.Capacity.save,
     labels=("", "", "With --spectrum", ""),
     leave="model solver tolerance expected ultimate secant row",
-    point=_POINT,
+    point=typer.Option(metavar="X,Y[,Z]", help=_OF_BLOCK, parser=_point),
+    spectrum=typer.Option(metavar="FILE", help=_SPECTRUM),
+    plot=PICTURE,
 )
 def capacity(
     given: Given,
-    case: Case,
-    spectrum: Annotated[Path | None, typer.Option(metavar="FILE", help=_SPECTRUM)] = None,
-    plot: Plot = None,
-    table: Table = False,
-    json: Json = False,
-) -> None:
+    case: Path,
+    spectrum: Path | None = None,
+    plot: Path | None = None,
+    table: bool = False,
+    json: bool = False,
+) -> bool:
     """Exit code 0: the curve comes down to λ = 0; 1: it stops before, or there is no load factor; 2: wrong
     case file or option."""
     drawing, checking = given.take(mo.Capacity.save), given.take(mo.Capacity.check)
@@ -88,17 +70,18 @@ def capacity(
     check = None if periods is None else found.check(periods, **checking)
     if json:
         told = found.as_dict() | {"check": check.as_dict() if check else None}
-        text = json_module.dumps(told, allow_nan=False, ensure_ascii=False)
+        print_text(json_module.dumps(told, allow_nan=False, ensure_ascii=False))
     else:
         states = [frame_text(found.table.drop(columns="pairs"), "states")] if table else []
-        text = "\n".join([str(found), *([str(check)] if check else []), *states])
-    tell(text, found, found.reaches_zero, plot, drawing)
+        print_text("\n".join([str(found), *([str(check)] if check else []), *states]))
+    save(found, plot, drawing)
+    return found.reaches_zero
 
 
 @command(mo.crossing, mo.solve, mo.Crossing.save, leave="position", axles=_AXLES, load_case=_IN_CASE)
 def crossing(
-    given: Given, case: Case, plot: PlotOrPage = None, table: Table = False, json: Json = False
-) -> None:
+    given: Given, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
+) -> bool:
     """Exit code 0: there is a load factor; 1: there is none, the status says why; 2: wrong case file or
     option; 130: interrupted, with what was found by then."""
     drawing = given.take(mo.Crossing.save)
@@ -111,17 +94,16 @@ def crossing(
             show(f"first axle at {position:.4g}: λ = {said}")
 
         found = mo.crossing(case, progress=progress, **given.rest(mo.crossing))
-    text = found.to_json() if json else str(found)
-    if table and not json and found.passages:
-        text += "\n" + frame_text(found.told, "positions")
-    usable = found.interrupted or found.load_factor is not None
-    tell(text, found, usable, plot if found.passages else None, drawing)
+    states = "\n" + frame_text(found.told, "positions") if table and found.passages else ""
+    print_text(found.to_json() if json else f"{found}{states}")
+    save(found, plot if found.passages else None, drawing)
     if found.interrupted:
         raise InterruptedByUserError(f"interrupted: {counted(len(found.table), 'position')} solved")
+    return found.load_factor is not None
 
 
-@command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL)
-def directions(given: Given, case: Case, plot: Plot = None, json: Json = False) -> None:
+@command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
+def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
     """Exit code 0: there is one for each direction; 1: for some there is none; 2: wrong case file or
     option."""
     drawing = given.take(Cases.save)
@@ -130,25 +112,29 @@ def directions(given: Given, case: Case, plot: Plot = None, json: Json = False) 
     options = given.rest(mo.directions)
     with waiting("directions") as show:
         found = mo.directions(case, phases=lambda phase: show(f"directions: {phase}"), **options)
-    text, say = (found.to_json(), print_text) if json else (found.summary, print_result)
-    tell(text, found, found.usable, plot, drawing, say)
+    if json:
+        print_text(found.to_json())
+    else:
+        print_result(found.summary)
+    save(found, plot, drawing)
+    return found.usable
 
 
-@command(mo.least, leave="lower upper")
+@command(
+    mo.least,
+    leave="lower upper",
+    vary=typer.Option(help="The number, and between what it is sought: arch.thickness=0.05:0.3."),
+    most=typer.Option("--most", help="The greatest value instead, of what makes a scene weaker."),
+)
 def least(
-    given: Given,
-    case: Case,
-    vary: Annotated[str, _VARY],
-    greatest: Annotated[bool, _MOST] = False,
-    load_case: LoadCaseName = None,
-    json: Json = False,
+    given: Given, case: Path, vary: str, most: bool = False, load_case: str | None = None, json: bool = False
 ) -> None:
     """Exit code 0: found, with both ends solved; 1: whether the scene holds could not be decided; 2: it holds
     or fails at both ends, or the case file or an option is wrong."""
-    name, lower, upper = _range(vary)
+    name, lower, upper = _between(vary)
     parameters = Parameters(as_scene(case, load_case))
     parameters.check_names({name: lower})
-    search = mo.most if greatest else mo.least
+    search = mo.most if most else mo.least
     with waiting(f"{name}: {lower:g} to {upper:g}") as show:
 
         def progress(trial: Trial) -> None:
@@ -160,10 +146,17 @@ def least(
     print_text(found.to_json() if json else f"{'number':<16} {name}\n{found}")
 
 
-@command(mo.settle, mo.solve, mo.Settlement.save, leave="end kind", direction=_DIRECTION)
+@command(
+    mo.settle,
+    mo.solve,
+    mo.Settlement.save,
+    leave="end kind",
+    direction=typer.Option(metavar="X,Y[,Z]", parser=_direction),
+    greatest=typer.Option("--greatest", help="With --plot: at the greatest reaction, not the least."),
+)
 def settle(
-    given: Given, case: Case, json: Json = False, plot: PlotOrPage = None, greatest: _Greatest = False
-) -> None:
+    given: Given, case: Path, json: bool = False, plot: Path | None = None, greatest: bool = False
+) -> bool:
     """Exit code 0: both were found, or that there is no end; 1: no reaction holds CASE, or an end was not
     found; 2: wrong case file or option."""
     drawing = given.take(mo.Settlement.save)
@@ -174,12 +167,13 @@ def settle(
         raise OptionError("--greatest, --view and --force say how to draw: give --plot FILE too")
     with waiting("settle") as show:
         found = mo.settle(case, phases=lambda words: show(f"settle: {words}"), **given.rest(mo.settle))
-    drawing |= {"end": "greatest" if greatest else "least"}
-    tell(found.to_json() if json else str(found), found, found.usable, plot, drawing)
+    print_text(found.to_json() if json else str(found))
+    save(found, plot, drawing | {"end": "greatest" if greatest else "least"})
+    return found.usable
 
 
-@command(mo.solve, mo.report, leave="answer")
-def report(given: Given, case: Case, load_case: LoadCaseName = None, out: _Page = None) -> None:
+@command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_PAGE))
+def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
     """Solves all load cases unless one is named, and moves the axles, if there are any.
 
     Exit code 0: there are load factors; 1: one is missing, and the page says why; 2: wrong case file or
@@ -204,9 +198,7 @@ def report(given: Given, case: Case, load_case: LoadCaseName = None, out: _Page 
         with writing(page):
             mo.report(answers, page, **writes)
     print_text(printable("\n\n".join([*map(str, answers), str(page)])))
-    usable = [one.load_factor is not None if isinstance(one, mo.Crossing) else one.usable for one in answers]
-    if not all(usable):
-        raise typer.Exit(1)
+    return all(one.load_factor is not None if isinstance(one, mo.Crossing) else one.usable for one in answers)
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
@@ -229,12 +221,11 @@ def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]
 def _range(text: str) -> tuple[str, float, float]:
     """Name and ends of a text such as ``arch.thickness=0.05:0.3``."""
     name, _, ends = text.partition("=")
-    try:
-        lower, upper = map(float, ends.split(":"))
-    except ValueError:
-        example = "NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3"
-        raise OptionError(f"--vary {text}: write it as {example}") from None
+    lower, upper = map(float, ends.split(":"))
     return name.strip(), lower, upper
+
+
+_between = reader(_range, "--vary {}: write it as NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3")
 
 
 def _spectrum(path: Path) -> list[tuple[float, float]]:

@@ -119,13 +119,12 @@ def _not_certified(v: dict[str, Any]) -> str:
 
 
 def _on_the_way(v: dict[str, Any]) -> str:
-    peak = "" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}"
-    return peak + ("" if v["deep_fall"] is None else _deep_fall(*v["deep_fall"]))
-
-
-def _deep_fall(load_factor: float, share: float) -> str:
-    fell = f"by up to {share:.0%}, first from {numeral(load_factor, '.4g')}"
-    return f"; on the way λ fell {fell}, where the scene may come down already, and rose again"
+    said = "" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}"
+    if v["deep_fall"] is not None:
+        load_factor, share = v["deep_fall"]
+        fell = f"by up to {share:.0%}, first from {numeral(load_factor, '.4g')}"
+        said += f"; on the way λ fell {fell}, where the scene may come down already, and rose again"
+    return said
 
 
 def _began_again(v: dict[str, Any]) -> str:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 
@@ -29,22 +30,14 @@ _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 _TIES = 4  #: Ties and props that are told of.
 
 
-def summary(result: Outcome) -> str:
-    """What falls, at what load, how sure that is, and what looks unintended."""
-    return _text(result, {})
-
-
-def details(result: Outcome) -> str:
-    """The summary, and how the answer was found: residuals, programs, solvers, times."""
-    return _text(result, _technical(result))
-
-
-def _text(result: Outcome, technical: dict[str, str]) -> str:
-    size = result.size
+def summary(result: Outcome, technical: bool = False) -> str:
+    """What falls, at what load, how sure that is, and what looks unintended; if asked for how the answer was
+    found too: residuals, programs, solvers, times."""
+    size, known = result.size, facts(result) | (_technical(result) if technical else {})
     numbers = {"block": size.blocks, "joint": size.joints, "contact point": size.contacts}
     count = ", ".join(counted(number, noun) for noun, number in numbers.items() if number is not None)
     warnings = [f"warning: {sentence}" for sentence in sentences(result.warnings)]
-    lines = [f"{result.case}: {count}", _headline(result), labelled(facts(result) | technical), *warnings]
+    lines = [f"{result.case}: {count}", _headline(result), labelled(known), *warnings]
     return printable("\n".join(filter(None, lines)))
 
 
@@ -223,10 +216,10 @@ def _is_associative(result: Outcome) -> bool:
 def _left(result: Outcome) -> str:
     """Residuals above what an exact state may leave; or that friction is by sides, not by the cone."""
     above = LIMITS[Kind.EXACT].failing(result.certificate.as_dict() if result.certificate else {})
-    named = ", ".join(f"{name} {value:.1e}" for name, value in above.items())
     if not above and "polygon" in result.friction_law:
         return f"friction, {_friction_law(result)}"
-    return f"what its certificate leaves ({named})" if named else "what its certificate leaves"
+    named = ", ".join(f"{name} {value:.1e}" for name, value in above.items())
+    return f"what its certificate leaves{f' ({named})' if named else ''}"
 
 
 def load_factors(result: Outcome) -> str:
@@ -235,48 +228,43 @@ def load_factors(result: Outcome) -> str:
         return ""
     found, expected = result.load_factor, result.expected
     lowest = expected if result.end is None else result.end
-    told: list[tuple[str, float | None, str]] = []
+    told: list[tuple[str, str, str]] = []  # what each is, its digits, and a remark
     if found is not None and result.kind is not Kind.COMPLIANT:
-        above = lowest is not None and lowest < found and not same(lowest, found)
+        above, what, remark = lowest is not None and lowest < found and not same(lowest, found), "found", ""
         if result.solution.below_zero <= ZERO:
-            told.append(("lowest found", found, "with the worst self-stress or fit it falls by itself"))
-        elif above or lowest is None or not result.exact:
-            told.append(("found", found, "lower ones are likely" if above else ""))
-        else:
-            told.append(("safe (lowest found)", found, ""))
+            what, remark = "lowest found", " (with the worst self-stress or fit it falls by itself)"
+        elif above:
+            remark = " (lower ones are likely)"
+        elif lowest is not None and result.exact:
+            what = "safe (lowest found)"
+        told.append((what, f" {_known(found)}", remark))
     if expected is not None:
-        told.append(("expected in a test", expected, _doubt(result)))
+        told.append(("expected in a test", f" {_known(expected)}", _doubt(result)))
     elif {said.code for said in result.expected_reasons} - {said.code for said in result.reasons}:
-        told.append(("none expected in a test", None, message(result.expected_reasons)))
+        told.append(("none expected in a test", "", f" ({message(result.expected_reasons)})"))
     if result.associative is not None:
-        told.append(("upper bound", result.associative, "classical limit analysis"))
-    return " · ".join(_once(list(equal)) for _, equal in groupby(told, lambda each: _number(each[1])))
+        told.append(("upper bound", f" {_known(result.associative)}", " (classical limit analysis)"))
+    return " · ".join(_once(number, list(equal)) for number, equal in groupby(told, itemgetter(1)))
 
 
-def _once(equal: list[tuple[str, float | None, str]]) -> str:
+def _once(number: str, equal: list[tuple[str, str, str]]) -> str:
     """Load factors that are equal, each with what it is and a remark, said once."""
-    remarks = [f" ({remark})" if remark else "" for *_, remark in equal]
-    number = _number(equal[0][1])
     if len(equal) == 1:
-        return f"{equal[0][0]}{number}{remarks[0]}"
-    *before, last = (name + remark for (name, *_), remark in zip(equal, remarks, strict=True))
+        return "".join(equal[0])
+    *before, last = (name + remark for name, _, remark in equal)
     return f"{', '.join(before)} and {last}{number}"
 
 
-def _number(load_factor: float | None) -> str:
-    return "" if load_factor is None else f" {_known(load_factor)}"
-
-
 def _doubt(result: Outcome) -> str:
-    """What is not shown of the load to expect, or is left of it once blocks move."""
+    """What is not shown of the load to expect, or is left of it once blocks move, in brackets."""
     for why in result.expected_reasons:
         if why.code is Code.NO_PLATEAU:
-            return message([why])
+            return f" ({message([why])})"
         doubts = ["no collapse proves it"] if why.code in (Code.GROWN, Code.LEVEL) else []
         if why.code in (Code.RAY, Code.LEVEL) and why.values["peak"] is not None:
             doubts.append(f"{'nothing' if result.end is None else _known(result.end)} as it moves on")
         if doubts:
-            return ", ".join(doubts)
+            return f" ({', '.join(doubts)})"
     return ""
 
 

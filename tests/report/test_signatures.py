@@ -8,7 +8,7 @@ import typer
 from typer.testing import CliRunner
 
 from masonry_opt.cli.app import COMMANDS, load
-from masonry_opt.cli.command import Case, Given, command, numbers
+from masonry_opt.cli.command import Given, command, numbers
 from masonry_opt.errors import OptionError
 
 
@@ -45,9 +45,9 @@ def run(*texts):
     @command(
         study,
         live_layers=typer.Option(parser=lambda text: tuple(text.split("="))),
-        place=typer.Option(parser=numbers("{}: write two numbers", 2)),
+        place=typer.Option(parser=numbers("{}: write numbers")),
     )
-    def asked(given: Given, case: Case) -> None:
+    def asked(given: Given, case: Path) -> None:
         """Exit code 0."""
         called.update(given.rest(study), case=case)
 
@@ -71,7 +71,7 @@ def test_what_was_typed_is_passed_on_and_nothing_else():
     }
 
 
-@pytest.mark.parametrize("wrong", [("--place", "3"), ("--place", "3,x"), ("-o", "beta"), ("-o", "ratio=1")])
+@pytest.mark.parametrize("wrong", [("--place", ""), ("--place", "3,x"), ("-o", "beta"), ("-o", "ratio=1")])
 def test_texts_that_cannot_be_read_are_named(wrong):
     told, _ = run("a.toml", *wrong)
     assert isinstance(told.exception, OptionError)
