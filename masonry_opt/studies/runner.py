@@ -8,13 +8,11 @@ takes milliseconds; a new interpreter takes seconds.
 import contextlib
 import multiprocessing
 import os
-import pickle
 import signal
 import sys
 import threading
 import time
-import traceback
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from numbers import Integral
@@ -54,16 +52,21 @@ _STARTING = threading.Lock()  #: Processes may be started by several threads.
 
 @dataclass(frozen=True)
 class TaskEnd:
-    """How a task ended (FINISHED, ...), and why in words; its value if it finished, or the error it raised,
-    if that can be sent between processes; and the largest memory of its process so far, in MB (10⁶ bytes),
-    libraries included."""
+    """How a task ended (FINISHED, ...), and why in words; its value if it finished; and the largest memory of
+    its process so far, in MB (10⁶ bytes), libraries included."""
 
     how: str
     reason: str = ""
     value: Any = None
-    error: Exception | None = None
     seconds: float = 0.0
     peak: float = 0.0
+
+    @property
+    def found(self) -> Any:
+        """Its value. Raises MasonryError if it has none."""
+        if self.how != FINISHED:
+            raise MasonryError(f"{self.how}: {self.reason}")
+        return self.value
 
 
 Task = Callable[[], Any]  #: A function of a module, such as functools.partial makes one without arguments.
@@ -122,20 +125,6 @@ def whole(name: str, value: Any, least: int) -> int:
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     return int(value)
-
-
-def in_processes(tasks: Sequence[Task], count: int | None = None) -> list[Any]:
-    """Make tasks, so many at once, by default as many as there are cores; returns their values in order.
-
-    Raises the error of a function, or MasonryError if its process died. The other processes are ended.
-    """
-    found: dict[int, Any] = {}
-    with Workers(min(count or _cores(), max(1, len(tasks)))) as workers:
-        for number, end in workers.map(enumerate(tasks)):
-            if end.how != FINISHED:
-                raise end.error or MasonryError(f"{end.how}: {end.reason}")
-            found[number] = end.value
-    return [found[number] for number in range(len(tasks))]
 
 
 def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
@@ -300,22 +289,12 @@ def _made(task: Task) -> TaskEnd:
     try:
         end = TaskEnd(FINISHED, value=task())
     except MasonryError as error:
-        end = TaskEnd(REFUSED, str(error), error=error)
+        end = TaskEnd(REFUSED, str(error))
     except MemoryError:
         end = TaskEnd(MEMORY_LIMIT, "no memory left")
     except Exception as error:  # it ends this task alone
-        error.add_note(traceback.format_exc())
-        end = TaskEnd(CRASHED, f"{type(error).__name__}: {error}", error=_sendable(error))
+        end = TaskEnd(CRASHED, f"{type(error).__name__}: {error}")
     return replace(end, seconds=time.perf_counter() - began, peak=_peak())
-
-
-def _sendable(error: Exception) -> Exception | None:
-    """The error, if the parent can unpickle it: else it would break the pool."""
-    try:
-        pickle.loads(pickle.dumps(error))
-    except Exception:
-        return None
-    return error
 
 
 def _peak() -> float:

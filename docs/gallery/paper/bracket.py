@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 import masonry_opt as mo
 from masonry_opt.scene.case_file import case_folder
-from masonry_opt.studies.runner import in_processes
+from masonry_opt.studies.runner import Workers
 
 SECONDS = 300.0
 WALLS = {n: mo.load(case_folder() / "ferris_tinloi" / f"wall_{n}.toml") for n in range(1, 7)}
@@ -26,7 +26,8 @@ RUNS = {
 
 parts = [(wall, run) for wall in WALLS for run in RUNS]
 solves = [partial(mo.solve, WALLS[wall], **RUNS[run]) for wall, run in parts]
-results = dict(zip(parts, in_processes(solves), strict=True))
+with Workers() as workers:
+    results = {part: end.found for part, end in workers.map(zip(parts, solves, strict=True))}
 
 # %%
 # Both ends of each wall. Rates (slips and edge openings) are in units of the live load's mean velocity.

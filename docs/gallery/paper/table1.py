@@ -14,7 +14,7 @@ import pandas as pd
 
 import masonry_opt as mo
 from masonry_opt.scene.case_file import case_folder
-from masonry_opt.studies.runner import in_processes
+from masonry_opt.studies.runner import Workers
 
 #: By column: method, options, and the value of the case file that it is held against.
 COLUMNS = {
@@ -45,7 +45,8 @@ for wall, column in parts:
     if method == "refined":
         options = options | {"until": published(wall, name) * (1 + 4e-6)}
     solves.append(partial(mo.solve, WALLS[wall], method, expected=False, **options))
-results = dict(zip(parts, in_processes(solves), strict=True))
+with Workers() as workers:
+    results = {part: end.found for part, end in workers.map(zip(parts, solves, strict=True))}
 found = {at: result.required() for at, result in results.items()}
 
 # %%

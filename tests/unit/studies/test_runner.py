@@ -12,16 +12,7 @@ import pytest
 
 import masonry_opt as mo
 from masonry_opt.studies import runner
-from masonry_opt.studies.runner import Workers, in_processes, run_alone
-
-
-@pytest.mark.parametrize("cores", [1, 2])
-def test_results_come_in_the_order_of_their_tasks(cores):
-    seconds = [0.2, *[0.0] * 4]
-    tasks = [*(partial(hogs.wait_for, each, each) for each in seconds), os.getpid]
-    *ends, process = in_processes(tasks, cores)
-    assert ends == seconds
-    assert process != os.getpid()
+from masonry_opt.studies.runner import Workers, run_alone
 
 
 def test_tasks_run_beside_each_other_and_are_taken_as_workers_become_free():
@@ -52,13 +43,19 @@ def test_an_error_in_making_a_task_is_raised_after_those_before_it():
     assert [end.how for _, end in ends] == [runner.FINISHED] * 2
 
 
-def test_an_error_is_the_caller_s_and_ends_the_others():
-    with pytest.raises(ZeroDivisionError):
-        in_processes([hogs.fail, partial(time.sleep, 60.0)])
-    with pytest.raises(mo.CaseError, match="nowhere"):
-        in_processes([partial(hogs.refuse, "nowhere")] * 2)
-    with pytest.raises(mo.MasonryError, match="exit code 7"):
-        in_processes([hogs.die] * 2)
+def test_an_error_ends_its_task_alone_and_is_raised_where_the_value_is_asked_for():
+    tasks = {
+        "fails": hogs.fail,
+        "refuses": partial(hogs.refuse, "nowhere"),
+        "dies": hogs.die,
+        "ends": os.getpid,
+    }
+    with Workers(count=2) as workers:
+        ends = dict(workers.map(tasks.items()))
+    for name, why in (("fails", "ZeroDivisionError"), ("refuses", "nowhere"), ("dies", "exit code 7")):
+        with pytest.raises(mo.MasonryError, match=why):
+            _ = ends[name].found
+    assert ends["ends"].found != os.getpid()
     assert multiprocessing.active_children() == []
 
 
@@ -85,7 +82,7 @@ def test_nothing_goes_on_when_the_caller_is_interrupted():
 def test_workers_have_one_thread_and_the_environment_of_the_caller_is_left_alone(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    assert in_processes([partial(os.getenv, "OMP_NUM_THREADS")] * 2) == ["1", "1"]
+    assert run_alone(partial(os.getenv, "OMP_NUM_THREADS"), 30.0, 4000).found == "1"
     assert os.environ["OMP_NUM_THREADS"] == "3"
     assert "MKL_NUM_THREADS" not in os.environ
 
@@ -94,11 +91,11 @@ def test_a_process_does_not_import_the_main_program(tmp_path):
     """A script without a main guard would start its study again."""
     (script := tmp_path / "script.py").write_text(
         "from functools import partial\n"
-        "from masonry_opt.studies.runner import in_processes\n"
-        "print(in_processes([partial(divmod, 7, 3)]))"
+        "from masonry_opt.studies.runner import run_alone\n"
+        "print(run_alone(partial(divmod, 7, 3), 30.0, 4000).found)"
     )
     printed = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
-    assert (printed.stdout, printed.stderr) == ("[(2, 1)]\n", "")
+    assert (printed.stdout, printed.stderr) == ("(2, 1)\n", "")
 
 
 def test_a_process_over_its_limits_is_killed():
