@@ -5,22 +5,20 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
 from masonry_opt.problem.laws import Law
-from masonry_opt.problem.limited_forces import LimitedForce, Role, columns, struts
-from masonry_opt.problem.loads import LoadedPiece, by_component, edge_forces, loads
+from masonry_opt.problem.limited_forces import LimitedForce, struts
+from masonry_opt.problem.loads import LoadedPiece, by_component, loaded_pieces, loads, resultants
 from masonry_opt.problem.matrices import Matrices, shares
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_properties, shapes_of
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 
-#: What of a scene matrices depend on, and what loads do beside it; the rest are joint properties and words.
+#: What of a scene matrices depend on; the rest are loads, joint properties and words.
 _OF_GEOMETRY = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
-_OF_LOADS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
 
 #: Largest limit of a force, over the unit of force: with more, solvers no longer tell loads from nothing.
 _LARGEST = 1e9
@@ -85,57 +83,53 @@ class Assembly:
 
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6). Raises CaseError if a block, joint, edge load
-    or fill of the scene is wrong (see ``geometry``, ``find_joints``, also for ``floating``, ``edge_forces``
-    and ``filled_pieces``, in space ``shapes``), or loads differ by more than double precision carries."""
-    found = shapes_of(scene)
-    joints, movable = find_joints(scene, found, floating=floating), np.flatnonzero(~scene.fixed)
+    or fill of the scene is wrong (see ``geometry``, ``find_joints``, also for ``floating``, ``loaded_pieces``
+    and ``filled_pieces``, in space ``shapes``), loads differ by more than double precision carries, or a
+    force is limited by more than solvers can set beside them."""
+    shapes = shapes_of(scene)
+    joints = find_joints(scene, shapes, floating=floating)
+    return _assembled(scene, shapes, joints, filled_pieces(scene, shapes))
+
+
+def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
+    """Assembly of a scene that differs in loads and joint properties alone, with the same matrices; None if
+    anything else differs. Raises CaseError as :func:`assemble` does."""
+    if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _OF_GEOMETRY):
+        return None
+    joints, before = assembly.joints, assembly.problem
+    joints = replace(joints, **joint_properties(scene, joints.first, joints.second))
+    found = _assembled(scene, assembly.geometry, joints, assembly.filled_pieces, before.matrices)
+    # The same array is the same load to what is kept of it.
+    loads = {name: getattr(before, name) for name in ("dead", "live")}
+    same = {name: load for name, load in loads.items() if np.array_equal(load, getattr(found.problem, name))}
+    return replace(found, problem=replace(found.problem, **same))
+
+
+def _assembled(
+    scene: Scene, shapes: Any, joints: Joints, filled: tuple[FilledPiece, ...], given: Matrices | None = None
+) -> Assembly:
+    movable = np.flatnonzero(~scene.fixed)
+    pieces, bare = loaded_pieces(scene, shapes, joints)
+    limited = (*struts(scene, shapes), *pressures(scene, filled))
+    matrices = given or Matrices.of(joints, shapes, movable, _length_unit(joints, shapes, movable), limited)
+    beside = resultants(shapes, pieces), fill_forces(scene, shapes, filled)
+    dead, live, force_unit = _loaded(scene, shapes, movable, matrices, *beside)
+    law = _law(scene, joints, limited, force_unit)
+    problem = Problem(matrices, law, dead, live, force_unit)
+    return Assembly(problem, scene, shapes, joints, movable, bare, pieces, filled, limited)
+
+
+def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
     # that a few odd blocks do not move it.
-    extents = joints.extent[joints.extent > 0]
-    if len(extents):
-        usual = np.median(extents) ** (1 / (scene.dimension - 1))
-    else:
-        usual = np.median(found.width[movable])
-    length_unit = float(usual) / 2
-    filled = filled_pieces(scene, found)
-    on_edges, bare, pieces = edge_forces(scene, found, joints)
-    limited = (*struts(scene, found), *pressures(scene, filled))
-    loaded = _loaded(scene, found, movable, length_unit, on_edges, fill_forces(scene, found, filled))
-    law = _law(joints, scene.thickness, loaded[-1])
-    problem = Problem(Matrices.of(joints, found, movable, length_unit), law, *loaded)
-    problem = _with_limited(scene, problem, limited, found.centroid, movable)
-    return Assembly(problem, scene, found, joints, movable, bare, pieces, filled, limited)
-
-
-def _with_limited(
-    scene: Scene, problem: Problem, limited: Sequence[LimitedForce], centroid: np.ndarray, movable: np.ndarray
-) -> Problem:
-    """A problem of joints, with limited forces beside these; the same if there are none. Raises CaseError if
-    one is limited by more than solvers can set beside the loads."""
-    if not limited:
-        return problem
-    for force in limited:
-        most = force.lowest if np.isinf(force.highest) else force.highest
-        if most > _LARGEST * problem.force_unit:
-            raise CaseError(
-                f"{scene.origin}: {force.role} '{force.name}': its limit, {most:.3g}, is more than "
-                f"{_LARGEST:.0e} times the median block's load, {problem.force_unit:.3g}: check its unit; a "
-                "tie or prop that never yields needs no 'strength'"
-            )
-    of_limited = columns(limited, centroid, movable, problem.length_unit)
-    B = sp.hstack([problem.B, of_limited], format="csr")
-    matrices = replace(problem.matrices, B=B, limited=len(limited))
-    return replace(problem, matrices=matrices, law=_limiting(problem.law, limited, problem.force_unit))
-
-
-def _limiting(law: Law, limited: Sequence[LimitedForce], force_unit: float) -> Law:
-    lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
-    return replace(law, lowest=lowest / force_unit, highest=highest / force_unit)
+    extents, across = joints.extent[joints.extent > 0], len(shapes.origin) - 1
+    usual = np.median(extents) ** (1 / across) if len(extents) else np.median(shapes.width[movable])
+    return float(usual) / 2
 
 
 def _loaded(
-    scene: Scene, shapes: Extents, movable: np.ndarray, length_unit: float, *beside: Mapping[str, np.ndarray]
+    scene: Scene, shapes: Extents, movable: np.ndarray, matrices: Matrices, *beside: Mapping[str, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Dead and live loads in units of force and length, with those on all blocks beside, by kind; and the
     unit of force: the median dead load of a block, or live load where there is none."""
@@ -143,12 +137,12 @@ def _loaded(
     dead, live = given.dead.about(centroid) + given.weight.about(centroid), given.live.about(centroid)
     dead = dead + sum(of["dead"][movable].ravel() for of in beside)
     live = live + sum(of["live"][movable].ravel() for of in beside)
-    rows, dimension = 3 * (scene.dimension - 1), scene.dimension
-    sizes = (np.hypot.reduce(load.reshape(-1, rows)[:, :dimension], axis=1) for load in (dead, live))
+    forces = (matrices.by_block(load)[:, : scene.dimension] for load in (dead, live))
+    sizes = (np.hypot.reduce(force, axis=1) for force in forces)
     force_unit = next((float(np.median(size[size > 0])) for size in sizes if size.any()), 1.0)
     # Moments are forces times lengths.
-    of_block = by_component(dimension, force_unit, force_unit * length_unit)
-    scale = np.tile(of_block, len(dead) // rows)
+    of_block = by_component(scene.dimension, force_unit, force_unit * matrices.length_unit)
+    scale = np.tile(of_block, matrices.blocks)
     with np.errstate(over="ignore", invalid="ignore"):
         dead, live = dead / scale, live / scale
     if not (np.isfinite(dead).all() and np.isfinite(live).all()):
@@ -159,33 +153,6 @@ def _loaded(
     return dead, live, force_unit
 
 
-def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
-    """Assembly of a scene that differs in loads and joint properties alone, with the same matrices; None if
-    anything else differs. Where loads agree they are the same arrays. Raises CaseError as :func:`assemble`
-    does."""
-    before = assembly.scene
-    if any(getattr(scene, name) != getattr(before, name) for name in _OF_GEOMETRY):
-        return None
-    problem = assembly.problem
-    if any(getattr(scene, name) != getattr(before, name) for name in _OF_LOADS):
-        on_edges, bare, pieces = edge_forces(scene, assembly.geometry, assembly.joints)
-        assembly = replace(assembly, bare_edge_loads=bare, loaded_pieces=pieces)
-        shapes, movable, filled = assembly.geometry, assembly.movable, assembly.filled_pieces
-        beside, unit = (on_edges, fill_forces(scene, shapes, filled)), problem.length_unit
-        dead, live, force_unit = _loaded(scene, shapes, movable, unit, *beside)
-        earth = pressures(scene, filled)
-        limited = [next(earth) if force.role is Role.EARTH else force for force in assembly.limited]
-        assembly = replace(assembly, limited=tuple(limited))
-        # The same array is the same dead load to what is kept of it.
-        dead = problem.dead if np.array_equal(dead, problem.dead) else dead
-        problem = replace(problem, dead=dead, live=live, force_unit=force_unit)
-    joints = assembly.joints
-    joints = replace(joints, **joint_properties(scene, joints.first, joints.second))
-    law = _law(joints, scene.thickness, problem.force_unit)
-    law = _limiting(law, assembly.limited, problem.force_unit)
-    return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=joints)
-
-
 def with_supports_freed(
     assembly: Assembly, scene: Scene, push: np.ndarray, restraints: Sequence[LimitedForce]
 ) -> Assembly:
@@ -194,23 +161,32 @@ def with_supports_freed(
     A push at the centroid of each of these, shape (2,) or (3,), is the only live load."""
     before, movable, joints = assembly.problem, np.flatnonzero(~scene.fixed), assembly.joints
     shapes = assembly.geometry
-    matrices = Matrices.of(joints, shapes, movable, before.length_unit)
+    limited = (*assembly.limited, *restraints)
+    matrices = Matrices.of(joints, shapes, movable, before.length_unit, limited)
     dead, live = (np.zeros((len(movable), matrices.layout.rows)) for _ in range(2))
     others = np.isin(movable, assembly.movable)
     dead[others] = before.by_block(before.dead)
     live[~others, : len(push)] = push / before.force_unit
-    limited = (*assembly.limited, *restraints)
-    problem = Problem(matrices, before.law, dead.ravel(), live.ravel(), before.force_unit)
-    problem = _with_limited(scene, problem, limited, shapes.centroid, movable)
+    law = _law(scene, joints, limited, before.force_unit)
+    problem = Problem(matrices, law, dead.ravel(), live.ravel(), before.force_unit)
     pieces = tuple(one for one in assembly.loaded_pieces if one.kind == "dead")
     changed = replace(assembly, problem=problem, scene=scene, movable=movable)
     return replace(changed, loaded_pieces=pieces, limited=limited)
 
 
-def _law(joints: Joints, thickness: float, force_unit: float) -> Law:
+def _law(scene: Scene, joints: Joints, limited: Sequence[LimitedForce], force_unit: float) -> Law:
+    for force in limited:
+        most = force.lowest if np.isinf(force.highest) else force.highest
+        if most > _LARGEST * force_unit:
+            raise CaseError(
+                f"{scene.origin}: {force.role} '{force.name}': its limit, {most:.3g}, is more than "
+                f"{_LARGEST:.0e} times the median block's load, {force_unit:.3g}: check its unit; a "
+                "tie or prop that never yields needs no 'strength'"
+            )
+    lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
     joint, _ = joints.parts
     # The area that stresses act on. A corner has none: its dilatancy does not depend on stress.
-    section = shares(joints, joint) * thickness
+    section = shares(joints, joint) * scene.thickness
     in_a_point = section == 0
     sliding = np.flatnonzero(np.isfinite(joints.friction[joint]))
     crushing = np.flatnonzero(np.isfinite(joints.strength[joint]) & ~in_a_point)
@@ -224,4 +200,6 @@ def _law(joints: Joints, thickness: float, force_unit: float) -> Law:
         dilatancy_force=(stress * acts_on[:, None] / force_unit)[sliding],
         crushing=crushing,
         crushing_force=joints.strength[joint][crushing] * section[crushing] / force_unit,
+        lowest=lowest / force_unit,
+        highest=highest / force_unit,
     )

@@ -31,13 +31,11 @@ class EdgeFactors:
         self.unit = self.velocities.stop
         self._of_block = problem.layout.rows
         self._touches = problem.matrices.ends.toarray()
-        slides = np.zeros(c, dtype=bool)
-        slides[problem.sliding] = True
-        self._slides = slides.tolist()
+        slides = self._slides = np.isin(np.arange(c), problem.sliding).tolist()
         self.rates = [4 * j + f for j in range(c) for f in range(4 if slides[j] else 2)]
         self.signed = {3 * j + 2 for j in range(c) if not slides[j]}
         self.at_rest = {(3 * j + f, 4 * j + f) for j in range(c) for f in range(3 if slides[j] else 2)}
-        of_slide = np.full((3, c), 0.0)
+        of_slide = np.zeros((3, c))
         of_slide[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
         self._friction, self._cohesion, self._dilatancy = of_slide.tolist()
         self._columns = [problem.B[:, kind].toarray() for kind in np.arange(3 * c).reshape(3, -1)]

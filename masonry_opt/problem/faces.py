@@ -25,15 +25,11 @@ class Chords(NamedTuple):
     constant: np.ndarray
 
 
-def _chords() -> Chords:
-    rising = np.linspace(0.0, np.sqrt(0.5), _ON_EACH_SIDE + 1) ** 2
-    low = rising[1] / 4.0 ** np.arange(_NEAR_NOTHING, 0, -1)
-    knots = np.concatenate([[0.0], low, rising[1:], 1 - rising[-2::-1]])
-    left, right = knots[:-1], knots[1:]
-    return Chords(1 - left - right, left * right)
+_RISING = np.linspace(0.0, np.sqrt(0.5), _ON_EACH_SIDE + 1) ** 2
+_LOW = _RISING[1] / 4.0 ** np.arange(_NEAR_NOTHING, 0, -1)
+_KNOTS = np.concatenate([[0.0], _LOW, _RISING[1:], 1 - _RISING[-2::-1]])
 
-
-CHORDS = _chords()
+CHORDS = Chords(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
 
 MISSED = 0.0065  #: The largest share of the moment that a chord misses: beside the middle.
 
@@ -78,8 +74,7 @@ KINDS = 3  #: Kinds of force of a joint: two points and a shear, or a point and 
 
 @dataclass(frozen=True)
 class Layout:
-    """What differs between the plane, of which this is, and space: rows of a block, points of a joint, and
-    senses of sliding."""
+    """Rows of a block, points of a joint and senses of sliding: of the plane, and below of space."""
 
     #: Shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two opposites, in
     #: space directions all round, at equal angles, the first half of one from the tangent.
@@ -193,16 +188,14 @@ class Faces:
         2 n₁ − (1 − a) n for each chord of slope a, then 2 n₂ − (1 − a) n; then T of the limited forces
         bounded below, −T of those bounded above."""
         points, forces = self.layout.points, np.append(self.below, self.above)
-        signs = np.repeat([1.0, -1.0], [len(self.below), len(self.above)])
-        limited = sp.csr_array(sp.diags_array(signs) @ selection(KINDS * self.joints + forces, self.width))
+        limited = selection(KINDS * self.joints + forces, self.width)
+        limited.data[len(self.below) :] = -1.0
         rocking = points * selection(np.arange(points * self.joints), self.width)
-        if not len(self._of_chord):
-            return sp.vstack([rocking, limited], format="csr") if len(forces) else rocking
-        lost = sp.diags_array(np.tile(1 - CHORDS.slope, len(self.crushing)))
         total = self.normal_sums[self._of_chord]
+        lost = sp.diags_array(np.tile(1 - CHORDS.slope, len(self.crushing))) @ total
         columns = [point * self.joints + self._of_chord for point in range(points)]
-        at_points = [points * selection(own, self.width) for own in columns]
-        return sp.vstack([rocking, *(one - lost @ total for one in at_points), limited], format="csr")
+        at_points = [points * selection(own, self.width) - lost for own in columns]
+        return sp.vstack([rocking, *at_points, limited], format="csr")
 
     @cached_property
     def L(self) -> sp.csr_array:
@@ -210,8 +203,7 @@ class Faces:
         return self.R[self.chords.stop - self.slides.stop :]
 
     def C(self, slope: np.ndarray) -> sp.csr_array:
-        """Yield conditions with shear limits of that slope, shape (k,): rows over the faces, shape
-        (faces, 3c + t)."""
+        """Yield conditions with shear limits of that slope, shape (k,): a row a face, (faces, 3c + t)."""
         # Put together by hand: products and sums of sparse matrices would be most of a certificate's time.
         k, rest, (senses, shears) = len(self.sliding), self.R, self.layout.senses.shape
         entries = np.empty((senses, k, KINDS))

@@ -10,7 +10,7 @@ import numpy as np
 
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
-from masonry_opt.problem.loads import Segments, no_loads, resultant
+from masonry_opt.problem.loads import LoadedPiece, along, resultants
 from masonry_opt.scene.geometry import Geometry, Profile, profile_below
 from masonry_opt.scene.loads import KINDS
 from masonry_opt.scene.road import Fill
@@ -117,8 +117,8 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
 
 def _beside(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
     """Pieces of upright edges between those below a fill, and at its ends: edge, ends, depth of these."""
-    edges = Segments(*shapes.edges)
-    up = edges.tip[:, 1] > edges.tail[:, 1]
+    tail, tip, _ = shapes.edges
+    up = tip[:, 1] > tail[:, 1]
     # Beyond the ends of the road there is no fill.
     left = np.append(np.inf, profile.y[:, 1])
     right = np.append(profile.y[:, 0], np.inf)
@@ -127,7 +127,7 @@ def _beside(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarra
     bottom, top = np.minimum(left, right), np.minimum(np.maximum(left, right), road)
     for k in np.flatnonzero(top - bottom > shapes.tolerance):
         foot = np.array([x[k], bottom[k]])
-        edge, spans = edges.along(foot, np.array([x[k], top[k]]), shapes.tolerance)
+        edge, spans = along(tail, tip, foot, np.array([x[k], top[k]]), shapes.tolerance)
         # The block lies to the left of its edges: seen from a fill to their right they run upwards.
         facing = up[edge] == (right[k] < left[k])
         for number, span in zip(edge[facing].tolist(), spans[facing], strict=True):
@@ -139,20 +139,20 @@ def _beside(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarra
 def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
     """Force and moment about the centroid that the weight of fills gives each of the scene's blocks, by kind
     "dead" and "live", shape (blocks, 3), in the scene's units; in an earthquake its mass on blocks too."""
-    forces = no_loads(shapes)
     factor = {kind: scene.factor(kind, "fill") for kind in KINDS}
     per_weight = {kind: times * scene.down for kind, times in factor.items() if times}
     if (shaking := scene.shaking) is not None:
         per_weight["live"] = max(0.0, factor["dead"]) * shaking
+    loaded = []
     for piece in pieces:
-        fill, (across, up) = scene.fills[piece.fill], piece.ends[1] - piece.ends[0]
-        if fill.weight and across:
+        across, up = piece.ends[1] - piece.ends[0]
+        if scene.fills[piece.fill].weight and across:
             # Columns of fill stand on the piece's plan.
             per_length = scene.thickness * piece.stress * abs(across) / np.hypot(across, up)
             for kind, direction in per_weight.items():
-                acting = resultant(piece.ends, np.outer(per_length, direction), shapes.centroid[piece.block])
-                forces[kind][piece.block] += acting
-    return forces
+                acting = np.outer(per_length, direction)
+                loaded.append(LoadedPiece(piece.fill, piece.block, kind, piece.ends, acting))
+    return resultants(shapes, loaded)
 
 
 def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[LimitedForce]:

@@ -54,12 +54,10 @@ class Cone(Sides):
         return self._limit(n) - np.hypot(*shears)
 
     def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
-        """As of the sides."""
         work = (shears * (self.layout.senses.T @ slides)).sum(axis=0)
         return float(np.abs(self._limit(n) * self.speed(slides) - work).sum())
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
-        """As of the sides: that of the slip."""
         return np.hypot(*(self.layout.senses.T @ slides))
 
     def _limit(self, n: np.ndarray) -> np.ndarray:
@@ -96,7 +94,6 @@ class Parabola(Chords):
         return slacks - at_points.sum(axis=0) ** 2 / self.law.crushing_force
 
     def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
-        """As of the chords."""
         first, second = at_points
         opening, turning = (p.sum(axis=0) * CHORDS.slope).sum(axis=1), (p[1] - p[0]).sum(axis=1)
         given = crushing_energy(opening, turning) * self.law.crushing_force
@@ -122,8 +119,7 @@ class Law:
     friction: np.ndarray  #: μ of the joints that can slide, shape (k,)
     cohesion: np.ndarray  #: of the joints that can slide, as a force (per unit length × L), shape (k,)
     dilatancy: np.ndarray  #: tan φ₀ of the joints that can slide, shape (k,)
-    #: Normal forces up to which the dilatancy is whole and from which there is none (``inf`` where it does
-    #: not depend on them), shape (k, 2).
+    #: Normal forces up to which the dilatancy is whole, and from which there is none, or ``inf``: (k, 2).
     dilatancy_force: np.ndarray
     crushing: np.ndarray  #: indices of the joints of limited strength, shape (l,)
     crushing_force: np.ndarray  #: f_c L, the normal force that crushes all of such a joint, shape (l,)
@@ -138,8 +134,7 @@ class Law:
         return bool((np.isfinite(self.dilatancy_force[:, 1]) & (self.dilatancy != 0)).any())
 
     def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
-        """tan φ₀ of the joints that can slide, shape (k,), under normal forces n of all joints, shape (c,)
-        (section 6.5)."""
+        """tan φ₀ of those that can slide, (k,), under normal forces n of all joints, (c,): section 6.5."""
         depends = np.isfinite(self.dilatancy_force[:, 1])
         full, none = self.dilatancy_force[depends].T
         share = np.ones(len(self.sliding))

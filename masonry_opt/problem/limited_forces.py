@@ -69,8 +69,7 @@ def columns(
 
 
 def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
-    """The ties and props of a scene. Raises CaseError if an end does not lie in its block, or both ends are
-    in one place."""
+    """The ties and props of a scene. Raises CaseError if an end is not in its block, or both in one place."""
     number_of = {block.name: number for number, block in enumerate(scene.blocks)}
     # The ground reaches farther than a block that was drawn for it.
     if GROUND in number_of and scene.blocks[number_of[GROUND]].fixed:
@@ -97,8 +96,7 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
                 f"{scene.origin}: {role} between {list(strut.between)}: its two ends are nearer than the "
                 f"tolerance, {shapes.tolerance:.3g}: give two points of its line"
             )
-        along = along / length
-        towards = along if role is Role.TIE else -along
+        towards = (along if role is Role.TIE else -along) / length
         actions = tuple(Action(b, p, f) for b, p, f in zip(ends, points, (towards, -towards), strict=True))
         lowest = strut.prestress if isinstance(strut, Tie) else 0.0
         highest = inf if strut.strength is None else strut.strength

@@ -1,7 +1,7 @@
 """The forces on the movable blocks of a scene, and the points where they act."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -24,13 +24,6 @@ class _Given(NamedTuple):
     force: np.ndarray
     at: Sequence[float] | None
     mass: float | None
-
-
-def no_loads(shapes: Extents) -> dict[str, np.ndarray]:
-    """Zeros for force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live",
-    shape (blocks, 3), in space (blocks, 6)."""
-    blocks, dimension = shapes.centroid.shape
-    return {kind: np.zeros((blocks, dimension + moments_in(dimension))) for kind in KINDS}
 
 
 @dataclass(frozen=True)
@@ -64,8 +57,7 @@ def moments_in(dimension: int) -> int:
 
 
 def by_component(dimension: int, of_force: float, of_moment: float) -> np.ndarray:
-    """A number of forces and one of moments for each component of both on a block, shape (3,), in space (6,);
-    so too of shifts and rotations."""
+    """A number of forces and one of moments by component, shape (3,), in space (6,); or of a motion."""
     return np.repeat([of_force, of_moment], [dimension, moments_in(dimension)])
 
 
@@ -156,55 +148,65 @@ def loads(scene: Scene, shapes: Extents, movable: np.ndarray) -> Loads:
 class LoadedPiece:
     """A free piece of a block's edge with its load, which is linear between the ends."""
 
-    load: int  #: index into the scene's edge loads
+    load: int  #: index into the scene's edge loads, or fills
     block: int  #: index into the scene's blocks
     kind: Kind  #: "dead" or "live", as which it acts
     ends: np.ndarray  #: of the piece, relative to the geometry's origin, shape (2, 2)
     intensity: np.ndarray  #: force per unit length at these ends, over the scene's thickness, shape (2, 2)
 
 
-@dataclass(frozen=True)
-class Segments:
-    """Straight segments: ends, shape (segments, 2) each, and the block of each, shape (segments,)."""
-
-    tail: np.ndarray
-    tip: np.ndarray
-    owner: np.ndarray
-
-    def along(self, start: np.ndarray, end: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-        """Indices of the segments that run along a line, and where on it they do, shape (found, 2)."""
-        line = end - start
-        length = np.hypot(*line)
-        along, across = line / length, np.array([-line[1], line[0]]) / length
-        x0, x1 = (self.tail - start) @ along, (self.tip - start) @ along
-        y0, y1 = (self.tail - start) @ across, (self.tip - start) @ across
-        low, high = np.maximum(np.minimum(x0, x1), 0.0), np.minimum(np.maximum(x0, x1), length)
-        slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
-        found = np.flatnonzero(high - low > tolerance)
-        # Distance from the line at both ends of the shared part.
-        ends = np.column_stack([low, high])[found]
-        away = np.abs(y0[found, None] + slope[found, None] * (ends - x0[found, None])).max(axis=1, initial=0)
-        near = away <= np.minimum(tolerance, LEAN * (high - low)[found])
-        return found[near], ends[near]
+def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.ndarray]:
+    """Force and moment about the centroid that loads on edges give each of the scene's blocks, by kind "dead"
+    and "live", shape (blocks, 3), in the scene's units; in space, where there are none, (blocks, 6)."""
+    blocks, dimension = shapes.centroid.shape
+    columns = dimension + moments_in(dimension)
+    total: dict[str, np.ndarray] = {kind: np.zeros((blocks, columns)) for kind in KINDS}
+    for piece in pieces:
+        ends, intensity = piece.ends, piece.intensity
+        line, length = ends[1] - ends[0], np.hypot(*(ends[1] - ends[0]))
+        force, arm = length * intensity.mean(axis=0), ends.mean(axis=0) - shapes.centroid[piece.block]
+        # What grows along the piece turns about its middle.
+        growing = length / 12 * (intensity[1] - intensity[0])
+        moment = arm[0] * force[1] - arm[1] * force[0] + line[0] * growing[1] - line[1] * growing[0]
+        total[piece.kind][piece.block] += [*force, moment]
+    return total
 
 
-def edge_forces(
+def along(
+    tail: np.ndarray, tip: np.ndarray, start: np.ndarray, end: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which segments, of ends (segments, 2), run along a line, and where on it they do, shape (found, 2)."""
+    line = end - start
+    length = np.hypot(*line)
+    ahead, across = line / length, np.array([-line[1], line[0]]) / length
+    x0, x1 = (tail - start) @ ahead, (tip - start) @ ahead
+    y0, y1 = (tail - start) @ across, (tip - start) @ across
+    low, high = np.maximum(np.minimum(x0, x1), 0.0), np.minimum(np.maximum(x0, x1), length)
+    slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
+    found = np.flatnonzero(high - low > tolerance)
+    # Distance from the line at both ends of the shared part.
+    ends = np.column_stack([low, high])[found]
+    away = np.abs(y0[found, None] + slope[found, None] * (ends - x0[found, None])).max(axis=1, initial=0)
+    near = away <= np.minimum(tolerance, LEAN * (high - low)[found])
+    return found[near], ends[near]
+
+
+def loaded_pieces(
     scene: Scene, shapes: Any, joints: Joints
-) -> tuple[dict[str, np.ndarray], tuple[float, ...], tuple[LoadedPiece, ...]]:
-    """What edge loads are: force and moment about the centroid of each of the scene's blocks, by kind "dead"
-    and "live", shape (blocks, 3), in the scene's units; of each load's line the length that meets no free
-    edge of a movable block, where it does nothing; the loaded pieces of edges.
+) -> tuple[tuple[LoadedPiece, ...], tuple[float, ...]]:
+    """The pieces of edges on which edge loads act, and of each load's line the length that meets no free edge
+    of a movable block, where it does nothing.
 
     A line's load acts on the edges of movable blocks that lie on it within the tolerance, less what joints
-    cover of them, with its exact resultant and moment on each. Raises CaseError if a load's line is shorter
+    cover of them. Raises CaseError if a load's line is shorter
     than the tolerance, or meets no free edge of a movable block, with what lies there instead.
     """
-    forces = no_loads(shapes)
     if not scene.edge_loads:
-        return forces, (), ()
-    edges, both = Segments(*shapes.edges), np.concatenate([joints.first, joints.second])
+        return (), ()
+    tail, tip, owner = shapes.edges
     # What joints cover, for either of their blocks.
-    covers = Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
+    covers = np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1))
+    covers_of = np.concatenate([joints.first, joints.second])
     bare, pieces, fixed = [], [], scene.fixed
     for number, load in enumerate(scene.edge_loads, start=1):
         start, end = np.array(load.start) - shapes.origin, np.array(load.end) - shapes.origin
@@ -214,28 +216,26 @@ def edge_forces(
                 f"{scene.origin}: edge_load no. {number}: its line is no longer than what is nothing in this "
                 f"scene, {shapes.tolerance:.3g}: give the two ends of the loaded edge"
             )
-        found, spans = edges.along(start, end, shapes.tolerance)
-        movable = ~fixed[edges.owner[found]]
+        found, spans = along(tail, tip, start, end, shapes.tolerance)
+        movable = ~fixed[owner[found]]
         # A joint runs between the edges of its blocks, up to half the tolerance off each.
-        covering, covered = covers.along(start, end, 2 * shapes.tolerance)
+        covering, covered = along(*covers, start, end, 2 * shapes.tolerance)
         met: list[tuple[float, float]] = []
         for edge, span in zip(found[movable], spans[movable], strict=True):
-            block = edges.owner[edge]
-            over = covered[covers.owner[covering] == block]
-            free = spaces(span[0], span[1], over, shapes.tolerance)
+            block = owner[edge]
+            free = spaces(span[0], span[1], covered[covers_of[covering] == block], shapes.tolerance)
             met += free
             for piece in free:
-                direction = edges.tip[edge] - edges.tail[edge]
+                direction = tip[edge] - tail[edge]
                 intensity = scene.thickness * _intensity(load, np.array(piece) / length, direction)
                 ends = start + np.outer(piece, (end - start) / length)
                 for kind, acting in _acting(scene, load, intensity).items():
-                    forces[kind][block] += resultant(ends, acting, shapes.centroid[block])
                     if acting.any():
                         pieces.append(LoadedPiece(number - 1, int(block), kind, ends, acting))
         if not met:
             raise _nothing_there(scene, number, length, bool(movable.any()), bool(len(found)))
         bare.append(math.fsum(high - low for low, high in spaces(0.0, length, met, shapes.tolerance)))
-    return forces, tuple(bare), tuple(pieces)
+    return tuple(pieces), tuple(bare)
 
 
 def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
@@ -257,16 +257,6 @@ def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, n
         push = np.tile(scene.thickness * mass * shaking, (len(intensity), 1))
         acting["live"] = acting.get("live", 0.0) + push
     return acting
-
-
-def resultant(ends: np.ndarray, intensity: np.ndarray, centroid: np.ndarray) -> np.ndarray:
-    """Force and moment about a centroid of a force per length that is linear between two ends, shape (3,)."""
-    along, length = ends[1] - ends[0], np.hypot(*(ends[1] - ends[0]))
-    force, arm = length * intensity.mean(axis=0), ends.mean(axis=0) - centroid
-    # What grows along the piece turns about its middle.
-    growing = length / 12 * (intensity[1] - intensity[0])
-    moment = arm[0] * force[1] - arm[1] * force[0] + along[0] * growing[1] - along[1] * growing[0]
-    return np.array([*force, moment])
 
 
 def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixed: bool) -> CaseError:

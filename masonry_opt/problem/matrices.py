@@ -1,5 +1,6 @@
 """The geometry of a scene as matrices."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -7,7 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.problem.faces import KINDS, PLANE, Bounded, Faces, Layout, selection, space
+from masonry_opt.problem.faces import KINDS, PLANE, Bounded, Faces, Layout, space
+from masonry_opt.problem.limited_forces import LimitedForce, columns
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents
@@ -40,7 +42,14 @@ class Matrices:
     _tables: dict[tuple[bytes, ...], Faces] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
-    def of(cls, joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: float) -> "Matrices":
+    def of(
+        cls,
+        joints: Joints,
+        shapes: Extents,
+        movable: np.ndarray,
+        length_unit: float,
+        limited: Sequence[LimitedForce] = (),
+    ) -> "Matrices":
         """B with lengths in ``length_unit``. Columns are wrenches of unit forces, s along a joint's tangent,
         in space t along normal × tangent; they act on the first block as they are, on the second reversed.
         Movable blocks are given by their indices in the scene, shape (b,)."""
@@ -50,23 +59,25 @@ class Matrices:
         forces = [*((place, normal) for place in at), *((at.mean(axis=0), along) for along in tangents)]
         row_of = np.full(len(shapes.size), -1)
         row_of[movable] = np.arange(len(movable))
-        rows, columns, values = [], [], []
+        rows, numbers, values = [], [], []
         for of_joint, sign in ((joints.first, 1.0), (joints.second, -1.0)):
             block = of_joint[joint]
             for kind, (place, force) in enumerate(forces):
                 arm = (place - shapes.centroid[block]) / length_unit
                 entries = sign * np.column_stack([force, moment_of(arm, force)])
                 rows.append(layout.rows * row_of[block][:, None] + np.arange(layout.rows))
-                columns.append(np.broadcast_to((kind * count + np.arange(count))[:, None], entries.shape))
+                numbers.append(np.broadcast_to((kind * count + np.arange(count))[:, None], entries.shape))
                 values.append(entries)
-        row, column, value = (np.concatenate(parts).ravel() for parts in (rows, columns, values))
+        row, column, value = (np.concatenate(parts).ravel() for parts in (rows, numbers, values))
         # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.
         stays = (row >= 0) & (value != 0)
         shape = layout.rows * len(movable), KINDS * count
         B = sp.csr_array((value[stays], (row[stays], column[stays])), shape=shape)
+        if limited:
+            B = sp.hstack([B, columns(limited, shapes.centroid, movable, length_unit)], format="csr")
         share = shares(joints, joint)
         usual = float(np.median(share[share > 0])) if share.any() else 1.0
-        return cls(B, np.where(share > 0, share / usual, 1.0), length_unit, layout)
+        return cls(B, np.where(share > 0, share / usual, 1.0), length_unit, layout, len(limited))
 
     @property
     def blocks(self) -> int:
@@ -111,9 +122,9 @@ class Matrices:
     @cached_property
     def ends(self) -> sp.csr_array:
         """1 where a joint (column) is one of a block's (row), shape (b, c)."""
-        rows, columns = (np.arange(size) for size in self.of_joints.shape)
-        of_joints = abs(self.of_joints) @ selection(columns % self.joints, self.joints)
-        touched = (selection(rows // self.layout.rows, self.blocks).T @ of_joints).tocsr()
+        entries = self.of_joints.tocoo()
+        at = entries.row // self.layout.rows, entries.col % self.joints
+        touched = sp.csr_array((np.ones(entries.nnz), at), shape=(self.blocks, self.joints))
         touched.data[:] = 1.0
         return touched
 

@@ -25,6 +25,9 @@ class State:
     p: np.ndarray  #: rates ≥ 0 of the faces, shape (faces,)
 
 
+#: What problems of one program have in common, beside the limits of what crushes and of forces.
+_GIVEN = ("dead", "live", "compliance", "settled", "table")
+
 _T = TypeVar("_T")
 _ToArray = Callable[[np.ndarray], np.ndarray]
 
@@ -40,8 +43,7 @@ class Of(property, Generic[_T]):
         self._get = attrgetter(f"{self._part}.{name}")
 
     def __get__(self, whole: Any, _: type | None = None) -> _T:  # type: ignore[override]
-        value: _T = cast(Any, self) if whole is None else self._get(whole)
-        return value
+        return cast(_T, self if whole is None else self._get(whole))
 
 
 @dataclass(frozen=True)
@@ -65,8 +67,7 @@ class Problem:
     dead: np.ndarray  #: load f_D, shape (3b,)
     live: np.ndarray  #: load f_L, shape (3b,)
     force_unit: float  #: what a dimensionless force is multiplied by
-    #: Motion of a joint per unit of each of its forces where contacts give elastically, shape (3c,); None
-    #: where they are rigid.
+    #: Motion of a joint per unit of each of its forces, shape (3c,); None where contacts are rigid.
     compliance: np.ndarray | None = None
     #: Forces from which on contacts give, shape (3c,); None: from zero. Where contacts are rigid, those that
     #: are known to carry the dead load from rest.
@@ -111,26 +112,22 @@ class Problem:
 
     def same_program(self, other: "Problem") -> bool:
         """Whether another problem differs in friction, cohesion and dilatancy alone: programs' parameters."""
-        same_loads = self.dead is other.dead and self.live is other.live
+        given = all(getattr(self, name) is getattr(other, name) for name in _GIVEN)
         limits = ("crushing_force", "lowest", "highest")
         same_strength = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in limits)
-        same_contacts = self.compliance is other.compliance and self.settled is other.settled
-        same_forms = self.forms == other.forms and self.table is other.table
-        return same_forms and same_loads and same_strength and same_contacts
+        return given and self.forms == other.forms and same_strength
 
     @property
     def recession_cone(self) -> "Problem":
         """The same joints without cohesion and strength, and forces with limits of zero: its yield conditions
         are those of forces that can be added without end."""
-        finite = ("cohesion", "crushing_force", "lowest", "highest")
-        limits = ((name, getattr(self, name)) for name in finite)
-        none: dict[str, Any] = {name: np.where(np.isfinite(of), 0.0, of) for name, of in limits}
+        finite = {name: getattr(self, name) for name in ("cohesion", "crushing_force", "lowest", "highest")}
+        none: dict[str, Any] = {name: np.where(np.isfinite(of), 0.0, of) for name, of in finite.items()}
         return replace(self, law=replace(self.law, **none))
 
     @cached_property
     def statics_fix_forces(self) -> bool:
-        """Whether equilibrium alone gives all joint forces, as of a stack: no more forces than equations, for
-        every part of the scene."""
+        """Whether equilibrium alone gives all forces: no more than equations in any part, as of a stack."""
         return bool(structural_rank(self.B) == self.B.shape[1])
 
     @property
@@ -150,8 +147,7 @@ class Problem:
         return self.live_norm / (self.force_sizes(self.live).sum() or self.live_norm)
 
     def forces(self, load: np.ndarray) -> np.ndarray:
-        """Forces, or velocities, of the blocks, shape (b, 2), in a load or motion, shape (3b,); in space
-        (b, 3) of (6b,)."""
+        """Forces, or velocities, of blocks, (b, 2), in a load or motion, (3b,); in space (b, 3) of (6b,)."""
         return self.by_block(load)[:, : self.layout.dimension]
 
     def force_sizes(self, load: np.ndarray) -> np.ndarray:
@@ -197,20 +193,14 @@ class Problem:
 
     def slip_speed(self, d: np.ndarray) -> np.ndarray:
         """Speed of slip in each joint, shape (c,), under block velocities, shape (3b,)."""
-        return np.hypot.reduce(np.abs(self._motion(d, None)[1]), axis=0)
+        return np.hypot.reduce(np.abs(self.shears(self.motion(d, None))), axis=0)
 
     def motion(self, d: np.ndarray, q: np.ndarray | None) -> np.ndarray:
-        """Motion of the joints that the flow rule must explain, shape (3c,): Bᵀd, and what elastic contacts
-        give under forces q, shape (3c,)."""
+        """Motion that the flow rule must explain, shape (3c,): Bᵀd, and what contacts give under forces q."""
         moved: np.ndarray = self.B.T @ d
         if self.compliance is None or q is None:
             return moved
         return np.asarray(moved + self.compliance * (q if self.settled is None else q - self.settled))
-
-    def _motion(self, d: np.ndarray, q: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Opening at the points (points, c) and slip (shears, c) of joints."""
-        motion = self.motion(d, q)
-        return self.at_points(motion), self.shears(motion)
 
     @property
     def columns_of_sliding(self) -> np.ndarray:
@@ -233,8 +223,8 @@ class Problem:
         """Constant part of chords of crushing and limits of forces, zero on other faces, shape (faces,)."""
         constant = np.zeros(self.faces)
         constant[self.table.bent] = np.outer(self.crushing_force, CHORDS.constant)
-        limits = np.append(-self.lowest[self.table.below], self.highest[self.table.above])
-        constant[self.table.limits] = limits
+        limits = -self.lowest[self.table.below], self.highest[self.table.above]
+        constant[self.table.limits] = np.concatenate(limits)
         return constant
 
     @cached_property
@@ -265,7 +255,7 @@ class Problem:
         others[table.slides] = others[table.chords] = 0.0
         sliding = self.by_friction.energy(self._by_sense(z), self._by_sense(p), *self._of_sliders(q))
         at_points = self.at_points(q)[:, self.crushing]
-        crushing = self.by_strength.energy(z[self.bent], p[self.bent], at_points) if at_points.size else 0.0
+        crushing = self.by_strength.energy(z[self.bent], p[self.bent], at_points)
         return sliding + crushing + float(others.sum())
 
     def rates(self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None) -> np.ndarray:
@@ -278,15 +268,15 @@ class Problem:
         ``Bᵀd − D p`` is the violation of the flow rule. Rates of sliding are slips, as velocities are; of
         rocking half the openings, in space openings.
         """
-        opening, slip = self._motion(d, q)
-        slides = self.layout.rates(slip[:, self.sliding])
+        motion = self.motion(d, q)
+        opening, slides = self.at_points(motion), self.layout.rates(self.shears(motion)[:, self.sliding])
         opening[:, self.sliding] -= slope * self.by_friction.speed(slides)
         crush = np.zeros(0)
         if len(joints := self.crushing):
             crush = self.by_strength.rates(opening[:, joints]).ravel()
             opening[:, joints] = 0.0
         rock = opening / self.layout.points
-        gives = self.of_forces(self.motion(d, q))
+        gives = self.of_forces(motion)
         limits = np.append(gives[self.table.below], -gives[self.table.above])
         return np.maximum(np.concatenate([slides.ravel(), rock.ravel(), crush, limits]), 0.0)
 

@@ -12,8 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.effort import Effort
-from masonry_opt.solvers.highs import iterations_of
-from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict
+from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict, iterations_of
 
 _VERDICTS = {
     cp.OPTIMAL: Verdict.OPTIMAL,
@@ -119,8 +118,7 @@ def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any])
 
 def _largest(A: Any) -> np.ndarray:
     """Largest entry of each row."""
-    largest: np.ndarray = abs(A).max(axis=1).toarray().ravel()
-    return largest
+    return np.asarray(abs(A).max(axis=1).toarray()).ravel()
 
 
 def _by_cones(factors: np.ndarray, each: np.ndarray, zero: int) -> np.ndarray:

@@ -12,8 +12,7 @@ from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
-    """The engine, and the models by formulation. Each language takes a second or more to import: only the one
-    that is used is."""
+    """The engine, and the models by formulation. Only the language used is imported, which takes a second."""
     if language == "pyomo":
         from masonry_opt.models.pyomo_kinematic import PyomoKinematic
         from masonry_opt.models.pyomo_static import PyomoStatic

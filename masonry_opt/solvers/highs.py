@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.effort import Effort
-from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver
+from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver, iterations_of
 
 _UNIT_ROUNDOFF = 2.0**-53  #: Rounding of one addition or product in double precision.
 
@@ -158,12 +158,9 @@ class HighsSession:
     def set_column(self, variable: Any, constraint: Any, entries: np.ndarray) -> None:
         """Entries of a variable of one column in the rows of a constraint, in order. Bounds by multipliers
         (``least``, ``contradiction``) are those of the program as it was declared."""
-        column, rows = int(self.columns(variable)[0]), self.rows(constraint)
-        _, held, values = self._highs.getColEntries(column)
-        now = np.zeros(self.lp.matrix.shape[0])
-        now[held] = values
-        for index in np.flatnonzero(now[rows] != entries):
-            self._highs.changeCoeff(int(rows[index]), column, float(entries[index]))
+        column = int(self.columns(variable)[0])
+        for row, entry in zip(self.rows(constraint).tolist(), entries.tolist(), strict=True):
+            self._highs.changeCoeff(row, column, entry)
 
     def columns(self, variable: Any) -> np.ndarray:
         """Columns of a variable, in order."""
@@ -241,11 +238,6 @@ class HighsSession:
         low, high, lower, upper = map(np.array, (lp.col_lower_, lp.col_upper_, lp.row_lower_, lp.row_upper_))
         cost = np.array(lp.col_cost_)
         return replace(self.lp, cost=cost, low=low, high=high, row_lower=lower, row_upper=upper)
-
-
-def iterations_of(info: Any) -> int:
-    """Iterations of a run of HiGHS; counts of what did not run are negative."""
-    return max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)
 
 
 def _loaded(program: LinearProgram) -> highspy.HighsLp:

@@ -7,7 +7,7 @@ from pyomo.contrib.solver.common.results import TerminationCondition
 from pyomo.contrib.solver.solvers.highs import Highs
 
 from masonry_opt.effort import Effort
-from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict
+from masonry_opt.solvers.registry import LpSize, Solved, Solver, Verdict, iterations_of
 
 _VERDICTS = {
     TerminationCondition.convergenceCriteriaSatisfied: Verdict.OPTIMAL,
@@ -26,7 +26,7 @@ class PyomoEngine:
     ) -> None:
         self.program, self.solver, self.effort = program, solver, effort
         effort.uses(solver.name, purpose)
-        self._run_time, self._purpose = 0.0, purpose
+        self._purpose = purpose
         with effort.measure("compile"):
             self._highs = Highs()
             config = self._highs.config
@@ -54,16 +54,14 @@ class PyomoEngine:
         """Solve with the present parameters, from the last basis where there is one."""
         effort = self.effort
         effort.lp_solves += 1
-        start = time.perf_counter()
+        highs, start = self._highs._solver_model, time.perf_counter()
+        before = highs.getRunTime()
         result = self._highs.solve(self.program)
-        elapsed = time.perf_counter() - start
-        # HiGHS's clock runs on from solve to solve.
-        run_time = float(result.timing_info.highs_time)
-        seconds, self._run_time = run_time - self._run_time, run_time
+        seconds = highs.getRunTime() - before
         effort.add("solve", seconds)
-        effort.add("compile", max(elapsed - seconds, 0.0))  # changed parameters, handed over
-        counts = [result.extra_info.value().get(f"{kind}_iteration_count") for kind in ("simplex", "ipm")]
-        effort.iterations += max(int(count or 0) for count in (0, *counts))
+        # The rest: changed parameters, handed over.
+        effort.add("compile", max(time.perf_counter() - start - seconds, 0.0))
+        effort.iterations += iterations_of(highs.getInfo())
         condition = result.termination_condition
         verdict = _VERDICTS.get(condition, Verdict.FAILED)
         if verdict is Verdict.OPTIMAL:

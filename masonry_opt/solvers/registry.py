@@ -1,5 +1,4 @@
-"""Every solver a user can name, its options and what it can solve (adding one is one entry), and how a solve
-ends."""
+"""Every solver a user can name (adding one is one entry), what it can solve, and how a solve ends."""
 
 import importlib.util
 from collections.abc import Callable
@@ -28,7 +27,7 @@ class SolverEntry:
     language: str  #: one of ``MODELS``
     engine: str  #: its name in that language
     options: Options | None  #: its options by tolerance; None if it keeps tolerances of its own
-    missing: Callable[[], str] = lambda: ""  #: what to do to have it, if it is not installed
+    brought_by: str = ""  #: the module that brings it, if it need not be installed
     interior: bool = False  #: whether it ends inside the set of optimal states, not in a vertex
     #: Whether it saves time at a rough tolerance. (At 1e-4 HiGHS's interior points end "unknown", and its
     #: simplex ends in a vertex all the same.)
@@ -109,10 +108,6 @@ def _installed_for_cvxpy() -> frozenset[str]:
     return frozenset(cp.installed_solvers())
 
 
-def _without_casadi() -> str:
-    return "" if importlib.util.find_spec("casadi") else "CasADi brings IPOPT: pip install '.[mpec]'"
-
-
 _highs_hipo = partial(_highs_interior, solver="hipo")
 
 _ENTRIES = (
@@ -126,7 +121,7 @@ _ENTRIES = (
     SolverEntry("highs", "pyomo", "highs", _highs_simplex),
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, interior=True),
-    SolverEntry("casadi", "pyomo", "ipopt", None, _without_casadi, interior=True, nonlinear=True),
+    SolverEntry("casadi", "pyomo", "ipopt", None, "casadi", interior=True, nonlinear=True),
     # This package's own, of the complementarity problem.
     SolverEntry("newton", MATRICES, "newton", None, interior=True),
 )
@@ -162,8 +157,8 @@ def find_entry(language: str, name: str | None) -> SolverEntry:
         raise OptionError(
             f"solver '{name}' is unknown for model '{language}'; choose from: {', '.join(known)}{others}"
         )
-    if missing := entry.missing():
-        raise OptionError(f"solver '{name}' is not installed: {missing}")
+    if entry.brought_by and not importlib.util.find_spec(entry.brought_by):
+        raise OptionError(f"solver '{name}' is not installed: CasADi brings IPOPT: pip install '.[mpec]'")
     return entry
 
 
@@ -217,6 +212,11 @@ class Solved:
     def failed(self) -> bool:
         """Whether the solver decided nothing."""
         return self.verdict in (Verdict.FAILED, Verdict.NEARLY)
+
+
+def iterations_of(info: Any) -> int:
+    """Iterations of a run of HiGHS; counts of what did not run are negative."""
+    return max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)
 
 
 @dataclass(frozen=True)

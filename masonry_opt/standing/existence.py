@@ -9,7 +9,7 @@ choice there is no such state. Each cut is certified from the matrices.
 """
 
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -47,31 +47,25 @@ _MOVES = 1e-9
 
 _TO_BLAME = 1e-9  #: Share of the largest multiplier above which a face is to blame.
 _OF_LATE = 200  #: Cuts that count in the choice of a face to branch on.
-_OPEN = -1  #: A face that a choice does not name, beside False and True.
-
-#: By face, whether it moves and is at yield. Faces that a choice does not name are open.
-_Choice = dict[int, bool]
+_OPEN, _STILL, _MOVING = -1, 0, 1  #: What a choice says of a face.
 
 
 class _Undecided(Exception):
     """No proof: a choice is not refuted, a cut not borne out by its residual, or programs were too many."""
 
 
-@dataclass
 class Cuts:
-    """Sets of faces that no Coulomb state with λ ≥ 0 agrees with."""
+    """Cuts that exclude every Coulomb state with λ ≥ 0, as far as they are found within ``most_programs``
+    linear programs, of a scene that stands, in units of its load.
 
-    #: Sets of faces that cannot come to yield together under any λ ≥ 0.
-    static: list[frozenset[int]] = field(default_factory=list)
-    #: Sets of faces of which one moves in every mechanism that lets the live load do work.
-    kinematic: list[frozenset[int]] = field(default_factory=list)
-    residual: float = 0.0  #: the largest that any of them leaves of its conditions
-    exclude: bool = False  #: whether they leave no choice: no Coulomb state with λ ≥ 0 exists
+    ``exclude`` tells whether they leave no choice, ``residual`` is the largest that any of them leaves of its
+    conditions, and ``static`` and ``kinematic`` are how many there are: sets of faces that cannot come to
+    yield together, and of which one moves in every mechanism that lets the live load do work. A *choice* is
+    by face whether it moves and is at yield, or does not move, or is open, shape (faces,).
+    """
 
-
-class _BranchAndCut:
     def __init__(self, problem: Problem, most_programs: int, effort: Effort) -> None:
-        self.problem, self.effort, self.cuts = problem, effort, Cuts()
+        self.problem, self.effort = problem, effort
         self._most_programs = effort.lp_solves + most_programs
         self._motion, self._no_motion = CvxpyMotion(problem), CvxpyNoMotion(problem, problem.dilatancy)
         self._no_forces = CvxpyNoForces(problem)
@@ -79,112 +73,98 @@ class _BranchAndCut:
             HighsSession(model.program, effort, _PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # The cuts again, as rows over the faces: as many as there may be programs, each of which finds one.
-        self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (False, True)}
+        # By what one of their faces must be, as rows over the faces: as many as there may be programs.
+        self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_STILL, _MOVING)}
+        self._count = {_STILL: 0, _MOVING: 0}
+        self.residual, self.exclude = 0.0, False
+        with suppress(_Undecided):
+            self._refute(np.full(problem.faces, _OPEN))
+            self.exclude = True
+        self.static, self.kinematic = self._count[_STILL], self._count[_MOVING]
 
-    def exclude(self, choice: _Choice) -> None:
+    def _refute(self, choice: np.ndarray) -> None:
         """Return if no Coulomb state agrees with a choice; raise _Undecided if that is not shown."""
         while (branch := self._branch(choice)) is not None:
             # The face at yield first, which few states of equilibrium allow.
-            self.exclude({**choice, branch: True})
-            choice = {**choice, branch: False}
+            choice[branch] = _MOVING
+            self._refute(choice.copy())
+            choice[branch] = _STILL
 
-    def _branch(self, choice: _Choice) -> int | None:
-        """The face to branch on, after ``choice`` is completed by what the cuts and new ones imply; None if
-        it is refuted."""
+    def _branch(self, choice: np.ndarray) -> int | None:
+        """The face to branch on, after all that cuts imply is added to ``choice``; None if it is refuted."""
         while self._follows(choice):
-            moving = [face for face, moves in choice.items() if moves]
-            if moving and self._static_cut(moving) is not None:
+            moving = choice == _MOVING
+            if moving.any() and self._static_cut(moving) is not None:
                 return None
-            rates = self._mechanism(choice, moving)
+            rates = self._mechanism(choice)
             if rates is None:
-                self._kinematic_cut([face for face, moves in choice.items() if not moves])
+                self._kinematic_cut(choice == _STILL)
                 return None
-            cut = self._static_cut(sorted({*np.flatnonzero(rates > _MOVES).tolist(), *moving}))
+            cut = self._static_cut(moving | (rates > _MOVES))
             if cut is None:
                 raise _Undecided  # these faces can move and come to yield together
-            open_faces = [face for face in cut if face not in choice]
+            open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
                 # The face that most of the last cuts name: branching on it closes the tree soonest.
-                blame = self._rows[False][max(len(self.cuts.static) - _OF_LATE, 0) :].sum(axis=0)
+                blame = self._rows[_STILL][max(self._count[_STILL] - _OF_LATE, 0) :].sum(axis=0)
                 return max(open_faces, key=lambda face: (blame[face], rates[face]))
         return None
 
-    def _follows(self, choice: _Choice) -> bool:
+    def _follows(self, choice: np.ndarray) -> bool:
         """Add to a choice what the cuts imply; False if it contradicts one."""
-        state = np.full(self.problem.faces, _OPEN)
-        state[list(choice)] = list(choice.values())
         changed = True
         while changed:
             changed = False
-            for cuts, implied in ((self.cuts.static, False), (self.cuts.kinematic, True)):
-                rows = self._rows[implied][: len(cuts)]
-                met, left = rows @ (state == implied) > 0, rows @ (state == _OPEN)
+            for implied, count in self._count.items():
+                rows = self._rows[implied][:count]
+                met, left = rows @ (choice == implied) > 0, rows @ (choice == _OPEN)
                 if (~met & (left == 0)).any():
                     return False
-                forced = (state == _OPEN) & rows[~met & (left == 1)].any(axis=0)
-                state[forced] = implied
+                forced = (choice == _OPEN) & rows[~met & (left == 1)].any(axis=0)
+                choice[forced] = implied
                 changed |= bool(forced.any())
-        choice.update({int(face): bool(state[face]) for face in np.flatnonzero(state != _OPEN)})
         return True
 
-    def _mechanism(self, choice: _Choice, moving: list[int]) -> np.ndarray | None:
+    def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
         """Rates (faces,) of a mechanism of few moving faces, preferably those that move anyway."""
-        most, cost = np.full(self.problem.faces, np.inf), np.ones(self.problem.faces)
-        most[[face for face, moves in choice.items() if not moves]] = 0.0
-        cost[moving] = 0.01
         p = self._motion.mechanism.p
-        self._mechanisms.set_most(p, most)
-        self._mechanisms.set_costs(p, cost)
+        self._mechanisms.set_most(p, np.where(choice == _STILL, 0.0, np.inf))
+        self._mechanisms.set_costs(p, np.where(choice == _MOVING, 0.01, 1.0))
         return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
 
-    def _static_cut(self, held: list[int]) -> frozenset[int] | None:
+    def _static_cut(self, held: np.ndarray) -> frozenset[int] | None:
         """Those of some faces that cannot come to yield together; None if all can."""
-        model, most = self._no_forces, np.zeros(self.problem.faces)
-        most[held] = np.inf
-        self._statics.set_most(model.r, most)
+        model = self._no_forces
+        self._statics.set_most(model.r, np.where(held, np.inf, 0.0))
         if not self._solved(self._statics):
             return None
         d, p, r = (self._statics.values(variable) for variable in (model.d, model.p, model.r))
         blamed = r - p > _TO_BLAME * max(r.max(), 1.0)
-        left = static_residual(self.problem, d, p - r, blamed)
-        self._keep(self.cuts.static, False, left, blamed)
-        return self.cuts.static[-1]
+        self._keep(_STILL, static_residual(self.problem, d, p - r, blamed), blamed)
+        return frozenset(np.flatnonzero(blamed).tolist())
 
-    def _kinematic_cut(self, still: list[int]) -> None:
+    def _kinematic_cut(self, still: np.ndarray) -> None:
         """Those of some faces of which one must move."""
-        model, most = self._no_motion, np.zeros(self.problem.faces)
-        most[still] = np.inf
-        self._kinematics.set_most(model.v, most)
+        model = self._no_motion
+        self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
         if not self._solved(self._kinematics):
             raise _Undecided
         q, v = self._kinematics.values(model.q), self._kinematics.values(model.v)
         blamed = v > _TO_BLAME * max(v.max(), 1.0)
-        left = kinematic_residual(self.problem, q, blamed)
-        self._keep(self.cuts.kinematic, True, left, blamed)
+        self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
-    def _keep(self, cuts: list[frozenset[int]], implied: bool, residual: float, blamed: np.ndarray) -> None:
+    def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
         """Keep a cut that its residual bears out: no state has none of its faces as ``implied``."""
         if not residual <= PROOF:
             raise _Undecided
-        self.cuts.residual = max(self.cuts.residual, residual)
-        self._rows[implied][len(cuts), blamed] = 1.0
-        cuts.append(frozenset(np.flatnonzero(blamed).tolist()))
+        self.residual = max(self.residual, residual)
+        self._rows[implied][self._count[implied], blamed] = 1.0
+        self._count[implied] += 1
 
     def _solved(self, session: HighsSession) -> bool:
         if self.effort.lp_solves >= self._most_programs:
             raise _Undecided
         return session.solve() is Verdict.OPTIMAL
-
-
-def combinatorial_cuts(problem: Problem, most_programs: int, effort: Effort) -> Cuts:
-    """Cuts that exclude every Coulomb state with λ ≥ 0, as far as they are found within ``most_programs``
-    linear programs, of a scene that stands, in units of its load."""
-    search = _BranchAndCut(problem, most_programs, effort)
-    with suppress(_Undecided):
-        search.exclude({})
-        search.cuts.exclude = True
-    return search.cuts
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
@@ -220,11 +200,11 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     of_cone = problem.by_cone.by_friction.conic
     if not of_mechanism or falls or of_cone or problem.joints > _CUTS_UP_TO:
         return certificate
-    cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort)
+    cuts = Cuts(problem, _MOST_WORK // problem.joints, effort)
     if not cuts.exclude:
         return certificate
     certificate = replace(certificate, existence=Existence.NO_STATE, cut_residual=cuts.residual)
-    return replace(certificate, static_cuts=len(cuts.static), kinematic_cuts=len(cuts.kinematic))
+    return replace(certificate, static_cuts=cuts.static, kinematic_cuts=cuts.kinematic)
 
 
 def _ray(
@@ -249,15 +229,14 @@ def explained(
     possible, and the joints that carry the load are named."""
     found = solution.infeasibility
     if found is None:
-        if solution.associative is None or associative:
+        found = InfeasibilityCertificate(Existence.UNDECIDED)
+        if solution.associative is None or associative:  # else statics are bounded
             found = existence(assembly.problem, effort, of_mechanism=not associative)
-        else:  # statics are bounded
-            found = InfeasibilityCertificate(Existence.UNDECIDED)
         solution = replace(solution, infeasibility=found)
-    if not associative:
+    if found and not associative:
         if solution.status is not Status.UNSTABLE:
-            solution = _as_proven(solution)
-        if found and found.clamped:
+            solution = _as_proven(solution, found)
+        if found.clamped:
             solution = solution.telling(reason(Code.CLAMPED, pairs=assembly.pairs(np.array(found.clamped))))
     locking = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
     if not len(locking):
@@ -278,16 +257,13 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
     return solution.withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 
 
-def _as_proven(solution: Solution) -> Solution:
+def _as_proven(solution: Solution, found: InfeasibilityCertificate) -> Solution:
     """A solution with what is proven as status and reasons."""
-    found = solution.infeasibility
-    proven = found.existence if found else None
-    if proven is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
-        solution = replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
-    elif found and proven is Existence.NO_STATE:
+    if found.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
+        return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
+    if found.existence is Existence.NO_STATE:
         counts = {"static_cuts": found.static_cuts, "kinematic_cuts": found.kinematic_cuts}
         status = solution.status if found.equilibrium is None else Status.JAMMED
-        solution = replace(solution, status=status).telling_first(reason(Code.NO_COLLAPSE, **counts))
-    elif proven is Existence.UNBOUNDED:
-        solution = solution.telling(reason(Code.CARRIES_ANY))
-    return solution
+        return replace(solution, status=status).telling_first(reason(Code.NO_COLLAPSE, **counts))
+    unbounded = found.existence is Existence.UNBOUNDED
+    return solution.telling(reason(Code.CARRIES_ANY)) if unbounded else solution

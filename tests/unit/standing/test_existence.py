@@ -29,7 +29,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import in_units_of_load
 from masonry_opt.result import make_result
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.standing.existence import combinatorial_cuts, existence
+from masonry_opt.standing.existence import Cuts, existence
 
 #: Pushed along and, 1.5 times as hard, down, on a floor of friction 2: it would slide at λ = 2 (1 + 1.5 λ).
 PUSHED = block_on_floor(width=4.0, height=1.0, friction=2.0, live=(1.0, -1.5))
@@ -151,14 +151,14 @@ def test_no_proof_where_a_state_is_known(kind):
         result = mo.solve(random_scene(kind, seed))
         if result.load_factor is not None and result.load_factor >= 0:
             problem = in_units_of_load(result.assembly.problem).problem
-            assert not combinatorial_cuts(problem, 200, Effort()).exclude
+            assert not Cuts(problem, 200, Effort()).exclude
 
 
 @pytest.mark.slow
 def test_a_search_that_is_cut_short_proves_nothing():
     problem = in_units_of_load(assemble(random_scene("arch", 28)).problem).problem
-    assert combinatorial_cuts(problem, 1000, Effort()).exclude
-    assert not combinatorial_cuts(problem, 10, Effort()).exclude
+    assert Cuts(problem, 1000, Effort()).exclude
+    assert not Cuts(problem, 10, Effort()).exclude
 
 
 def test_residuals_see_what_is_wrong():
