@@ -5,7 +5,7 @@ import io
 import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -134,18 +134,10 @@ _SINGLE = ("load_factor", "live_work", "raising", "objective")  #: What there is
 Files = dict[str, str]  #: The files of a program, by the ends of their names.
 
 
-@dataclass(frozen=True)
-class Labels:
-    """How joints and blocks are written in names, between brackets after the kind; no two are the same."""
-
-    joints: list[str]  #: one for each of the problem's, ordered as ``Result.joints``, in space ``.contacts``
-    blocks: list[str]  #: one for each movable block, in the order of ``Result.blocks``
-    limited: list[str]  #: one for each limited force, in the order of ``Result.ties``
-
-
-def labels_of(assembly: Assembly, legal: bool) -> Labels:
-    """``[A|ground]``, names of blocks as the scene has them, or ``{A|ground}``, legal in LP files: with ``_``
-    for what these do not take."""
+def _labels(assembly: Assembly, legal: bool) -> list[list[str]]:
+    """How joints (in space contact points), movable blocks and limited forces are written in names after the
+    kind, in the order of a result's frames, no two the same: ``[A|ground]``, names of blocks as the scene has
+    them, or ``{A|ground}``, legal in LP files: with ``_`` for what these do not take."""
 
     def written(name: str) -> str:
         return re.sub(_ILLEGAL, "_", name) if legal else name
@@ -157,7 +149,7 @@ def labels_of(assembly: Assembly, legal: bool) -> Labels:
         (names[block] for block in assembly.movable),
         (written(force.name) for force in assembly.limited),
     )
-    return Labels(*([f"{{{each}}}" if legal else f"[{each}]" for each in unique(of)] for of in labels))
+    return [[f"{{{each}}}" if legal else f"[{each}]" for each in unique(of)] for of in labels]
 
 
 def unique(labels: Iterable[str]) -> list[str]:
@@ -174,17 +166,18 @@ def unique(labels: Iterable[str]) -> list[str]:
     return [*different]
 
 
-def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> dict[int, str]:
-    """A name for every variable, constraint and objective of a declared program, by its identity. No two are
-    the same, and none is of a row and of a column."""
-    dimension = problem.layout.dimension
+def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dict[int, str]:
+    """A name for every variable, constraint and objective of a declared program, by its identity, legal in LP
+    files or not. No two are the same, and none is of a row and of a column."""
+    dimension, (joints, blocks, limited) = assembly.scene.dimension, _labels(assembly, legal)
+    faces = [*_faces(assembly.problem, joints, limited)]
     of_components: dict[str, list[str]] = {name: [name] for name in _SINGLE}
     for name, kinds in _OF_JOINTS[dimension].items():
-        joints = [kind + label for kind in kinds for label in labels.joints]
-        of_components[name] = joints + [_OF_LIMITED[name] + label for label in labels.limited]
+        of_components[name] = [kind + label for kind in kinds for label in joints]
+        of_components[name] += [_OF_LIMITED[name] + label for label in limited]
     for name, kinds in _OF_BLOCKS[dimension].items():
-        of_components[name] = [kind + label for label in labels.blocks for kind in kinds]
-    of_components |= {name: list(_faces(problem, labels, kind)) for name, kind in _OF_FACES.items()}
+        of_components[name] = [kind + label for label in blocks for kind in kinds]
+    of_components |= {name: [f"{kind}_{face}" for face in faces] for name, kind in _OF_FACES.items()}
     declared = program.component_objects((pyo.Var, pyo.Constraint, pyo.Objective), descend_into=False)
     named = [
         each for one in declared for each in zip(one.values(), of_components[one.local_name], strict=True)
@@ -192,12 +185,12 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
     if (pairs := program.component("complementarity")) is not None:
         for part, kind in _PAIR.items():
             parts = (pair.component(part) for pair in pairs.values())
-            named += zip(parts, _faces(problem, labels, kind), strict=True)
+            named += zip(parts, (f"{kind}_{face}" for face in faces), strict=True)
     return {id(data): name for data, name in named if data is not None}
 
 
-def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:
-    """Names of one kind, one a face."""
+def _faces(problem: Problem, joints: list[str], limited: list[str]) -> Iterator[str]:
+    """Names of faces, behind the kind."""
     senses = range(1, len(problem.layout.senses) + 1)
     slides = [f"slide_{side}" for side in senses] if problem.layout.round else ["slide_plus", "slide_minus"]
     motions = [motion for motion in slides for _ in problem.sliding]
@@ -205,9 +198,9 @@ def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:
     chords = range(1, len(CHORDS.slope) + 1)
     motions += [f"crush_{point}_{chord}" for point in (1, 2) for _ in problem.crushing for chord in chords]
     for motion, number in zip(motions, problem.face_joint.tolist(), strict=True):
-        yield f"{kind}_{motion}{labels.joints[number]}"
-    for motion, forces in (("least", problem.table.below), ("most", problem.table.above)):
-        yield from (f"{kind}_{motion}{labels.limited[force]}" for force in forces)
+        yield motion + joints[number]
+    yield from (f"least{limited[force]}" for force in problem.table.below)
+    yield from (f"most{limited[force]}" for force in problem.table.above)
 
 
 def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> Files:
@@ -319,7 +312,7 @@ def export(
     refuse_unsuited(replace(known, refuses=refuses), assembly)
     program, said = _EXPORTS[method](assembly)
     program.name = method
-    names = names_in(program, assembly.problem, labels_of(assembly, legal=end != ".nl"))
+    names = names_in(program, assembly, legal=end != ".nl")
     files = _WRITERS[end](program, names, [*_header(method, assembly), *said])
     paths = {of: path.with_suffix(path.suffix if of == end else of) for of in files}
     for of, text in files.items():

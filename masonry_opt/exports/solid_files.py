@@ -2,10 +2,10 @@
 
 import json
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +21,13 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Polyhedron, Solid
 from masonry_opt.scene.tables import library
 
+SOLID_ENDS = (".json", ".obj", ".glb", ".gltf")  #: Ends of names of files of solids.
+
 _SUPPORT = "fixed"  #: Supports are known in meshes by how their names begin.
+
+#: A block as files have it: its name, whether it is fixed, its corners, and faces as their indices, looking
+#: outwards.
+_Body = tuple[str, bool, np.ndarray, list[list[int]]]
 
 #: Turns z upwards into y upwards, as glTF has it.
 _Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=float)
@@ -48,16 +54,8 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
     if elements:
         origin = elements.assembly.geometry.origin
         motion = (START if share is None else share) * elements.motion
-    return _MESHES[end](_bodies(scene, origin, motion))
-
-
-class _Body(NamedTuple):
-    """A block as files have it: its corners, and faces as their indices, looking outwards."""
-
-    name: str
-    fixed: bool
-    corners: np.ndarray
-    faces: list[list[int]]
+    bodies = _bodies(scene, origin, motion)
+    return _obj(bodies) if end == ".obj" else _gltf(bodies, end)
 
 
 def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]:
@@ -67,7 +65,7 @@ def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]
         support = block.fixed and not block.name.startswith(_SUPPORT)
         corners, faces = _joined(block.polyhedra)
         at = moved(corners - origin, own) + origin
-        bodies.append(_Body(f"{_SUPPORT} {block.name}" if support else block.name, block.fixed, at, faces))
+        bodies.append((f"{_SUPPORT} {block.name}" if support else block.name, block.fixed, at, faces))
     return bodies
 
 
@@ -84,15 +82,15 @@ def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
 
 def _obj(bodies: list[_Body]) -> str:
     lines, first = [f"# {MARK}"], 1
-    for body in bodies:
-        lines.append(f"o {body.name}")
-        lines += [f"v {x:.12g} {y:.12g} {z:.12g}" for x, y, z in body.corners.tolist()]
-        lines += ["f " + " ".join(str(first + corner) for corner in face) for face in body.faces]
-        first += len(body.corners)
+    for name, _, corners, faces in bodies:
+        lines.append(f"o {name}")
+        lines += [f"v {x:.12g} {y:.12g} {z:.12g}" for x, y, z in corners.tolist()]
+        lines += ["f " + " ".join(str(first + corner) for corner in face) for face in faces]
+        first += len(corners)
     return "\n".join(lines) + "\n"
 
 
-def _gltf(bodies: list[_Body], binary: bool) -> str | bytes:
+def _gltf(bodies: list[_Body], end: str) -> str | bytes:
     trimesh = library("trimesh", "glTF needs trimesh; install it with: pip install '.[meshes]'")
     scene = trimesh.Scene()
     for name, fixed, corners, faces in bodies:
@@ -106,19 +104,10 @@ def _gltf(bodies: list[_Body], binary: bool) -> str | bytes:
         scene.add_geometry(mesh, node_name=name, geom_name=name, transform=_Y_UP)
 
     signed = {"tree_postprocessor": lambda tree: tree["asset"].update(generator=WRITER)}
-    if binary:
+    if end == ".glb":
         return scene.export(file_type="glb", **signed)
     files = scene.export(file_type="gltf", merge_buffers=True, embed_buffers=True, **signed)
     return files["model.gltf"].decode()
-
-
-_MESHES: dict[str, Callable[[list[_Body]], str | bytes]] = {
-    ".obj": _obj,
-    ".glb": lambda bodies: _gltf(bodies, True),
-    ".gltf": lambda bodies: _gltf(bodies, False),
-}
-
-SOLID_ENDS = (".json", *_MESHES)  #: Ends of names of files of solids.
 
 
 def _compas(assembly: Assembly, result: Result | None) -> str:

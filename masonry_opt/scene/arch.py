@@ -34,6 +34,17 @@ class Stone(NamedTuple):
         return self._replace(corners=[*map(point, self.corners)], weight_at=weight_at, back=back)
 
 
+class _Arc(NamedTuple):
+    """The circle of an arch, of a pointed one that of its left half; directions in radians from there."""
+
+    centre: Point
+    inner: float  #: radius of the intrados
+    radius: float  #: of the centreline
+    first: float  #: direction of the first joint
+    last: float  #: of the last one, of a pointed arch that of its right half
+    swept: float  #: angle from the first to the last joint, of a pointed arch that of both halves
+
+
 class ArchRing(AnyGenerator):
     """Equal voussoirs with radial joints, each end on a fixed abutment: a generator in the plane or in space.
 
@@ -82,7 +93,7 @@ class ArchRing(AnyGenerator):
         if (None in by_angles and None in by_rise) or (any(by_angles) and any(by_rise)):
             yield "give 'radius' and 'angles', or 'span' and 'rise'"
             return
-        swept = math.degrees(self._swept)
+        swept = math.degrees(self._arc.swept)
         if not 0 < swept < 360:
             yield f"'angles' sweep {swept:g}°: must be more than 0° and less than 360°"
         elif not swept < 180 * self.voussoirs:
@@ -90,7 +101,7 @@ class ArchRing(AnyGenerator):
         if self._is_pointed and self.voussoirs % 2:
             odd = f"(found {self.voussoirs})"
             yield f"'rise' is over half of 'span': a pointed arch has an even number of 'voussoirs' {odd}"
-        if not self.thickness < 2 * (radius := self._radius):
+        if not self.thickness < 2 * (radius := self._arc.radius):
             yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"
         if self.skewbacks is None:
             return
@@ -108,45 +119,28 @@ class ArchRing(AnyGenerator):
         return bool(self.span and self.rise and self.rise > self.span / 2 * (1 + _ROUNDING))
 
     @property
-    def _circle(self) -> tuple[float, float]:
-        """Half the span and the radius of the intrados, given span and rise; if pointed, of its arcs."""
+    def _arc(self) -> _Arc:
+        if self.radius is not None and self.angles is not None:
+            first, last = self.angles
+            inner, swept = self.radius - self.thickness / 2, math.radians(abs(last - first))
+            return _Arc((0.0, 0.0), inner, self.radius, math.radians(first), math.radians(last), swept)
         assert self.span is not None
         assert self.rise is not None
         half = self.span / 2
-        return half, (half**2 + self.rise**2) / (self.span if self._is_pointed else 2 * self.rise)
-
-    @property
-    def _radius(self) -> float:
-        """Radius of the centreline."""
-        return self._circle[1] + self.thickness / 2 if self.radius is None else self.radius
-
-    @property
-    def _springings(self) -> tuple[float, float]:
-        """Directions of the first and the last joint from their centres of curvature, in radians."""
-        if self.angles is not None:
-            return math.radians(self.angles[0]), math.radians(self.angles[1])
+        inner = (half**2 + self.rise**2) / (self.span if self._is_pointed else 2 * self.rise)
+        radius = inner + self.thickness / 2
         if self._is_pointed:
-            return math.pi, 0.0
-        half, radius = self._circle
-        angle = math.asin(min(half / radius, 1.0))
-        return math.pi / 2 + angle, math.pi / 2 - angle
+            return _Arc((inner - half, 0.0), inner, radius, math.pi, 0.0, 2 * math.acos(1 - half / inner))
+        angle = math.asin(min(half / inner, 1.0))
+        first, last = math.pi / 2 + angle, math.pi / 2 - angle
+        return _Arc((0.0, self.rise - inner), inner, radius, first, last, first - last)
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
         """Direction of the first and the last joint, and 1 if counter-clockwise is beyond it, else -1."""
-        first, last = self._springings
+        first, last = self._arc.first, self._arc.last
         onwards = math.copysign(1.0, last - first)
         return [(first, -onwards), (last, onwards)]
-
-    @property
-    def _swept(self) -> float:
-        """Angle from the first to the last joint, in radians; of a pointed arch that of both arcs."""
-        if self._is_pointed:
-            half, radius = self._circle
-            return 2 * math.acos(1 - half / radius)
-        if self.angles is not None:
-            return math.radians(abs(self.angles[1] - self.angles[0]))
-        return self._springings[0] - self._springings[1]
 
     def _stones(self) -> Iterator[Stone]:
         """The voussoirs ``v1``, ``v2``, ..., ``skewback 1`` and ``2``, then ``abutment 1`` and ``2``."""
@@ -173,26 +167,23 @@ class ArchRing(AnyGenerator):
 
     def _voussoirs(self) -> list[Stone]:
         """The voussoirs, yet without names."""
-        (first, last), count = self._springings, self.voussoirs
-        if not self._is_pointed:
-            joints = [first + (last - first) * k / count for k in range(count + 1)]
-            shapes = [self._wedge(*pair) for pair in pairwise(joints)]
-            if self.rise is None:
-                return shapes
-            up = self.rise - self._circle[1]
-            return [shape.mapped(lambda p: (p[0], p[1] + up)) for shape in shapes]
-        # The left arc, whose centre lies right of the middle, and its mirror image.
-        half, radius = self._circle
-        centre, angle = radius - half, self._swept / count
-        joints = [math.pi - angle * k for k in range(count // 2)]
-        left = [*(self._wedge(*pair) for pair in pairwise(joints)), self._half_key(joints[-1], -centre)]
-        left = [shape.mapped(lambda p: (p[0] + centre, p[1])) for shape in left]
-        mirrored = [shape.mapped(lambda p: (-p[0], p[1])) for shape in reversed(left)]
-        return [*left, *(shape._replace(corners=shape.corners[::-1]) for shape in mirrored)]
+        arc, count = self._arc, self.voussoirs
+        if self._is_pointed:
+            joints = [math.pi - arc.swept / count * k for k in range(count // 2)]
+            built = [*(self._wedge(*pair) for pair in pairwise(joints)), self._half_key(joints[-1])]
+        else:
+            joints = [arc.first + (arc.last - arc.first) * k / count for k in range(count + 1)]
+            built = [self._wedge(*pair) for pair in pairwise(joints)]
+        x, y = arc.centre
+        built = [stone.mapped(lambda p: (p[0] + x, p[1] + y)) for stone in built]
+        if self._is_pointed:
+            mirrored = [stone.mapped(lambda p: (-p[0], p[1])) for stone in reversed(built)]
+            built += [stone._replace(corners=stone.corners[::-1]) for stone in mirrored]
+        return built
 
     def _wedge(self, begin: float, end: float) -> Stone:
         """A voussoir between radial joints in these directions, in radians, the centre its origin."""
-        radius, thickness, angle = self._radius, self.thickness, self._swept / self.voussoirs
+        radius, thickness, angle = self._arc.radius, self.thickness, self._arc.swept / self.voussoirs
         inner, outer, middle = radius - thickness / 2, radius + thickness / 2, (begin + end) / 2
         # Mean distance of an annulus's area from its centre, times what the angle leaves of it:
         # 2/3 (outer³ - inner³) / (outer² - inner²), divided out, as thin rings lose digits in it.
@@ -206,9 +197,9 @@ class ArchRing(AnyGenerator):
         corners = [polar(inner, begin), polar(outer, begin), polar(outer, end), polar(inner, end)]
         return Stone("", corners, area, polar(centroid, middle), polar(outer * math.cos(angle / 2), middle))
 
-    def _half_key(self, begin: float, plumb: float) -> Stone:
-        """The last voussoir of a pointed arch's left arc, seen from its centre, up to x = ``plumb`` < 0."""
-        (_, inner), thickness, weights = self._circle, self.thickness, self.weights
+    def _half_key(self, begin: float) -> Stone:
+        """The last voussoir of a pointed arch's left arc, seen from its centre, up to the upright joint."""
+        inner, plumb, thickness, weights = self._arc.inner, -self._arc.centre[0], self.thickness, self.weights
         radius, outer = inner + thickness / 2, inner + thickness
         crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}
         corners = [polar(inner, begin), polar(outer, begin)]
@@ -220,19 +211,18 @@ class ArchRing(AnyGenerator):
             return Stone("", corners, angle * radius * thickness, polar(distance, begin - angle / 2), back)
         points, after = np.array(corners), np.array([*corners[1:], corners[0]])
         cross = after[:, 0] * points[:, 1] - points[:, 0] * after[:, 1]  # corners go clockwise
-        moment_x, moment_y = (cross[:, None] * (points + after) / 6).sum(axis=0).tolist()
+        moment = (cross[:, None] * (points + after) / 6).sum(axis=0)
         area = float(cross.sum()) / 2
         if weights == "sector":
             # The arcs bulge: beyond the outer edge there is more, beyond the inner one less.
             for distance, sign in ((outer, 1.0), (inner, -1.0)):
                 angle = begin - crown[distance]
                 # Area of a circular segment, and 2/3 r³ sin³, its moment about the centre.
-                moment = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
                 area += sign * distance**2 * (angle - math.sin(angle)) / 2
-                moment_x += moment * math.cos(begin - angle / 2)
-                moment_y += moment * math.sin(begin - angle / 2)
+                size = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
+                moment += polar(size, begin - angle / 2)
         # Without any area it is refused, with what wants one.
-        return Stone("", corners, area, (moment_x / area, moment_y / area) if area else back, back)
+        return Stone("", corners, area, tuple((moment / area).tolist()) if area else back, back)
 
 
 class PointLoad(Record):
@@ -280,7 +270,7 @@ class Arch(ArchRing, Generator):
         built = []
         for name, corners, area, weight_at, back in self._stones():
             if area is None:
-                built.append(self._support(name, {"vertices": corners}))
+                built.append(self._block(name, {"vertices": corners}, fixed=True))
                 continue
             force = forces.get(name, (0.0, 0.0))
             live = {"live": force, "live_at": back} if any(force) else {}

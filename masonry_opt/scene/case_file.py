@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
 import tomli_w
 from pydantic import BeforeValidator, ConfigDict, ValidationError
@@ -19,7 +19,7 @@ from masonry_opt.scene.mistakes import wrong_values
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solid_generators.plan import Plan
 from masonry_opt.scene.solid_generators.vaults import Barrel, Dome, Groin, Shaft
-from masonry_opt.scene.solids import Solid, Vector
+from masonry_opt.scene.solids import Vector
 from masonry_opt.scene.tables import as_path, read_tables, write_file
 from masonry_opt.scene.walls import Column, Facade, Wall
 
@@ -36,13 +36,6 @@ class MeshTable(AsDrawn):
     file: Text  #: its path, from the folder of the case file
     unit_weight: NonNegative
     live_per_weight: Vector = (0.0, 0.0, 0.0)
-
-    def scene(self, tolerance: float | None) -> Scene:
-        """Its blocks, as a scene without friction. Raises CaseError as :func:`read_mesh` does."""
-        from masonry_opt.scene.drawings.mesh_files import read_mesh  # which few case files need
-
-        keys = self.model_dump(exclude={"file", "live_per_weight"})
-        return read_mesh(self.file, friction=0.0, live=self.live_per_weight, tolerance=tolerance, **keys)
 
 
 class CaseFile(SceneKeys):
@@ -66,15 +59,13 @@ class CaseFile(SceneKeys):
         flat, solid = self._of(Generator), self._of(SolidGenerator)
         if (size := sum(generator.size for generator in [*flat, *solid])) > MOST_BLOCKS:
             yield f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}"
-        if flat and self.dimension == 3:
-            if solid:
-                other = f"{_table(solid[0])} is"
-            else:
-                other = "those of the [mesh] are" if self.mesh else f"block '{self.blocks[0].name}' is"
-            yield f"{_table(flat[0])} builds blocks in the plane; {other} of solids"
-        if (solid or self.mesh) and self.blocks and not isinstance(self.blocks[0], Solid):
-            given = _table(solid[0]) if solid else "[mesh]"
-            yield f"{given} is of solids; block '{self.blocks[0].name}' lies in the plane"
+        plane = [f"{_table(one)} builds blocks in the plane" for one in flat]
+        plane += [f"block '{one.name}' lies in the plane" for one in self.blocks if one.dimension == 2]
+        space = [f"{_table(one)} is of solids" for one in solid]
+        space += ["those of the [mesh] are solids"] * bool(self.mesh)
+        space += [f"block '{one.name}' is a solid" for one in self.blocks if one.dimension == 3]
+        if plane and space and (flat or solid or self.mesh):
+            yield f"{plane[0]}; {space[0]}"
 
     @property
     def dimension(self) -> Literal[2, 3]:
@@ -101,7 +92,10 @@ class CaseFile(SceneKeys):
         # Those that were given: what is refused by name is refused whatever its value.
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}
         if self.mesh:
-            read = self.mesh.scene(self.tolerance)
+            from masonry_opt.scene.drawings.mesh_files import read_mesh  # which few case files need
+
+            given = self.mesh.model_dump(exclude={"file", "live_per_weight"}) | {"tolerance": self.tolerance}
+            read = read_mesh(self.mesh.file, friction=0.0, live=self.mesh.live_per_weight, **given)
             blocks += read.blocks
             keys["tolerance"] = read.tolerance
         return Scene.model_validate(keys | {"blocks": blocks})
@@ -125,12 +119,10 @@ def load(path: str | Path) -> Scene:
     try:
         file = CaseFile.model_validate(case)
         return file.scene().read_from(path, file)
-    except (ValidationError, CaseError) as error:
-        # Behind that of a block that a generator built lies pydantic's.
-        wrong = error if isinstance(error, ValidationError) else error.__context__
-        if not isinstance(wrong, ValidationError):
-            raise
-        raise wrong_values(wrong, CaseFile, case, str(path)) from None
+    except ValidationError as error:
+        raise wrong_values(error, CaseFile, case, str(path)) from None
+    except CaseError as error:  # of a block that a generator built, or of a mesh
+        raise CaseError(f"{path}: {error}") from None
 
 
 def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
@@ -158,7 +150,7 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
         mark = f"# {MARK}, and replaced by it without asking until this line is deleted\n"
         text = mark + toml_text(scene)
     else:
-        keys = {JSON_KEY: WRITER} | _keys(scene, "json")
+        keys = {JSON_KEY: WRITER} | scene.model_dump(mode="json", by_alias=True, exclude_defaults=True)
         text = json.dumps(keys, indent=2, ensure_ascii=False) + "\n"
     refuse_replacing(path, force)
     write_file(path, text, CaseError)
@@ -166,11 +158,7 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
 
 def toml_text(scene: SceneKeys) -> str:
     """A scene, or the content of a case file, as TOML."""
-    return tomli_w.dumps(_keys(scene, "python"))
-
-
-def _keys(scene: SceneKeys, mode: Literal["python", "json"]) -> dict[str, Any]:
-    return scene.model_dump(mode=mode, by_alias=True, exclude_defaults=True)
+    return tomli_w.dumps(scene.model_dump(by_alias=True, exclude_defaults=True))
 
 
 def case_folder(named: Path | None = None) -> Path:

@@ -1,9 +1,11 @@
-"""Generators of blocks in the plane and in space: their name, place, live loads and weights."""
+"""Generators of blocks in the plane and in space: name, place, loads; where the stones of a course end."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import Field, Strict, Tag
 
 from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Positive, Record
@@ -16,8 +18,11 @@ Widths = Annotated[
     Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
 ]
 
+CLOSER = 0.25  #: Of a stone: pieces may be as short, and stones as much longer instead of a shorter piece.
+_ROUNDING = 1e-9  #: Of a stone, what is rounding.
+
 #: Of a polygon its ``vertices``; of one convex part what gives its shape in a :class:`Solid`.
-PartKeys = dict[str, Any]
+Shape = dict[str, Any]
 
 
 class AnyGenerator(Record):
@@ -44,25 +49,19 @@ class AnyGenerator(Record):
         """Number of blocks that it builds, or more, but for a few: known before they are built."""
         return math.prod(getattr(self, key, 1) for key in ("rings", "voussoirs", "drums"))
 
-    def _block(self, name: str, *parts: PartKeys, **keys: Any) -> Any:
+    def _block(self, name: str, *parts: Shape, **keys: Any) -> Any:
         """A block of these parts, whose points are seen from the generator's origin."""
-        at = {key: self._moved(keys[key]) for key in ("weight_at", "live_at") if keys.get(key) is not None}
-        moved = [self._moved_shape(part) for part in parts]
+        moved = [self._moved(part) for part in parts]
         shape = moved[0] if len(moved) == 1 else {"parts": moved}
         called = name if self.name is None else f"{self.name} {name}"
-        return self.kind(name=called, **shape, **keys | at)
+        return self.kind(name=called, **shape, **self._moved(keys))
 
-    def _support(self, name: str, *parts: PartKeys) -> Any:
-        return self._block(name, *parts, fixed=True)
-
-    def _moved_shape(self, shape: PartKeys) -> PartKeys:
-        if "box" in shape:
-            sides = zip(shape["box"], self.at, strict=True)
-            return {"box": [(low + by, high + by) for (low, high), by in sides]}
-        return shape | {"vertices": [self._moved(vertex) for vertex in shape["vertices"]]}
-
-    def _moved(self, point: Iterable[float]) -> Any:
-        return tuple(coordinate + by for coordinate, by in zip(point, self.at, strict=True))
+    def _moved(self, keys: Shape) -> Shape:
+        points = {key: keys[key] for key in ("vertices", "weight_at", "live_at") if keys.get(key) is not None}
+        moved = {key: np.add(at, self.at).tolist() for key, at in points.items()}
+        if "box" in keys:
+            moved["box"] = np.add(np.transpose(keys["box"]), self.at).T.tolist()
+        return keys | moved
 
 
 class Generator(AnyGenerator):
@@ -121,7 +120,7 @@ class SolidGenerator(AnyGenerator):
         """The blocks, each with its weight and its live load as a multiple of that."""
         raise NotImplementedError
 
-    def _stone(self, name: str, *parts: PartKeys, **weight: Any) -> Solid:
+    def _stone(self, name: str, *parts: Shape, **weight: Any) -> Solid:
         """A movable block, that weighs by its volume, or as ``weight`` and ``weight_at`` say."""
         weight = weight or {"unit_weight": self.unit_weight}
         return self._block(name, *parts, live_per_weight=self.live_per_weight, **weight)
@@ -135,3 +134,33 @@ def polar(radius: float, angle: float, *z: float) -> Any:
 def both(widths: float | tuple[float, float]) -> tuple[float, float]:
     """One width, or two that differ, as two."""
     return widths if isinstance(widths, tuple) else (widths, widths)
+
+
+def cut(
+    start: float, end: float, joints: Iterable[float], length: float, spare: Sequence[float] = ()
+) -> list[tuple[float, float]]:
+    """The stones of some length from one end of a run to the other.
+
+    The bond has joints there, rising, of which those nearer than a closer to an end are left out. What is
+    more than a closer longer than a stone is cut in two or more, as long as each other, at spare places first
+    where these are half a stone or more from joints.
+    """
+
+    def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
+        least *= length * (1 - _ROUNDING)
+        return [place for place in places if low + least < place < high - least]
+
+    ends = [start, *within(joints, start, end, CLOSER), end]
+    too_long = [(a, b) for a, b in pairwise(ends) if b - a > length * (1 + CLOSER + _ROUNDING)]
+    spares = [place for run in too_long for place in within(spare, *run, 0.5)]
+    stones: list[tuple[float, float]] = []
+    for low, high in pairwise(sorted([*ends, *spares])):
+        count = max(1, math.ceil((high - low) / length - CLOSER - _ROUNDING))
+        between = [low + (high - low) * number / count for number in range(1, count)]
+        stones += pairwise([low, *between, high])
+    return stones
+
+
+def every(length: float, start: float, end: float) -> list[float]:
+    """Joints a stone apart, the first at ``start``, up to ``end``."""
+    return [start + number * length for number in range(math.floor((end - start) / length + _ROUNDING) + 1)]

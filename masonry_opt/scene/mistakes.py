@@ -44,12 +44,11 @@ _PYTHON_MESSAGES = _MESSAGES | {
 
 _MOST_LINES = 20  #: Lines of one message: more mistakes than these usually repeat the same one.
 _LONGEST = 500  #: Characters of a message that quotes names.
+_SHOWN = 60  #: Of one key or value.
 _SHORT = reprlib.Repr()
-_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = _SHOWN
 #: Tags of keys that take either of two types, which pydantic names beside the keys.
 _TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
-#: Tables of a case file that are written once for each entry.
-_LISTED = ("block", "joint", "edge_load", "load", "fill", "tie", "prop", "axles", "load_case")
 
 
 def wrong_values(
@@ -84,10 +83,9 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     """A mistake, with the table or the entry of a list that it is in."""
     in_file = not record.model_config.get("populate_by_name")
     loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
-    key, fields, where = str(loc[0]) if loc else "", record.model_fields, []
-    name = key if in_file else next((name for name, field in fields.items() if field.alias == key), key)
-    alias = fields[name].alias if name in fields else None
-    held = _held(record, name, item["loc"])
+    key, where = str(loc[0]) if loc else "", []
+    field = _fields(record).get(key)
+    alias, held = (field.alias, _held(field, item["loc"])) if field else (None, None)
     if held and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
         # In a file a generator may be one table or several.
         several = not in_file or isinstance(values.get(key), list)
@@ -95,8 +93,9 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     elif in_file and (len(loc) > 1 or held):
         where, loc = [f"[{_one_line(key)}]"], loc[1:]
     elif loc:
-        loc = [name, *loc[1:]]
-    if in_file and item["type"] == "list_type" and key in _LISTED and not loc:
+        own_name = next((name for name, own in record.model_fields.items() if own.alias == key), key)
+        loc = [own_name, *loc[1:]]
+    if in_file and item["type"] == "list_type" and held and not loc:
         return f"[{key}]: write [[{key}]], with double brackets, once for each {key}"
     return ": ".join([*where, _sentence(item, loc, held or record, in_file)])
 
@@ -105,7 +104,9 @@ def _sentence(item: dict[str, Any], loc: list[Any], record: type[BaseModel], in_
     """The key at ``loc`` and what is wrong with it; ``record`` has the keys to suggest."""
     kind, key, messages = item["type"], _dotted(loc), _MESSAGES if in_file else _PYTHON_MESSAGES
     if kind == "extra_forbidden":
-        return f"unknown key '{key}'{_suggestion(key, record)}"
+        known = [*_fields(record)]
+        near = did_you_mean(key.rsplit(".", 1)[-1], known) or f"; known: {', '.join(known)}"
+        return f"unknown key '{key}'{near}"
     if kind == "missing" and len(loc) > 1 and loc[-2] == "between":
         return "key 'between': needs the names of two blocks"
     if kind == "missing" and loc and isinstance(loc[-1], int):
@@ -147,16 +148,15 @@ def _name(entry: Any) -> str:
 def _shown(value: Any) -> str:
     """A value in one short line, however large or deep it is."""
     try:
-        shown = _SHORT.repr(value).replace("\n", " ")
+        return _one_line(_SHORT.repr(value).replace("\n", " "))
     except ValueError:  # Python writes out no whole number of thousands of digits
         return "a number of thousands of digits"
-    return shown if len(shown) <= _SHORT.maxother else f"{shown[: _SHORT.maxother - 3]}..."
 
 
 def _one_line(text: str) -> str:
-    """A key as it is shown: keys are a user's own words, of any length."""
+    """A key or value as it is shown: these are a user's own, of any length."""
     text = printable(text).replace("\n", "\\n")
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
 def _dotted(loc: list[Any]) -> str:
@@ -164,22 +164,16 @@ def _dotted(loc: list[Any]) -> str:
     return _one_line("".join(parts).removeprefix("."))
 
 
-def _suggestion(key: str, record: type[BaseModel]) -> str:
-    known = list(_fields(record))
-    if record.model_config.get("populate_by_name"):
-        known += [field.alias for field in record.model_fields.values() if field.alias]
-    return did_you_mean(key.rsplit(".", 1)[-1], known) or f"; known: {', '.join(known)}"
-
-
 def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
-    """A record's fields by their own names, or, if it is filled by aliases alone, by these."""
-    by_name = record.model_config.get("populate_by_name")
-    return {name if by_name else field.alias or name: field for name, field in record.model_fields.items()}
+    """A record's fields by what it is filled by: names and aliases, in a case file aliases alone."""
+    by_name, fields = record.model_config.get("populate_by_name"), record.model_fields.items()
+    own = {name if by_name else field.alias or name: field for name, field in fields}
+    return own | {field.alias: field for _, field in fields if field.alias}
 
 
-def _held(record: type[BaseModel], key: str, loc: Collection[str | int]) -> type[BaseModel] | None:
-    """The class of the records that a key holds, of several the one of an error's place; else None."""
-    waiting: list[Any] = [field.annotation] if (field := _fields(record).get(key)) else []
+def _held(field: FieldInfo, loc: Collection[str | int]) -> type[BaseModel] | None:
+    """The class of the records that a field holds, of several the one of an error's place; else None."""
+    waiting: list[Any] = [field.annotation]
     found: list[tuple[bool, type[BaseModel]]] = []
     for annotation in waiting:  # which grows by the parts of each
         kind, *marks = get_args(annotation) or (annotation,)

@@ -53,9 +53,8 @@ class Wall(WeighedGenerator):
             elif entry not in self.course:
                 known = ", ".join(self.course) or "none"
                 yield f"course no. {number}: no course is named '{entry}' (named: {known})"
-        used = {entry for entry in self.courses if isinstance(entry, str)}
         for name, lengths in self.course.items():
-            if name not in used:
+            if name not in self.courses:
                 yield f"course '{name}' is never used in 'courses'"
             yield from _wrong_lengths(f"course '{name}'", lengths)
 
@@ -238,7 +237,7 @@ class Column(WeighedGenerator):
             built.append(self._stone(f"d{number}", [(x0, low), (x1, low), (x3, high), (x2, high)], share))
         if self.base:
             foot = rectangle(0.0, bottom, -self.height / self.drums, 0.0)
-            built.append(self._support("base", {"vertices": foot}))
+            built.append(self._block("base", {"vertices": foot}, fixed=True))
         return built
 
 
@@ -252,7 +251,7 @@ def _built(wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]], width
             built.append(wall._stone(f"{row + 1}-{number}", corners, weight))
     if wall.base:
         foot = rectangle(-length, (width + 1) * length, -height, 0.0)
-        built.append(wall._support("base", {"vertices": foot}))
+        built.append(wall._block("base", {"vertices": foot}, fixed=True))
     return built
 
 

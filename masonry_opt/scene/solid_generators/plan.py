@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from itertools import combinations, count, pairwise, permutations
 from typing import Annotated, Literal, NamedTuple
 
@@ -10,10 +9,9 @@ import numpy as np
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
-from masonry_opt.scene.generator import Count, SolidGenerator
+from masonry_opt.scene.generator import CLOSER, Count, SolidGenerator, cut, every
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.rows import spaces
-from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
 from masonry_opt.scene.solids import Solid
 
 _ROUNDING = 1e-6  #: Of a block, what is rounding.
@@ -51,8 +49,7 @@ class PlanWall(Record):
         before. It meets another wall where it crosses or ends on the other's axis.
     leaves: One or two, each as thick as a block.
     courses: Its height (default: that of the plan).
-    openings:
-        :class:`Opening` records.
+    openings: :class:`Opening` records.
     """
 
     name: Name
@@ -78,8 +75,18 @@ class WallCrossing(NamedTuple):
         return [self.start + (number + 0.5) * leaf for number in range(self.leaves)]
 
 
-@dataclass(frozen=True)
-class WallStretch:
+class _Hole(NamedTuple):
+    """An opening of a wall: where its jambs and its lintel's ends are along a stretch, and its first course
+    and the lintel's."""
+
+    number: int
+    jambs: _Run
+    lintel: _Run
+    sill: int
+    top: int
+
+
+class WallStretch(NamedTuple):
     """A straight piece of a wall along x or y."""
 
     wall: PlanWall  #: it is a piece of
@@ -89,10 +96,7 @@ class WallStretch:
     end: float
     thickness: float  #: of the wall, as the courses
     courses: int
-    #: Where the wall's own measure, from the first point of its axis, is 0 along the stretch, and 1 if it
-    #: grows with the coordinate, else -1.
-    origin: float
-    way: float
+    holes: tuple[_Hole, ...]  #: the wall's openings; once it is crossed, those in it, clear of crossings
     crossings: tuple[WallCrossing, ...] = ()  #: rising
 
     @property
@@ -108,24 +112,25 @@ class WallStretch:
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
         """Lengths between crossings, and the crossing at the start of each."""
-        start, left = self.start, None
-        for crossing in self.crossings:
-            if crossing.start > start:
-                yield start, crossing.start, left
-            start, left = crossing.end, crossing
-        if start < self.end:
-            yield start, self.end, left
+        ends = [*(crossing.start for crossing in self.crossings), self.end]
+        for left, end in zip([None, *self.crossings], ends, strict=True):
+            start = left.end if left else self.start
+            if start < end:
+                yield start, end, left
 
+    def clear(self, nothing: float) -> Iterator[_Hole]:
+        """Its openings between crossings."""
+        bays = [(low - nothing, high + nothing) for low, high, _ in self.bays()]
+        for hole in self.holes:
+            if any(low <= hole.lintel[0] and hole.lintel[1] <= high for low, high in bays):
+                yield hole
 
-class _Hole(NamedTuple):
-    """An opening of a wall in a stretch: where its jambs and its lintel's ends are along that, and its first
-    course and the lintel's."""
-
-    number: int
-    jambs: _Run
-    lintel: _Run
-    sill: int
-    top: int
+    def runs(self, course: int) -> list[_Run]:
+        """Lengths that a course fills, beside walls that pass through it, openings and lintels."""
+        here = [hole for hole in self.holes if hole.sill <= course <= hole.top]
+        taken = [hole.lintel if course == hole.top else hole.jambs for hole in here]
+        taken += [(a.start, a.end) for a in self.crossings if course < a.courses and not a.passes[course % 2]]
+        return spaces(self.start, self.end, taken)
 
 
 class Plan(SolidGenerator):
@@ -143,8 +148,7 @@ class Plan(SolidGenerator):
     ----------
     block: Length and height of a block.
     thickness: Of a block, and so of a leaf.
-    walls:
-        :class:`PlanWall` records.
+    walls: :class:`PlanWall` records.
     courses: Height of the walls.
     bond: Where walls meet. "toothed": of two walls the first named passes through in the first course, the
         other in the second, in turn. "butted": a wall that ends at another lies against it; of two that end
@@ -171,7 +175,7 @@ class Plan(SolidGenerator):
             return
         if self.headers and all(wall.leaves == 1 for wall in self.walls):
             yield "'headers' bind two leaves: give a wall 'leaves = 2', or take 'headers' away"
-        stretches = _crossed(self._stretches(), self.bond == "toothed")
+        stretches = self._crossed()
         yield from _overlaps(stretches)
         mistakes = [*self._wrong_openings(stretches)]
         yield from mistakes or self._slivers(stretches)
@@ -180,18 +184,16 @@ class Plan(SolidGenerator):
         for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one"
         for wall in self.walls:
-            for number, (one, other) in enumerate(pairwise(wall.axis), start=1):
-                if (one[0] == other[0]) == (one[1] == other[1]):
-                    runs = f"runs neither along x nor along y from point no. {number} to the next"
-                    yield f"wall '{wall.name}': its 'axis' {runs}: walls meet at right angles"
-                    break
-            upright = [a[0] == b[0] for a, b in pairwise(wall.axis)]
-            if any(a == b for a, b in pairwise(upright)):
+            along = [(a[1] == b[1], a[0] == b[0]) for a, b in pairwise(wall.axis)]
+            askew = [number for number, (level, upright) in enumerate(along, start=1) if level == upright]
+            if askew:
+                runs = f"runs neither along x nor along y from point no. {askew[0]} to the next"
+                yield f"wall '{wall.name}': its 'axis' {runs}: walls meet at right angles"
+            if any(upright == after for (_, upright), (_, after) in pairwise(along)):
                 yield f"wall '{wall.name}': its 'axis' has a point where it does not turn: take it away"
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        holes = [(stretch.wall.name, [*self._holes(stretch)]) for stretch in stretches]
-        held = {(name, hole.number) for name, own in holes for hole in own}
+        held = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses
             for number, opening in enumerate(wall.openings, start=1):
@@ -201,18 +203,17 @@ class Plan(SolidGenerator):
                 elif (wall.name, number) not in held:
                     beyond = "with its lintel it reaches beyond the wall, or into one that crosses"
                     yield f"{where}: {beyond}: move it, or make its 'width' or 'bearing' less"
-        for name, own in holes:
-            for a, b in combinations(own, 2):
+        for stretch in stretches:
+            for a, b in combinations(stretch.holes, 2):
                 overlap = min(a.lintel[1], b.lintel[1]) - max(a.lintel[0], b.lintel[0])
                 if overlap > self._nothing and a.sill <= b.top and b.sill <= a.top:
                     overlapping = f"openings no. {a.number} and no. {b.number} overlap, with their lintels"
-                    yield f"wall '{name}': {overlapping}: move one, or make a 'bearing' less"
+                    yield f"wall '{stretch.wall.name}': {overlapping}: move one, or make a 'bearing' less"
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
         for stretch in stretches:
-            holes = [*self._holes(stretch)]
             for course in range(stretch.courses):
-                pieces = [high - low for low, high in _runs(stretch, holes, course)]
+                pieces = [high - low for low, high in stretch.runs(course)]
                 if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._nothing:
                     piece = f"wall '{stretch.wall.name}': a piece of course {course + 1}"
                     short = f"{min(pieces):.3g} long, less than a quarter of a block"
@@ -237,37 +238,58 @@ class Plan(SolidGenerator):
             for one, other in pairwise(wall.axis):
                 along = 0 if one[1] == other[1] else 1
                 start, end = sorted((one[along], other[along]))
-                place = wall, along, one[1 - along], start, end
                 way = 1.0 if one[along] == start else -1.0
-                measure = one[along] - way * before, way
-                found.append(WallStretch(*place, wall.leaves * self.thickness, courses, *measure))
+                holes = tuple(self._holes(wall, one[along] - way * before, way))
+                place = wall, along, one[1 - along], start, end
+                found.append(WallStretch(*place, wall.leaves * self.thickness, courses, holes))
                 before += end - start
         return found
 
-    def _holes(self, stretch: WallStretch) -> Iterator[_Hole]:
-        """The openings of its wall that lie in the stretch, clear of its crossings."""
-        for number, opening in enumerate(stretch.wall.openings, start=1):
-            jambs = (stretch.origin + stretch.way * at for at in (opening.at, opening.at + opening.width))
-            left, right = sorted(jambs)
+    def _holes(self, wall: PlanWall, origin: float, way: float) -> Iterator[_Hole]:
+        """Its openings along a stretch where the wall's measure begins at a place and grows that way."""
+        for number, opening in enumerate(wall.openings, start=1):
+            left, right = sorted(origin + way * at for at in (opening.at, opening.at + opening.width))
             bearing = opening.bearing or self.block[0] / 2
-            low, high = left - bearing, right + bearing
-            if any(a - self._nothing <= low and high <= b + self._nothing for a, b, _ in stretch.bays()):
-                top = opening.sill + opening.height
-                yield _Hole(number, (left, right), (low, high), opening.sill, top)
+            lintel, top = (left - bearing, right + bearing), opening.sill + opening.height
+            yield _Hole(number, (left, right), lintel, opening.sill, top)
+
+    def _crossed(self) -> list[WallStretch]:
+        """Its stretches with their crossings, ends that meet reaching to the outer face, and with openings
+        that are clear of crossings."""
+        stretches = self._stretches()
+        near = _EXACT * _size(stretches)
+        found: list[list[WallCrossing]] = [[] for _ in stretches]
+        for (i, one), (j, other) in permutations(enumerate(stretches), 2):
+            both = [(one, other), (other, one)]
+            apart = any(not a.start - near <= b.line <= a.end + near for a, b in both)
+            if apart or one.along == other.along:
+                continue  # their axes neither cross nor touch
+            ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
+            # Butted, what ends there lies against what goes on, and else the second named.
+            through = i < j if ends[0] == ends[1] else ends[1]
+            passes = (through, through) if self.bond == "butted" else (i < j, i > j)
+            found[i].append(WallCrossing(*other.faces, other.wall.leaves, other.courses, passes))
+        whole = []
+        for stretch, own in zip(stretches, found, strict=True):
+            start, end = stretch.start, stretch.end
+            for crossing in sorted(own):
+                centre = (crossing.start + crossing.end) / 2
+                start = crossing.start if abs(centre - stretch.start) <= near else start
+                end = crossing.end if abs(centre - stretch.end) <= near else end
+            crossed = stretch._replace(start=start, end=end, crossings=tuple(sorted(own)))
+            whole.append(crossed._replace(holes=tuple(crossed.clear(self._nothing))))
+        return whole
 
     def blocks(self) -> list[Solid]:
         """The blocks, course by course and in each wall by wall, named ``wall course-block``; a wall's blocks
         are counted along its axis's straights in turn, in each by rising coordinates, leaf by leaf. The
         ``base`` comes last."""
-        stretches = _crossed(self._stretches(), self.bond == "toothed")
-        holes = [[*self._holes(stretch)] for stretch in stretches]
+        stretches = self._crossed()
         built, height = [], self.block[1]
         for course in range(max(stretch.courses for stretch in stretches)):
             numbers = {wall.name: count(1) for wall in self.walls}
-            for stretch, own in zip(stretches, holes, strict=True):
-                if course >= stretch.courses:
-                    continue
-                for along, across in self._course(stretch, own, course):
+            for stretch in [each for each in stretches if course < each.courses]:
+                for along, across in self._course(stretch, course):
                     x, y = (across, along) if stretch.along else (along, across)
                     name = f"{stretch.wall.name} {course + 1}-{next(numbers[stretch.wall.name])}"
                     shape = {"box": (x, y, (course * height, (course + 1) * height))}
@@ -276,10 +298,10 @@ class Plan(SolidGenerator):
             reach = np.array([stretch.bounds for stretch in stretches])
             low, high = reach[:, :, 0].min(axis=0), reach[:, :, 1].max(axis=0)
             sides = zip((low - self.thickness).tolist(), (high + self.thickness).tolist(), strict=True)
-            built.append(self._support("base", {"box": (*sides, (-height, 0.0))}))
+            built.append(self._block("base", {"box": (*sides, (-height, 0.0))}, fixed=True))
         return built
 
-    def _course(self, stretch: WallStretch, holes: list[_Hole], course: int) -> list[tuple[_Run, _Run]]:
+    def _course(self, stretch: WallStretch, course: int) -> list[tuple[_Run, _Run]]:
         """The blocks of a stretch in a course: from and to along it, and across it."""
         whole, double = stretch.faces, stretch.wall.leaves == 2
         headers = double and self.headers is not None and (course + 1) % self.headers == 0
@@ -292,45 +314,11 @@ class Plan(SolidGenerator):
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]
-        runs = _runs(stretch, holes, course)
-        stones = [stone for run in runs for stone in cut(*run, joints, length, middles)]
+        stones = [stone for run in stretch.runs(course) for stone in cut(*run, joints, length, middles)]
         pieces = [(stone, leaf) for leaf in leaves for stone in stones]
-        lintels = [(hole.lintel, whole) for hole in holes if course == hole.top]
+        lintels = [(hole.lintel, whole) for hole in stretch.holes if course == hole.top]
         # Leaf by leaf; lintels among the first leaf's.
         return sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
-
-
-def _runs(stretch: WallStretch, holes: list[_Hole], course: int) -> list[_Run]:
-    """Lengths of a stretch that a course fills, beside walls that pass through it, openings and lintels."""
-    here = [hole for hole in holes if hole.sill <= course <= hole.top]
-    taken = [hole.lintel if course == hole.top else hole.jambs for hole in here]
-    crossings = [own for own in stretch.crossings if course < own.courses and not own.passes[course % 2]]
-    return spaces(stretch.start, stretch.end, [*((own.start, own.end) for own in crossings), *taken])
-
-
-def _crossed(stretches: list[WallStretch], toothed: bool) -> list[WallStretch]:
-    """The stretches with their crossings, ends that meet reaching to the outer face."""
-    near = _EXACT * _size(stretches)
-    found: list[list[WallCrossing]] = [[] for _ in stretches]
-    for (i, one), (j, other) in combinations(enumerate(stretches), 2):
-        both = [(one, other), (other, one)]
-        if one.along == other.along or any(not a.start - near <= b.line <= a.end + near for a, b in both):
-            continue  # their axes neither cross nor touch
-        ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
-        # Butted, what ends there lies against what goes on, and else the second named.
-        first = not ends[0] or ends[1]
-        passes = ((True, False), (False, True)) if toothed else ((first, first), (not first, not first))
-        for number, wall, through in ((i, other, passes[0]), (j, one, passes[1])):
-            found[number].append(WallCrossing(*wall.faces, wall.wall.leaves, wall.courses, through))
-    whole = []
-    for stretch, own in zip(stretches, found, strict=True):
-        start, end = stretch.start, stretch.end
-        for crossing in sorted(own):
-            centre = (crossing.start + crossing.end) / 2
-            start = crossing.start if abs(centre - stretch.start) <= near else start
-            end = crossing.end if abs(centre - stretch.end) <= near else end
-        whole.append(replace(stretch, start=start, end=end, crossings=tuple(sorted(own))))
-    return whole
 
 
 def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:

@@ -4,15 +4,14 @@ such barrels that cross; ``[dome]`` and ``[shaft]``, rings of voussoirs, and dru
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise, product
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, Strict
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.arch import ArchRing
 from masonry_opt.scene.blocks import Number, Point, Positive, YesNo
-from masonry_opt.scene.generator import Count, PartKeys, SolidGenerator, Widths, both, polar
-from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
+from masonry_opt.scene.generator import CLOSER, Count, Shape, SolidGenerator, Widths, both, cut, every, polar
 from masonry_opt.scene.solids import Solid, prism
 
 _Place = tuple[float, float]  #: Distance from the axis and height.
@@ -59,16 +58,16 @@ class Barrel(ArchRing, SolidGenerator):
         # Skewbacks lie in bond with the voussoirs on them; abutments come last and are whole.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
-            if stone.area is None:
-                built.append(self._support(stone.name, _slice(stone.corners, 0.0, self.length)))
-                continue
-            for number, (start, end) in enumerate(self._cuts(row), start=1):
-                weight: dict[str, Any] = {"weight": self.unit_weight * stone.area * (end - start)}
-                if stone.weight_at is not None:
-                    x, z = stone.weight_at
-                    weight["weight_at"] = (x, (start + end) / 2, z)
-                shape = _slice(stone.corners, start, end)
-                built.append(self._stone(f"{stone.name}-{number}", shape, **weight))
+            cuts = [(0.0, self.length)] if stone.area is None else self._cuts(row)
+            for number, (start, end) in enumerate(cuts, start=1):
+                shape = prism(*([(x, place, z) for x, z in stone.corners] for place in (start, end)))
+                if stone.area is None:
+                    built.append(self._block(stone.name, shape, fixed=True))
+                    continue
+                weight, at = self.unit_weight * stone.area * (end - start), stone.weight_at
+                middle = at and (at[0], (start + end) / 2, at[1])
+                name = f"{stone.name}-{number}"
+                built.append(self._stone(name, shape, weight=weight, weight_at=middle))
         return built
 
     def _cuts(self, row: int) -> list[tuple[float, float]]:
@@ -77,12 +76,6 @@ class Barrel(ArchRing, SolidGenerator):
             return [(0.0, self.length)]
         begins = self.stone / 2 if self.bond == "running" and row % 2 else 0.0
         return cut(0.0, self.length, every(self.stone, begins, self.length), self.stone)
-
-
-def _slice(corners: Sequence[Point], start: float, end: float) -> PartKeys:
-    """The piece of a stone of this section between two places along y."""
-    front, back = ([(x, y, z) for x, z in corners] for y in (start, end))
-    return prism(front, back)
 
 
 class Groin(SolidGenerator):
@@ -115,7 +108,7 @@ class Groin(SolidGenerator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         try:
-            least = 2 * (_farthest(self._courses()[0]) + CLOSER * self.stone)
+            least = 2 * (max(self._courses()[0])[0] + CLOSER * self.stone)
         except CaseError as error:
             yield str(error).removeprefix("ArchRing: ")
             return
@@ -142,10 +135,10 @@ class Groin(SolidGenerator):
                     shape = _leg(section, *piece, signs, along)
                     built.append(self._stone(f"{corner} {along}{number}-{count}", shape))
         if self.abutments:
-            end = max(self.bay / 2, _farthest(foot) + self.thickness)
+            end = max(self.bay / 2, max(foot)[0] + self.thickness)
             for corner, signs in enumerate(corners, start=1):
                 legs = [_leg(foot, None, end, signs, along) for along in "yx"]
-                built.append(self._support(f"abutment {corner}", *legs))
+                built.append(self._block(f"abutment {corner}", *legs, fixed=True))
         return built
 
     def _courses(self) -> list[list[Point]]:
@@ -156,19 +149,15 @@ class Groin(SolidGenerator):
 
     def _cuts(self, section: list[Point], course: int) -> list[tuple[float, float]]:
         """Ends of the stones of a course from its groin to the end of the barrel."""
-        start, end = _farthest(section), self.bay / 2
+        (start, _), end = max(section), self.bay / 2  # from the corner that reaches farthest out
         begins = self.stone * (0.5 if course % 2 == 0 else 1.0)
         joints = [end - place for place in every(self.stone, begins, end)]
         return cut(start, end, joints[::-1], self.stone)
 
 
-def _farthest(section: Sequence[Point]) -> float:
-    return max(x for x, _ in section)
-
-
 def _leg(
     section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], along: str
-) -> PartKeys:
+) -> Shape:
     """A course's piece along x or y, from a place or the groin to another, in the corner of these signs."""
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
@@ -251,26 +240,24 @@ class Dome(SolidGenerator):
                 parts = [self._part(low, high, sector) for sector in sectors]
                 built.append(self._stone(f"{ring + 1}-{number + 1}", *parts))
         if self.oculus is None:
-            built.append(self._stone("key", prism(*(self._polygon(place) for place in beds[-1]))))
+            faces = ([self._corner(place, at) for at in range(self._sectors)] for place in beds[-1])
+            built.append(self._stone("key", prism(*faces)))
         if self.base:
             # Below the foot and square to it.
             down = self.thickness * math.sin(first), -self.thickness * math.cos(first)
             below = [(r + down[0], z + down[1]) for r, z in beds[0]]
             parts = [self._part(below, beds[0], sector) for sector in range(self._sectors)]
-            built.append(self._support("base", *parts))
+            built.append(self._block("base", *parts, fixed=True))
         return built
 
     def _corner(self, place: _Place, meridian: int) -> tuple[float, float, float]:
         # As whole numbers of sectors, so that neighbours have the same corners to the last digit.
         return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
 
-    def _part(self, low: list[_Place], high: list[_Place], sector: int) -> PartKeys:
+    def _part(self, low: list[_Place], high: list[_Place], sector: int) -> Shape:
         """Between two bed joints and the meridians of a sector."""
         faces = ([self._corner(place, at) for place in (*low, *high[::-1])] for at in (sector, sector + 1))
         return prism(*faces)
-
-    def _polygon(self, place: _Place) -> list[tuple[float, float, float]]:
-        return [self._corner(place, meridian) for meridian in range(self._sectors)]
 
 
 class Shaft(SolidGenerator):
@@ -305,7 +292,7 @@ class Shaft(SolidGenerator):
         drums = enumerate(pairwise(levels), start=1)
         built = [self._stone(f"d{number}", prism(low, high)) for number, (low, high) in drums]
         if self.base:
-            built.append(self._support("base", prism(self._polygon(bottom, -drum), levels[0])))
+            built.append(self._block("base", prism(self._polygon(bottom, -drum), levels[0]), fixed=True))
         return built
 
     def _polygon(self, diameter: float, z: float) -> list[tuple[float, float, float]]:

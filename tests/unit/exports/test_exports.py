@@ -21,7 +21,7 @@ from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError, OutputError
-from masonry_opt.exports.export import EPSILON, labels_of, names_in, unique
+from masonry_opt.exports.export import EPSILON, names_in, unique
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
 from masonry_opt.problem.assembly import assemble
 
@@ -295,7 +295,7 @@ def test_every_row_and_column_has_a_name_of_its_own(scene):
     problem, mcp = assembly.problem, PyomoMcp(assembly.problem)
     with_pairs(mcp)
     for legal, pattern in ((True, r"[a-z][\w{}|.~]{0,249}"), (False, None)):
-        names = list(names_in(mcp.program, problem, labels_of(assembly, legal)).values())
+        names = list(names_in(mcp.program, assembly, legal).values())
         assert len(names) == 2 * (1 + 3 * problem.joints + 3 * problem.blocks + 2 * problem.faces)
         assert len(set(names)) == len(names)
         assert not pattern or all(re.fullmatch(pattern, name, re.ASCII) for name in names)
