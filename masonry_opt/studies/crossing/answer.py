@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 
 from masonry_opt.drawing.colours import HATCH, LIVE, MARKED, SERIES
 from masonry_opt.drawing.elements import title_of
-from masonry_opt.drawing.figure import Picture, save_as, style
+from masonry_opt.drawing.figure import Picture, entitle, finish, save_as, style
 from masonry_opt.drawing.page import notebook_html
 from masonry_opt.drawing.pictures import draw_mechanism
 from masonry_opt.errors import OptionError, counted, printable
@@ -27,9 +27,7 @@ from masonry_opt.words.sentences import numeral
 #: What tells positions apart, and what else of the table is printed.
 _PLACE, _TOLD = ["axles", "direction", "position"], ["load_factor", "mechanism", "status"]
 WITHIN = 1e-3  #: Distance of the least load factor from what is proven, relative, where anything is.
-#: Inches: width of the axes, height of the chart, room beside, below, between and above them; most of the
-#: bridge's height.
-_WIDTH, _HIGH, _LEFT, _BELOW, _BETWEEN, _ABOVE, _TALLEST = 7.2, 3.0, 0.8, 0.85, 0.75, 0.7, 5.0
+_HIGH, _BETWEEN = 0.42, 0.1  #: Height of the chart, and room below it, over the width of both pictures.
 _SHOWN_UP_TO = 4.0  #: Load factors are shown up to so many times the least.
 _ARROW = 0.05  #: Length of the arrow of the greatest axle, as a share of the bridge's length.
 
@@ -119,7 +117,7 @@ class Crossing(StudyAnswer):
     @property
     def _case(self) -> list[str]:
         """Column of the load case, of a scene that has any."""
-        return ["load_case"] if any(one.passage.case for one in self.passages) else []
+        return ["load_case"] if self.cases else []
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -253,28 +251,22 @@ class Crossing(StudyAnswer):
         passage, heading = least.passage, str(worst.status)
         with style():
             made = Picture()
-            chart, bridge = made.subplots(2)
+            bridge = made.add_subplot()
             if worst.load_factor is not None:
                 draw_mechanism(worst, bridge)
                 where = f"'{self.axles}' at {numeral(least.position, '.4g')}, travelling {self.direction}"
                 heading = printable(f"least λ = {numeral(worst.load_factor, '.5g')} with {where}")
-            low, high = bridge.get_xlim()
-            positions = np.concatenate([one.positions for one in self.passages])
-            low, high = min(low, positions.min()), max(high, positions.max())
+            ends = [*bridge.get_xlim(), *np.concatenate([one.positions for one in self.passages])]
+            low, high = min(ends), max(ends)
             bottom, top = bridge.get_ylim()
             arrow = _ARROW * (high - low)
             top = max(top, _axles(bridge, passage, least.position, arrow) + 1.5 * arrow)
-            tall = min((top - bottom) / (high - low) * _WIDTH, _TALLEST)
-            size = np.array([_WIDTH + 1.4 * _LEFT, tall + _HIGH + _BELOW + _BETWEEN + _ABOVE])
-            made.set_size_inches(*size)
-            for axes, foot, height in ((bridge, _BELOW, tall), (chart, _BELOW + tall + _BETWEEN, _HIGH)):
-                axes.set_position((_LEFT / size[0], foot / size[1], _WIDTH / size[0], height / size[1]))
-                axes.set_xlim(low, high)
-            bridge.set(ylim=(bottom, top), xlabel="x, y in the length unit of the case")
+            bridge.set(xlim=(low, high), ylim=(bottom, top), xlabel="x, y in the length unit of the case")
+            wide = (high - low) / (top - bottom)
+            chart: Any = bridge.inset_axes((0.0, 1 + _BETWEEN * wide, 1.0, _HIGH * wide), sharex=bridge)
             self._draw_load_factors(chart, least.position)
-            chart.set_title(f"{title_of(worst.assembly.scene)}\n{heading}", parse_math=False, fontsize=10.5)
-            named = chart.get_legend_handles_labels()
-            made.legend(*named, loc="lower center", ncols=3, frameon=False, fontsize=8.5)
+            entitle(chart, title_of(worst.assembly.scene), heading)
+            finish(made, bridge, chart.get_legend_handles_labels()[0])
         return made
 
     def _draw_load_factors(self, axes: Axes, position: float) -> None:

@@ -84,8 +84,7 @@ def crossing(
         undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
         if undecided or result.status is Status.UNSTABLE:
             return told(worst=result, passages=())
-        loaded = replace(first.assembly.problem, live=first.live(start))
-        moving[first.case] = search.MovingLoad(loaded, effort)
+        moving[first.case] = search.MovingLoad(first.loaded(first.live(start)).problem, effort)
     crossed: list[search.PassageTrials] = []
     interrupted, proves = False, session.method.associative
     own = session.how.model is None and session.how.solver is None
@@ -123,8 +122,8 @@ def crossing(
         interrupted = True
         known = replace(worst.passage.loaded(worst.passage.live(worst.position)), scene=at_worst)
         result = session.result(known, worst.answers[worst.position], effort)
-    told = partial(told, worst=result, passages=tuple(crossed), interrupted=interrupted)
-    return told(default=default, no_default=no_default)
+    told = partial(told, default=default, no_default=no_default, interrupted=interrupted)
+    return told(worst=result, passages=tuple(crossed))
 
 
 def _at_the_same(together: list[search.PassageTrials]) -> None:
@@ -163,8 +162,7 @@ def _ways(scene: Scene, axles: _Asked) -> tuple[list[list[Passage]], tuple[str, 
     for group in groups:
         road = Road(scene, assembly.geometry, _line(scene, group), f"the road of axles '{group.name}'")
         ways += [[Passage(group, way, one, road) for one in assemblies] for way in group.directions]
-    crossed = [one.load_case for one in inside]
-    return ways, tuple(case.name for case in cases if case not in crossed)
+    return ways, tuple(case.name for case in cases if not case.factor("live", "axles"))
 
 
 def _groups(scene: Scene, axles: _Asked) -> list[Axles]:

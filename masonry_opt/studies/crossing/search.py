@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import shapely
 
 from masonry_opt.answer.acceptance import Kind
@@ -283,12 +284,11 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
     for index in sorted(first):
         solved.at(float(at[index]))
     while True:
-        asked = [x in solved.answers for x in at.tolist()]
-        found = np.array([solved.at(x) if known else math.nan for x, known in zip(at, asked, strict=True)])
+        found = pd.Series({x: solved.at(x) for x in solved.answers}).reindex(at).to_numpy()
         may_be = (1 - _MARGIN) * _estimates(most, found)
-        may_be[asked] = math.inf
-        index, least = int(np.argmin(may_be)), found[~np.isnan(found)].min(initial=math.inf)
-        if may_be[index] >= least or not math.isfinite(may_be[index]):
+        may_be[np.isin(at, [*solved.answers])] = math.inf
+        index = int(np.argmin(may_be))
+        if may_be[index] >= np.nanmin(found, initial=math.inf):
             break
         solved.at(float(at[index]))
     _halve(solved, at, within)
@@ -297,17 +297,15 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
 def _estimates(most: np.ndarray, found: np.ndarray) -> np.ndarray:
     """λ at each position if it has the lesser share of the associative one, ``most``, that its neighbours of
     known λ, ``found``, have, less half of what theirs differ."""
-    known, every = np.flatnonzero(~np.isnan(found)), np.arange(len(found))
-    if not len(known):
-        return np.full(len(found), math.inf)
-    found, of_known = found[known], most[known]
-    share = np.divide(found, of_known, out=np.ones(len(known)), where=np.isfinite(of_known) & (of_known > 0))
-    right = np.searchsorted(known, every).clip(0, len(known) - 1)
-    left = np.maximum(np.searchsorted(known, every, side="right") - 1, 0)
-    lesser = np.minimum(share[left], share[right]) - np.abs(share[left] - share[right]) / 2
+    of, finite = pd.Series(most), np.isfinite(most)
+    known = pd.DataFrame({"own": found})
+    known["share"] = (known["own"] / of).where(finite & (most > 0), 1.0).where(known["own"].notna())
+    left, right = known.ffill().bfill(), known.bfill().ffill()
+    lesser = np.minimum(left, right)
+    share = lesser["share"] - (left["share"] - right["share"]).abs() / 2
     # Where associative flow carries any load, the neighbours' own.
-    own = np.minimum(found[left], found[right])
-    return np.where(np.isfinite(most), np.minimum(lesser, 1.0) * np.where(np.isfinite(most), most, 0.0), own)
+    may_be = (of * share.clip(upper=1.0)).where(finite, lesser["own"])
+    return may_be.fillna(math.inf).to_numpy()
 
 
 def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
@@ -319,7 +317,6 @@ def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
         best = min(decided, key=decided.__getitem__)
         beside = np.union1d(at, [*solved.answers])
         index = int(np.searchsorted(beside, best))
-        near = [float(beside[other]) for other in (index - 1, index + 1) if 0 <= other < len(beside)]
-        lower = [solved.at((best + other) / 2) for other in near]
+        lower = [solved.at((best + x) / 2) for x in beside[max(index - 1, 0) : index + 2].tolist()]
         if not any(value < decided[best] * (1 - within / 10) for value in lower):
             return

@@ -109,7 +109,6 @@ class Cases(StudyAnswer):
         return printable("\n\n".join([self._said(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
         of, governs = self.to_draw, self.governing
         told: dict[str, Any] = {"case": of.case, "governing": governs}
         told["load_factor"] = None if governs is None else of.load_factor

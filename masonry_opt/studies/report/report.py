@@ -246,8 +246,6 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
     pushed = any(part.pushed for part in parts)
     loads = {"dead": _resultant(assembly, problem.dead)}
     loads |= {"live": _resultant(assembly, problem.live)} if pushed else {}
-    acting = [f"load case '{scene.load_case.name}'"] if scene.load_case else []
-    acting += [f"earthquake {scene.shaken_by}"] if scene.shaken_by else []
     found = {name: of for name, of in results.items() if of.certificate is not None}
     low, high = movable_box(assembly)
     records = {heading: getattr(scene, name) for heading, name in _RECORDS.items()} | {"Axles": axles}
@@ -266,9 +264,8 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         angle=lambda tangent: np.degrees(np.arctan(tangent)),
         residuals=table(["answer", *RESIDUALS], [[name, *_residuals(of)] for name, of in found.items()]),
         meaning=RESIDUALS,
-        stands=list(found) if len(found) < len(results) else [],
+        stands=found,
         unproven={name: facts(of)["how sure"] for name, of in factors.items() if not proven[name]},
-        acting=", ".join(acting),
         solved={of.load_case for of in results.values()} | {name for part in parts for name in part.crossed},
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
@@ -323,9 +320,8 @@ def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
 
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
-    rows = [one.model_dump(exclude_defaults=True) for one in records]
-    keys = list(dict.fromkeys(key for row in rows for key in row))
-    return table(keys, ([_said(row.get(key, "")) for key in keys] for row in rows))
+    rows = pd.DataFrame([one.model_dump(exclude_defaults=True) for one in records], dtype=object)
+    return frame_table(rows.fillna("").map(_said))
 
 
 def _said(value: object) -> str:
@@ -363,7 +359,7 @@ def _joints(result: Result) -> pd.DataFrame:
     if "m" in frame:
         pressed = frame["n"] > IDLE * frame["n"].abs().max()
         frame["e"] = (frame["m"] / frame["n"]).where(pressed)
-    frame = frame[[name for name in _JOINTS if name in frame and frame[name].notna().any()]]
+    frame = frame.reindex(columns=_JOINTS).dropna(axis=1, how="all")
     numbers = frame.select_dtypes("number")
     frame = frame.assign(**numbers.mask(numbers.abs() <= IDLE * numbers.abs().max(), 0.0))
     if result.solution.d is not None:

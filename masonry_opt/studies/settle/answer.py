@@ -182,7 +182,6 @@ class Settlement(StudyAnswer):
         return told
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
         own = ("case", "supports", "direction", "turns", "method", "at_rest")
         told: dict[str, Any] = {name: getattr(self, name) for name in own}
         told |= {"status": str(self.status), "usable": self.usable}
@@ -273,8 +272,7 @@ def _joint_openings(result: Result) -> pd.DataFrame:
     rates, rounding = problem.motion(solution.d, solution.q), ZERO * fastest(assembly, solution.d)
     apart, slip = np.empty(len(joints.joint)), np.hypot.reduce(np.abs(problem.shears(rates)), axis=0)
     apart[assembly.pressed] = problem.at_points(rates)
-    order = np.lexsort((-apart, joints.joint))
-    widest = order[np.unique(joints.joint[order], return_index=True)[1]]
+    widest = pd.Series(apart).groupby(joints.joint).idxmax().to_numpy()
     motion = joint_motion(assembly, solution)
     moves = np.flatnonzero(motion.slides | motion.hinges | motion.separates)
     opens, slides = apart[widest], joints.most(slip[assembly.of_point])
