@@ -157,24 +157,24 @@ def geometry(scene: Scene) -> Geometry:
     """
     blocks = scene.in_plane()
     corners_of = [block.corners() for block in blocks]
-    count = [len(own) for own in corners_of]
-    origin, tolerance = frame_of(scene, np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), count))
-    built_up = np.array([len(block.rings) > 1 or bool(block.holes) for block in blocks])
-    outlines, polygons = (np.empty(len(blocks), dtype=object) for _ in range(2))
-    convex = np.zeros(len(blocks), dtype=bool)
-    simple = np.flatnonzero(~built_up)
-    if len(simple):
-        owner = np.repeat(np.arange(len(simple)), np.array(count)[simple])
-        corners = np.concatenate([corners_of[index] for index in simple]) - origin
-        rings = shapely.linearrings(corners, indices=owner)
-        outlines[simple] = shapely.polygons(rings)
-        polygons[simple], convex[simple] = _plain(rings, tolerance, scene, simple)
-    for index in np.flatnonzero(built_up):
-        outlines[index] = _built_up(scene, blocks[index], int(index), origin, tolerance)
-        plain = shapely.simplify(shapely.normalize(outlines[index]), STRAIGHT * tolerance)
-        polygons[index] = shapely.orient_polygons(plain)
+    corners, owner = np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), list(map(len, corners_of)))
+    origin, tolerance = frame_of(scene, corners, owner)
+    outlines = shapely.polygons(shapely.linearrings(corners - origin, indices=owner))
+    for index, block in enumerate(blocks):
+        if len(block.rings) > 1 or block.holes:
+            outlines[index] = _built_up(scene, block, index, origin, tolerance)
+    hulls = shapely.convex_hull(outlines)
+    flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
+    raise_for(np.flatnonzero(flat), scene, "has no area: its corners lie on one line or in one point")
+    # Normalised outlines begin at a leftmost, lowest corner, which no straight edge runs through.
+    polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)
+    crossed = np.flatnonzero(~shapely.is_valid(polygons))
+    raise_for(crossed, scene, "crosses itself: give its corners in order round the block")
     area = shapely.area(outlines)
     raise_for(np.flatnonzero(area <= tolerance**2), scene, "has no area")
+    hulls = shapely.convex_hull(polygons)
+    convex = shapely.get_num_coordinates(hulls) == shapely.get_num_coordinates(polygons)
+    polygons = shapely.orient_polygons(polygons)
     centroid = shapely.get_coordinates(shapely.centroid(outlines))
     return Geometry(origin, tolerance, tolerance, area, centroid, convex, np.zeros(0, dtype=int), polygons)
 
@@ -199,23 +199,6 @@ def _built_up(
             raise_for([index], scene, "has a hole that is not inside: move it, or give the outline as it is")
         whole = whole.difference(hole)
     return whole
-
-
-def _plain(rings: np.ndarray, tolerance: float, scene: Scene, blocks: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Counter-clockwise polygons of blocks' rings, without straight corners, and which of them are convex."""
-    # Normalised rings begin at a leftmost, lowest corner, which no straight edge runs through.
-    corners, ring = shapely.get_coordinates(shapely.normalize(rings), return_index=True)
-    lines = shapely.linestrings(corners, indices=ring)
-    lines = shapely.simplify(lines, STRAIGHT * tolerance, preserve_topology=False)
-    flat = shapely.get_num_coordinates(lines) < 4
-    raise_for(blocks[flat], scene, "has no area: its corners lie on one line or in one point")
-    corners, ring = shapely.get_coordinates(lines, return_index=True)
-    polygons = shapely.polygons(shapely.linearrings(corners, indices=ring))
-    crossed = ~shapely.is_valid(polygons)
-    raise_for(blocks[crossed], scene, "crosses itself: give its corners in order round the block")
-    hulls = shapely.convex_hull(polygons)
-    convex = shapely.get_num_coordinates(hulls) == shapely.get_num_coordinates(polygons)
-    return shapely.orient_polygons(polygons), convex
 
 
 def _least_width(piece: shapely.Geometry) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import shapely
 
-from masonry_opt.scene.rows import following, steps_round
+from masonry_opt.scene.rows import steps_round
 
 _MITRE = 100.0  #: Offsets beyond which mitres of offset outlines are cut off: no corner is sharper than 1°.
 _STRAIGHT = 1e-9  #: Sine of the angle by which a corner of a convex piece may turn inwards: rounding.
@@ -36,13 +36,7 @@ def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
 
 def wide(pieces: np.ndarray, width: float) -> np.ndarray:
     """Which polygons have a place as wide as that, shape (pieces,)."""
-    area, around = shapely.area(pieces), shapely.length(pieces)
-    # The radius of the largest circle is from area / perimeter, if convex, to twice that.
-    mean = np.divide(2 * area, around, out=np.zeros_like(area), where=around > 0)
-    found = mean >= width
-    doubtful = ~found & (2 * mean >= width)
-    found[doubtful] = ~shapely.is_empty(_offset(pieces[doubtful], -width / 2))
-    return found
+    return ~shapely.is_empty(_offset(pieces, -width / 2))
 
 
 def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: float) -> np.ndarray:
@@ -59,50 +53,17 @@ def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: flo
 
 def valid(polygons: np.ndarray) -> np.ndarray:
     """The polygons, mended where outlines cross themselves, as offsets leave them by rounding."""
-    mended = shapely.orient_polygons(shapely.buffer(polygons, 0))
-    return np.where(shapely.is_valid(polygons), polygons, mended)
+    crossed, mended = ~shapely.is_valid(polygons), polygons.copy()
+    mended[crossed] = shapely.orient_polygons(shapely.buffer(polygons[crossed], 0))
+    return mended
 
 
-def common_to(
-    one: np.ndarray, other: np.ndarray, convex: np.ndarray, tolerance: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """What pairs of polygons have in common, in pieces, and the pairs, rising; ``convex``: both are."""
-    whole = np.full(len(one), shapely.Polygon())
-    whole[~convex] = sound(shapely.intersection, one[~convex], other[~convex], grid=GRID * tolerance)
-    corners = np.maximum(shapely.get_num_coordinates(one), shapely.get_num_coordinates(other))
-    # Those of many corners apart: all are cut as often as the one with most sides.
-    size = np.ceil(np.log2(np.maximum(corners, 1))).astype(int)
-    for most in np.unique(size[convex]):
-        some = np.flatnonzero(convex & (size == most))
-        whole[some] = _clipped(one[some], other[some])
+def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """What pairs of polygons have in common, in pieces, and the pairs, rising."""
+    whole = sound(shapely.intersection, one, other, grid=GRID * tolerance)
     pieces, number = shapely.get_parts(whole, return_index=True)
     solid = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
     return pieces[solid], number[solid]
-
-
-def _clipped(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Convex polygons cut along others' sides, coincident ones too (Sutherland and Hodgman 1974)."""
-    points, _, owner = sides_of(shapely.orient_polygons(one))
-    start, end, cutter = sides_of(shapely.orient_polygons(other))
-    sides = np.bincount(cutter, minlength=len(one))
-    first = np.cumsum(sides) - sides
-    for number in range(sides.max(initial=0)):
-        side = (first + np.minimum(number, sides - 1))[owner]
-        along, beside = (end - start)[side], points - start[side]
-        left = along[:, 0] * beside[:, 1] - along[:, 1] * beside[:, 0]
-        inside = (left >= 0) | (number >= sides[owner])
-        after = following(np.bincount(owner))
-        crossing = inside != inside[after]
-        share = np.divide(left, left - left[after], out=np.zeros_like(left), where=crossing)
-        # Each corner that stays, then the point where the side from it to the next is cut.
-        kept = np.column_stack([inside, crossing]).ravel()
-        every = np.stack([points, points + share[:, None] * (points[after] - points)], axis=1)
-        points, owner = every.reshape(-1, 2)[kept], np.repeat(owner, 2)[kept]
-    solid = np.bincount(owner, minlength=len(one)) >= 3
-    found = np.full(len(one), shapely.Polygon())
-    ring = (np.cumsum(solid) - 1)[owner[solid[owner]]]
-    found[solid] = shapely.polygons(shapely.linearrings(points[solid[owner]], indices=ring))
-    return found
 
 
 def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarray]:

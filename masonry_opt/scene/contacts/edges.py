@@ -1,6 +1,6 @@
 """Where the outlines of blocks in the plane touch: lengths of edge that two share, and corners on edges."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
@@ -9,7 +9,7 @@ import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts import sides
-from masonry_opt.scene.contacts.sides import LEAN, Items, Touches, near_items, stacked, to_line
+from masonry_opt.scene.contacts.sides import LEAN, Items, Touches, near_items, to_line
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
@@ -64,11 +64,6 @@ class FacingEdges(sides.Facing):
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
         return to_line(points, self.start[number], self.end[number])
 
-    def by_pair(self, *more: Self) -> Self:
-        """These and more, ordered by pair; within a pair as given."""
-        whole = self.then(*more)
-        return whole.where(np.argsort(whole.pair, kind="stable"))
-
 
 def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -> FacingEdges:
     """The lengths of edge that pairs of blocks share, and those across which they face each other, nowhere
@@ -86,17 +81,18 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
         most = f"block {scene.blocks[of_each.argmax()].name!r} has {of_each.max()} corners"
         fine = f"outlines are too fine to find joints ({most})"
         raise CaseError(f"{scene.origin}: {fine}: raise 'tolerance', or give fewer corners")
-    parts = FacingEdges.of(corners, *stacked(list(near_items(shapes, pairs, far, 2 * (corners.edges,)))))
+    parts = FacingEdges.of(corners, *near_items(shapes, pairs, far, 2 * (corners.edges,)))
     touch = parts.most <= shapes.tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
-    return _joined(parts.where(touch), shapes.tolerance).by_pair(across)
+    whole = _joined(parts.where(touch), shapes.tolerance).then(across)
+    return whole.where(np.argsort(whole.pair, kind="stable"))
 
 
 def _joined(parts: FacingEdges, tolerance: float) -> FacingEdges:
     """Parts, those that follow one another joined where straight, without those too short for their width."""
     pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
     found = [one for pair in pairs[count > 1] for one in _chains(parts.where(parts.pair == pair), tolerance)]
-    whole = parts.where(count[number] == 1).by_pair(*found)
+    whole = parts.where(count[number] == 1).then(*found)
     return whole.where(whole.most <= LEAN * whole.extent)
 
 
@@ -138,25 +134,24 @@ class PlaneCorners(sides.BlockCorners):
         self.corners = self.met = Items(block, self.point, self.point)
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
-    def kinds(self, pairs: np.ndarray) -> tuple[Iterable[Touches], ...]:
+    def kinds(self, pairs: np.ndarray) -> list[Touches]:
         """Corners of the first blocks on edges of the second, then the other way round."""
-        return self._on_edges(pairs, 0), self._on_edges(pairs, 1)
+        return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
-    def _on_edges(self, pairs: np.ndarray, side: int) -> Iterator[Touches]:
-        """Corners of each pair's block on a side that lie between the ends of an edge of the other."""
-        tolerance, kinds = self.shapes.tolerance, (self.corners, self.edges)
-        for pair, *ij in near_items(self.shapes, pairs, tolerance, kinds if side == 0 else kinds[::-1]):
-            (corner, edge), sign = (ij, -1.0) if side == 0 else (ij[::-1], 1.0)
-            point, tail = self.point[corner], self.point[edge]
-            way = self.tip[edge] - tail
-            length = np.hypot(way[:, 0], way[:, 1])
-            direction = way / length[:, None]
-            normal = np.column_stack([-direction[:, 1], direction[:, 0]])
-            at, across = ((point - tail) * direction).sum(axis=1), ((point - tail) * normal).sum(axis=1)
-            within = (np.abs(across) <= tolerance) & (at > tolerance) & (at < length - tolerance)
-            # The normal of an edge points into its own block.
-            point, normal = point[within], sign * normal[within]
-            yield Touches(pair[within], point, point, normal, _tangent(normal))
+    def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
+        """Corners of the first blocks that lie between the ends of an edge of the second."""
+        tolerance = self.shapes.tolerance
+        pair, corner, edge = near_items(self.shapes, pairs, tolerance, (self.corners, self.edges))
+        point, tail = self.point[corner], self.point[edge]
+        way = self.tip[edge] - tail
+        length = np.hypot(way[:, 0], way[:, 1])
+        direction = way / length[:, None]
+        normal = np.column_stack([-direction[:, 1], direction[:, 0]])
+        at, across = ((point - tail) * direction).sum(axis=1), ((point - tail) * normal).sum(axis=1)
+        within = (np.abs(across) <= tolerance) & (at > tolerance) & (at < length - tolerance)
+        # The normal of an edge points into its own block.
+        point, normal = point[within], sign * normal[within]
+        return Touches(pair[within], point, point, normal, _tangent(normal))
 
 
 def _tangent(normal: np.ndarray) -> np.ndarray:

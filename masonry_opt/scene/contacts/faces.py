@@ -1,14 +1,13 @@
 """Where solids touch: polygons that faces of two share, edges and corners on faces, and crossing edges."""
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 
 from masonry_opt.scene.contacts import sides
-from masonry_opt.scene.contacts.sides import Items, Touches, near_items, stacked
-from masonry_opt.scene.outlines import common_to, wide, without_slivers, without_straight_corners
+from masonry_opt.scene.contacts.sides import Items, Touches, near_items
+from masonry_opt.scene.outlines import common_to, without_slivers, without_straight_corners
 from masonry_opt.scene.rows import bounds, dots, first_alike, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import Frames, unit
@@ -64,17 +63,13 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     Each connected piece is one polygon; pieces, and ends of them, narrower than ten tolerances are left out.
     """
     faces, frame = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame
-    size = lengths(faces.high - faces.low)
-    found = []
-    for pair, i, j in near_items(shapes, pairs, far, (faces, faces)):
-        cosine = -dots(frame.normal[i], frame.normal[j])
-        # Where they come near each other is no farther from a point of the other face than that is wide.
-        lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _ROUNDING
-        reach = far[pair] / _FACING + lean * size[j]
-        near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
-        found.append((pair[near], i[near], j[near]))
-    pair, i, j = stacked(found)
-    return _shared(shapes, pair, i, j, far[pair])
+    pair, i, j = near_items(shapes, pairs, far, (faces, faces))
+    cosine = -dots(frame.normal[i], frame.normal[j])
+    # Where they come near each other is no farther from a point of the other face than that is wide.
+    lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _ROUNDING
+    reach = far[pair] / _FACING + lean * lengths(faces.high - faces.low)[j]
+    near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
+    return _shared(shapes, pair[near], i[near], j[near], far[pair[near]])
 
 
 def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray) -> FacingFaces:
@@ -83,18 +78,11 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     one, other = faces.frame.where(i), faces.frame.where(j)
     frame = Frames.of(one.base, one.normal - other.normal, one.u)
     # Halfway: over the bisecting plane the two faces' heights are opposite everywhere.
-    every = np.arange(len(i))
-    half = _height(frame, other, np.zeros((len(i), 2)), every) / 2
+    half = _height(frame, other, np.zeros((len(i), 2)), np.arange(len(i))) / 2
     frame = replace(frame, base=frame.base + half[:, None] * frame.normal)
-    flat = [_projected(faces.polygon[face], frame, own) for face, own in ((i, one), (j, other))]
-    low1, high1, low2, high2 = (corner for own in flat for corner in np.split(shapely.bounds(own), 2, axis=1))
-    wide_enough = (np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > shapes.tolerance
-    at = np.flatnonzero(wide_enough)
-    convex = faces.convex[i[at]] & faces.convex[j[at]]
-    pieces, number = common_to(flat[0][at], flat[1][at], convex, shapes.tolerance)
-    number = at[number]
-    kept = wide(pieces, narrowest)
-    pieces, number = _without_tails(pieces[kept], number[kept], narrowest)
+    of_one, of_other = (_projected(faces.polygon[at], frame, own) for at, own in ((i, one), (j, other)))
+    pieces, number = common_to(of_one, of_other, shapes.tolerance)
+    pieces, number = _without_tails(pieces, number, narrowest)
     pieces = without_straight_corners(pieces, shapes.tolerance / 2)
     points, piece = shapely.get_coordinates(pieces, return_index=True)
     height = _height(frame, other, points, number[piece]) - _height(frame, one, points, number[piece])
@@ -121,18 +109,15 @@ def _height(frame: Frames, plane: Frames, points: np.ndarray, number: np.ndarray
 
 
 def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pieces with their numbers, those that are not convex without what is narrower than so."""
-    hollow = shapely.area(shapely.convex_hull(pieces)) - shapely.area(pieces)
-    suspect = np.flatnonzero(hollow > narrowest**2)
-    opened = without_slivers(pieces[suspect], narrowest)
+    """Pieces with their numbers, without what is narrower than so."""
+    opened = without_slivers(pieces, narrowest)
     # Tails may have no area, but they have length; offsets there and back change nothing else.
-    shorter = shapely.length(pieces[suspect]) - shapely.length(opened) > narrowest
-    cut = shorter | (shapely.get_num_geometries(opened) != 1)
-    parts, whole = shapely.get_parts(opened[cut], return_index=True)
-    pieces = np.concatenate([np.delete(pieces, suspect[cut]), parts])
-    number = np.concatenate([np.delete(number, suspect[cut]), number[suspect[cut][whole]]])
-    order = np.argsort(number, kind="stable")
-    return pieces[order], number[order]
+    cut = shapely.length(pieces) - shapely.length(opened) > narrowest
+    cut |= shapely.is_empty(opened) | (shapely.get_num_geometries(opened) != 1)
+    pieces[cut] = opened[cut]
+    parts, whole = shapely.get_parts(pieces, return_index=True)
+    solid = ~shapely.is_empty(parts)
+    return parts[solid], number[whole[solid]]
 
 
 class SolidCorners(sides.BlockCorners):
@@ -160,90 +145,84 @@ class SolidCorners(sides.BlockCorners):
         self.corners = Items(block[one], self.point, self.point)
         self.faces = Items(outer.block, *outer.boxes)
 
-    def kinds(self, pairs: np.ndarray) -> tuple[Iterable[Touches], ...]:
+    def kinds(self, pairs: np.ndarray) -> list[Touches]:
         """Edges in faces, corners on faces, and edges that cross."""
-        return _edges_in_faces(self, pairs), _corners_on_faces(self, pairs), _crossings(self, pairs)
+        on_faces = (
+            find(self, pairs, 1).then(find(self, pairs[:, ::-1], -1))
+            for find in (_edges_in_faces, _corners_on_faces)
+        )
+        return [*on_faces, _crossings(self, pairs)]
 
 
-def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
-    """Where edges lie in faces of the other block and not along their outline."""
+def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
+    """Where edges of the first blocks lie in faces of the second and not along their outline."""
     tolerance, faces = corners.shapes.tolerance, corners.outer
-    narrowest, kinds = NARROWEST * tolerance, (corners.edges, corners.faces)
-    for sign in (1, -1):
-        for pair, i, j in near_items(corners.shapes, pairs[:, ::sign], tolerance, kinds):
-            height = [faces.frame.above(ends[i], j) for ends in (corners.start, corners.end)]
-            flat = [faces.frame.down(ends[i], j) for ends in (corners.start, corners.end)]
-            kept = (np.minimum(*height) <= tolerance) & (np.maximum(*height) >= -tolerance)
-            kept &= np.hypot(*(flat[1] - flat[0]).T) > narrowest
-            pair, j, start, end, low, high = (column[kept] for column in (pair, j, *flat, *height))
-            lines = shapely.linestrings(np.stack([start, end], axis=1))
-            inside = shapely.intersection(lines, faces.polygon[j])
-            pieces, number = shapely.get_parts(inside, return_index=True)
-            kept = shapely.length(pieces) > narrowest
-            pieces, number = pieces[kept], number[kept]
-            border = shapely.boundary(faces.polygon[j[number]])
-            deep = np.zeros(len(pieces), dtype=bool)
-            for share in (0.25, 0.5, 0.75):
-                at = shapely.line_interpolate_point(pieces, share, normalized=True)
-                deep |= shapely.distance(border, at) > narrowest
-            points = []
-            for end_no in (0, -1):
-                at = shapely.get_coordinates(shapely.get_point(pieces, end_no))
-                way = (end - start)[number]
-                t = ((at - start[number]) * way).sum(axis=1) / (way**2).sum(axis=1)
-                over = low[number] + t * (high - low)[number]
-                deep &= np.abs(over) <= tolerance
-                lift = over[:, None] / 2 * faces.frame.normal[j[number]]
-                points.append(faces.frame.up(at, j[number]) + lift)
-            one, other = points[0][deep], points[1][deep]
-            number = number[deep]
-            # Normals of faces point out of their block.
-            normal = sign * faces.frame.normal[j[number]]
-            # Square to the normal, also where the edge leans within the tolerance.
-            along = other - one
-            along -= dots(along, normal)[:, None] * normal
-            yield Touches(pair[number], one, other, normal, unit(along))
+    narrowest = NARROWEST * tolerance
+    pair, i, j = near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.faces))
+    height = [faces.frame.above(ends[i], j) for ends in (corners.start, corners.end)]
+    flat = [faces.frame.down(ends[i], j) for ends in (corners.start, corners.end)]
+    kept = (np.minimum(*height) <= tolerance) & (np.maximum(*height) >= -tolerance)
+    kept &= np.hypot(*(flat[1] - flat[0]).T) > narrowest
+    pair, j, start, end, low, high = (column[kept] for column in (pair, j, *flat, *height))
+    lines = shapely.linestrings(np.stack([start, end], axis=1))
+    pieces, number = shapely.get_parts(shapely.intersection(lines, faces.polygon[j]), return_index=True)
+    kept = shapely.length(pieces) > narrowest
+    pieces, number = pieces[kept], number[kept]
+    face = j[number]
+    inner = shapely.line_interpolate_point(pieces[:, None], [0.25, 0.5, 0.75], normalized=True)
+    border = shapely.boundary(faces.polygon[face])[:, None]
+    deep = (shapely.distance(border, inner) > narrowest).any(axis=1)
+    points = []
+    for end_no in (0, -1):
+        at = shapely.get_coordinates(shapely.get_point(pieces, end_no))
+        way = (end - start)[number]
+        t = ((at - start[number]) * way).sum(axis=1) / (way**2).sum(axis=1)
+        over = low[number] + t * (high - low)[number]
+        deep &= np.abs(over) <= tolerance
+        points.append(faces.frame.up(at, face) + over[:, None] / 2 * faces.frame.normal[face])
+    one, other = points[0][deep], points[1][deep]
+    # Normals of faces point out of their block.
+    normal = sign * faces.frame.normal[face[deep]]
+    # Square to the normal, also where the edge leans within the tolerance.
+    along = other - one
+    along -= dots(along, normal)[:, None] * normal
+    return Touches(pair[number[deep]], one, other, normal, unit(along))
 
 
-def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
-    """Where corners stand on faces of the other block and not on their outline."""
+def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
+    """Where corners of the first blocks stand on faces of the second and not on their outline."""
     tolerance, faces = corners.shapes.tolerance, corners.outer
-    kinds = corners.corners, corners.faces
-    for sign in (1, -1):
-        for pair, i, j in near_items(corners.shapes, pairs[:, ::sign], tolerance, kinds):
-            flat, height = faces.frame.down(corners.point[i], j), faces.frame.above(corners.point[i], j)
-            at = shapely.points(flat)
-            kept = (np.abs(height) <= tolerance) & shapely.contains(faces.polygon[j], at)
-            kept &= shapely.distance(shapely.boundary(faces.polygon[j]), at) > tolerance
-            pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
-            point = faces.frame.up(flat, j) + height[:, None] / 2 * faces.frame.normal[j]
-            normal = sign * faces.frame.normal[j]
-            yield Touches(pair, point, point, normal, faces.frame.u[j])
+    pair, i, j = near_items(corners.shapes, pairs, tolerance, (corners.corners, corners.faces))
+    flat, height = faces.frame.down(corners.point[i], j), faces.frame.above(corners.point[i], j)
+    at = shapely.points(flat)
+    kept = (np.abs(height) <= tolerance) & shapely.contains(faces.polygon[j], at)
+    kept &= shapely.distance(shapely.boundary(faces.polygon[j]), at) > tolerance
+    pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
+    point = faces.frame.up(flat, j) + height[:, None] / 2 * faces.frame.normal[j]
+    return Touches(pair, point, point, sign * faces.frame.normal[j], faces.frame.u[j])
 
 
-def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Iterator[Touches]:
+def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     """Where edges cross between their ends."""
     tolerance = corners.shapes.tolerance
-    for pair, i, j in near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.edges)):
-        long = [lengths(corners.end[edge] - corners.start[edge]) for edge in (i, j)]
-        one, other = corners.direction[i], corners.direction[j]
-        across = np.cross(one, other)
-        sine = lengths(across)
-        # Else they run along each other: moved by the tolerance, they would turn their normal.
-        kept = sine * np.minimum(*long) > NARROWEST * tolerance
-        every = pair, i, j, one, other, across, sine
-        pair, i, j, one, other, across, sine = (column[kept] for column in every)
-        normal = across / sine[:, None]
-        between = corners.start[j] - corners.start[i]
-        at = [dots(np.cross(between, edge), normal) / sine for edge in (other, one)]
-        gap = dots(between, normal)
-        kept = np.abs(gap) <= tolerance
-        for own, edge in zip(at, (i, j), strict=True):
-            length = lengths(corners.end[edge] - corners.start[edge])
-            kept &= (own > tolerance) & (own < length - tolerance)
-        # Both blocks' faces there lie on their own sides of the plane of the edges.
-        towards = dots(normal, corners.inwards[i] - corners.inwards[j])
-        kept &= np.abs(towards) > _FLAT
-        point = corners.start[i] + at[0][:, None] * one + gap[:, None] / 2 * normal
-        sign = np.sign(towards)[:, None]
-        yield Touches(pair[kept], point[kept], point[kept], (sign * normal)[kept], one[kept])
+    pair, i, j = near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.edges))
+    length = lengths(corners.end - corners.start)
+    across = np.cross(corners.direction[i], corners.direction[j])
+    sine = lengths(across)
+    # Else they run along each other: moved by the tolerance, they would turn their normal.
+    kept = sine * np.minimum(length[i], length[j]) > NARROWEST * tolerance
+    pair, i, j, across, sine = (column[kept] for column in (pair, i, j, across, sine))
+    one, other = corners.direction[i], corners.direction[j]
+    normal = across / sine[:, None]
+    between = corners.start[j] - corners.start[i]
+    at = [dots(np.cross(between, edge), normal) / sine for edge in (other, one)]
+    gap = dots(between, normal)
+    kept = np.abs(gap) <= tolerance
+    for own, edge in zip(at, (i, j), strict=True):
+        kept &= (own > tolerance) & (own < length[edge] - tolerance)
+    # Both blocks' faces there lie on their own sides of the plane of the edges.
+    towards = dots(normal, corners.inwards[i] - corners.inwards[j])
+    kept &= np.abs(towards) > _FLAT
+    point = corners.start[i] + at[0][:, None] * one + gap[:, None] / 2 * normal
+    sign = np.sign(towards)[:, None]
+    return Touches(pair[kept], point[kept], point[kept], (sign * normal)[kept], one[kept])

@@ -1,9 +1,9 @@
 """Sides of blocks that come near each other: what they share, and where blocks touch or meet beside that."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections import defaultdict
 from dataclasses import dataclass, replace
-from typing import Self
+from itertools import chain
 
 import numpy as np
 
@@ -36,24 +36,21 @@ class Items:
 
 def near_items(
     shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items]
-) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Pair, item of its first and of its second block, of boxes as near as ``far``, some at a time."""
+) -> tuple[np.ndarray, ...]:
+    """Pair, rising, item of its first and of its second block, of boxes as near as ``far``."""
     (one, other), far = kinds, np.broadcast_to(far, len(pairs))
     pair1, item1 = one.beside(shapes, pairs, far)
     pair2, item2 = other.beside(shapes, pairs[:, ::-1], far)
     count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
     first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
+    found = [np.zeros((3, 0), dtype=int)]
     for some in chunks(count1 * count2):
         number, i, j = combine(first1[some], count1[some], first2[some], count2[some])
         pair, i, j = number + some.start, item1[i], item2[j]
         off = np.maximum(one.low[i] - other.high[j], other.low[j] - one.high[i]).max(axis=1)
         near = off <= far[pair]
-        yield pair[near], i[near], j[near]
-
-
-def stacked(found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
-    """Columns put together, of numbers where there are none."""
-    return tuple(map(np.concatenate, zip(*found, strict=True))) if found else (np.zeros(0, dtype=int),) * 3
+        found.append(np.stack([pair, i, j])[:, near])
+    return tuple(np.concatenate(found, axis=1))
 
 
 @dataclass(frozen=True)
@@ -87,11 +84,6 @@ class Touches(Rows):
     #: Square to it: in the plane a quarter turn clockwise, in space of the edge, or of a side of the face.
     along: np.ndarray
 
-    @classmethod
-    def of(cls, found: Iterable[Self], dimension: int) -> Self:
-        """All of these."""
-        return cls(np.zeros(0, dtype=int), *4 * [np.zeros((0, dimension))]).then(*found)
-
     def outlines(self, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """As of :class:`Facing`, numbers from the first one on: of each one ring, of its end or ends."""
         long = lengths(self.end - self.start) > 0
@@ -115,14 +107,14 @@ class BlockCorners(ABC):
     apart: float  #: how far, in tolerances, from what its pair shares is another place
 
     @abstractmethod
-    def kinds(self, pairs: np.ndarray) -> tuple[Iterable[Touches], ...]:
+    def kinds(self, pairs: np.ndarray) -> list[Touches]:
         """Where pairs of blocks touch, those of each kind; ``pair`` is the number in these pairs."""
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
         """Where pairs touch away from what they share, and from each other, by pair, kind, then length."""
-        every = [Touches.of(kind, self.point.shape[1]) for kind in self.kinds(pairs[asked])]
+        every = self.kinds(pairs[asked])
         kind = np.repeat(np.arange(len(every)), [len(one.pair) for one in every])
-        found = Touches.of(every, self.point.shape[1])
+        found = every[0].then(*every[1:])
         found = replace(found, pair=asked[found.pair])
         near = self.apart * self.shapes.tolerance
         off = np.zeros(len(found.pair), dtype=bool)
@@ -133,29 +125,25 @@ class BlockCorners(ABC):
         length = lengths(found.end - found.start)
         rank = np.round(length / max(float(length.max(initial=0.0)), near), 6)
         order = np.lexsort((np.arange(len(rank)), -rank, kind, found.pair))
-        accepted: list[int] = []
-        own: list[int] = []
-        for number in order:
-            if own and found.pair[own[0]] != found.pair[number]:
-                own = []
+        accepted: defaultdict[int, list[int]] = defaultdict(list)
+        for number in order.tolist():
+            own = accepted[found.pair[number]]
             ends = np.repeat([found.start[number], found.end[number]], len(own), axis=0)
             away = found.distance(ends, np.array(2 * own, dtype=int)).reshape(2, -1)
             if away.min(axis=1, initial=np.inf).max() > near:
-                own.append(int(number))
-                accepted.append(int(number))
-        return found.where(np.array(accepted, dtype=int))
+                own.append(number)
+        return found.where(np.array([*chain.from_iterable(accepted.values())], dtype=int))
 
     def without_normal(
         self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Numbers, rising, of pairs that meet without a normal where not both have a joint; and where."""
-        tolerance, meet = self.shapes.tolerance, []
-        for both in (pairs[asked], pairs[asked, ::-1]):
-            for pair, i, j in near_items(self.shapes, both, tolerance, (self.corners, self.met)):
-                kept = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
-                meet.append((asked[pair[kept]], i[kept], j[kept]))
-        pair, i, _ = stacked(meet)
-        point = self.point[i]
+        tolerance, kinds = self.shapes.tolerance, (self.corners, self.met)
+        both = (pairs[asked], pairs[asked, ::-1])
+        meet = [near_items(self.shapes, way, tolerance, kinds) for way in both]
+        pair, i, j = np.concatenate(meet, axis=1)
+        kept = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
+        pair, point = asked[pair[kept]], self.point[i[kept]]
         for own in found:
             off = nearest(pair, point, own, own.pair) > self.apart * tolerance
             pair, point = pair[off], point[off]

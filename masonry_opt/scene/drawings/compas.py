@@ -21,7 +21,7 @@ from masonry_opt.scene.tables import as_path, parse_file
 
 _ONE_PLANE = 1e-4  #: Solids lie in one plane if their middles differ by no more, over the thickest of them.
 _RELATIVE_TOLERANCE = 1e-5  #: Lengths that are nothing over a solid's size: corners in single precision.
-#: Outlines of solids in the plane across a direction, and where they begin and end along it, (solids, 2).
+#: Outlines of solids in the plane across a direction, and their thickness along it, shape (solids,).
 _SideView = tuple[list[shapely.Polygon], np.ndarray]
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 #: Keys that a COMPAS object's own content has; everything round it is wrapping ("data", older "value").
@@ -131,8 +131,8 @@ def _said(direction: np.ndarray) -> str:
 
 def _blocks(meshes: Sequence[Mesh], view: _SideView, drawing: CompasDrawing) -> list[Block]:
     blocks = []
-    for mesh, outline, (begin, end) in zip(meshes, *view, strict=True):
-        weight = drawing.unit_weight * outline.area * float(end - begin)
+    for mesh, outline, thickness in zip(meshes, *view, strict=True):
+        weight = drawing.unit_weight * outline.area * float(thickness)
         keys = {} if mesh.flat else {"weight": weight, "unit_weight": None}
         blocks.append(drawing.block(mesh.name, outline, mesh.fixed, live_per_weight=drawing.live, **keys))
     return blocks
@@ -171,27 +171,25 @@ def _seen_along(meshes: Sequence[Mesh], direction: np.ndarray, drawing: CompasDr
     """The solids as prisms along a direction; ValueError, naming the block, if one is none, or lies apart."""
     plane = _axes(direction)
     unit = direction / np.linalg.norm(direction)
-    outlines, ends = [], []
+    outlines = []
     flat = all(mesh.flat for mesh in meshes)
     for mesh in meshes:
         if mesh.flat and not flat:
             raise ValueError(f"block '{mesh.name}' is a single face among solids: give it a thickness")
         with stones.naming(f"block '{mesh.name}'"):
             outlines.append(_end(mesh, drawing.tolerance, plane, unit))
-        along = mesh.points @ unit
-        ends.append((along.min(), along.max()))
-    reach, asked = np.array(ends), drawing.along is not None
-    begin, end = reach.T
-    last, first = int(begin.argmax()), int(end.argmin())
-    if not flat and asked and begin[last] >= end[first]:
-        behind, before = meshes[last].name, meshes[first].name
-        raise ValueError(f"block '{behind}' lies behind block '{before}': no plane cuts both")
-    middle = (begin + end) / 2
-    off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max((end - begin).max(), 1e-300)
-    if not flat and not asked and off.any():
-        other = meshes[int(off.argmax())].name
-        raise ValueError(f"block '{other}' has its middle in another plane than most")
-    return outlines, reach
+    begin, end = np.array([[bound(mesh.points @ unit) for mesh in meshes] for bound in (np.min, np.max)])
+    if not flat and drawing.along is not None:
+        if begin.max() >= end.min():
+            behind, before = meshes[begin.argmax()].name, meshes[end.argmin()].name
+            raise ValueError(f"block '{behind}' lies behind block '{before}': no plane cuts both")
+    elif not flat:
+        middle = (begin + end) / 2
+        off = np.abs(middle - np.median(middle)) > _ONE_PLANE * (end - begin).max()
+        if off.any():
+            other = meshes[off.argmax()].name
+            raise ValueError(f"block '{other}' has its middle in another plane than most")
+    return outlines, end - begin
 
 
 def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:

@@ -86,7 +86,7 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
             convex = convex_pieces(shapely.Polygon(outer, holes), tolerance)
         except shapely.errors.GEOSException:
             raise ValueError("has a face that crosses itself: give its corners in order round it") from None
-        rings += map(side.up, convex)
+        rings += [side.base + piece @ across(side.normal) for piece in convex]
         numbers += [number] * len(convex)
     return _Pieces(rings, np.array(numbers, dtype=int))
 

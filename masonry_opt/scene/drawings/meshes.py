@@ -49,10 +49,6 @@ class Side:
         """The rings in the plane's own axes (see :func:`across`), each of shape (corners, 2)."""
         return [(points[ring] - self.base) @ across(self.normal).T for ring in self.rings]
 
-    def up(self, points: np.ndarray) -> np.ndarray:
-        """Points in these axes as points in space."""
-        return self.base + points @ across(self.normal)
-
 
 @dataclass(frozen=True)
 class MeshSolid:

@@ -5,7 +5,6 @@ import logging
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -298,12 +297,16 @@ def net_cells(
     points = [[*own.points, *own.points[: int(own.closed)]] for own in (*joints, *windows)]
     lines = np.array([shapely.LineString(own) for own in points], dtype=object)
     every = np.concatenate([lines, shapely.boundary(np.array(drawn, dtype=object))])
-    size = float(np.hypot(*np.ptp(shapely.get_coordinates(every), axis=0)))
+    given = shapely.get_coordinates(every)
+    size = float(np.hypot(*np.ptp(given, axis=0)))
     grid = _GRID * min(tolerance, RELATIVE_TOLERANCE * size)
     cells, *loose, _ = map(shapely.get_parts, shapely.polygonize_full(_noded(every, tolerance, grid)))
     _refuse_loose(joints, every, np.concatenate(loose), tolerance)
     found = shapely.simplify(shapely.normalize(cells), _STRAIGHT * grid)
-    found = shapely.transform(found, partial(_as_drawn, shapely.get_coordinates(every), grid))
+    # Corners that the grid has moved go back to where they were given.
+    corners = shapely.get_coordinates(found)
+    off, number = cKDTree(given).query(corners)
+    shapely.set_coordinates(found, np.where((off <= grid)[:, None], given[number], corners))
     of_windows = lines[len(joints) :]
     openings = shapely.union_all(shapely.get_parts(shapely.polygonize(_noded(of_windows, tolerance, grid))))
     closed = shapely.buffer(openings, tolerance)
@@ -332,12 +335,6 @@ def _refuse_loose(joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray,
             remedy = "raise 'outline_tolerance', or leave its layer out by 'without_layers'"
             why = f"divides no stone {at}: let it end on another line, {remedy}"
             raise ValueError(f"{joints[owner].where} {why}")
-
-
-def _as_drawn(given: np.ndarray, grid: float, corners: np.ndarray) -> np.ndarray:
-    """Corners, those that the grid has moved where they were given."""
-    off, number = cKDTree(given).query(corners)
-    return np.where((off <= grid)[:, None], given[number], corners)
 
 
 def _noded(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:

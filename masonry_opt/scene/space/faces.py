@@ -14,8 +14,6 @@ from masonry_opt.scene.geometry import STRAIGHT
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 
-_ROUNDING = 1e-12  #: Share of an area that is rounding.
-
 
 @dataclass(frozen=True)
 class Surfaces:
@@ -38,10 +36,6 @@ class Surfaces:
     def count(self) -> np.ndarray:
         """Number of corners of each face, shape (faces,)."""
         return np.bincount(self.face, minlength=len(self.part))
-
-    def following(self) -> np.ndarray:
-        """The next corner of each corner's face, shape (corners,)."""
-        return following(self.count)
 
     def refuse(self, face: int, why: str) -> NoReturn:
         """Raise CaseError that names the block, part and face."""
@@ -70,7 +64,7 @@ class Surfaces:
         apart = vertex != vertex[following(of_corners)]
         block = np.repeat(np.arange(len(bodies)), list(map(len, bodies)))
         given = cls(scene, points, block, part, face[apart], vertex[apart], np.zeros(0, dtype=int))
-        tail, tip = given.vertex, given.vertex[given.following()]
+        tail, tip = given.vertex, given.vertex[following(given.count)]
         key = np.minimum(tail, tip) * np.int64(len(given.points)) + np.maximum(tail, tip)
         _, edge, uses = np.unique(key, return_inverse=True, return_counts=True)
         wrong = np.flatnonzero(uses[edge] != 2)
@@ -147,12 +141,6 @@ class OuterFaces(Rows):
         flat, face = shapely.get_coordinates(self.polygon, return_index=True)
         return bounds(face, self.frame.up(flat, face), len(self.block))
 
-    @cached_property
-    def convex(self) -> np.ndarray:
-        """Whether each is convex but for rounding, shape (faces,)."""
-        area = shapely.area(self.polygon)
-        return shapely.area(shapely.convex_hull(self.polygon)) - area <= _ROUNDING * area
-
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Sides of outlines and holes, their face to the left seen from outside: ends, and faces, rising."""
         tail, tip, face = outlines.sides_of(self.polygon)
@@ -169,7 +157,7 @@ class Planes:
     """The planes in which faces lie, each shared by all faces of a block within the tolerance of it."""
 
     frame: Frames  #: the planes
-    block: np.ndarray  #: of each plane, shape (planes,)
+    block: np.ndarray  #: of each plane, rising, shape (planes,)
     of_face: np.ndarray  #: plane of each face, -1 of those without area, shape (faces,)
     outwards: np.ndarray  #: whether the plane's normal is the face's outward normal, shape (faces,)
 
@@ -178,7 +166,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     """The planes of all faces. Raises CaseError if a face is not flat within the tolerance."""
     corners, count, face = surfaces.corners, surfaces.count, surfaces.face
     middle = sums(face, corners, len(count)) / np.maximum(count, 1)[:, None]
-    after = corners[surfaces.following()]
+    after = corners[following(count)]
     area = sums(face, np.cross(corners - middle[face], after - middle[face]) / 2, len(count))
     size = lengths(area)
     side = lengths(after - corners)
@@ -241,11 +229,10 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
     side = 2 * planes.of_face[number] + ~planes.outwards[number]
     key, sample, count = np.unique(side, return_index=True, return_counts=True)
     merged = pieces[sample]
-    ordered = pieces[np.argsort(side, kind="stable")]
-    ends = np.cumsum(count)
+    of_key = np.split(pieces[np.argsort(side, kind="stable")], np.cumsum(count)[:-1])
     grid = outlines.GRID * tolerance
     for index in np.flatnonzero(count > 1):
-        own = ordered[ends[index] - count[index] : ends[index]]
+        own = of_key[index]
         together = shapely.union_all(own)
         # Convex pieces of one side do not overlap.
         if abs(together.area - shapely.area(own).sum()) > tolerance * together.length:
@@ -264,8 +251,6 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
     kept = outlines.wide(polygons, tolerance)
     polygons, of_side = polygons[kept], of_side[kept]
     plane, inwards = key[of_side] // 2, key[of_side] % 2 == 1
-    order = np.argsort(planes.block[plane], kind="stable")
-    polygons, plane, inwards = polygons[order], plane[order], inwards[order]
     # Seen from the other side of the plane.
     flipped = shapely.transform(polygons[inwards], lambda points: points * [1, -1])
     polygons[inwards] = shapely.orient_polygons(flipped)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from masonry_opt.scene.geometry import Common, Extents, frame_of, raise_for
-from masonry_opt.scene.rows import bounds, chunks, combine, dots, lengths, sums
+from masonry_opt.scene.rows import bounds, chunks, combine, dots, following, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import OuterFaces, Planes, Surfaces, outer_faces, place, planes
 
@@ -29,9 +29,8 @@ class ConvexParts:
     def of(cls, surfaces: Surfaces, planes: Planes) -> "ConvexParts":
         """The parts that the surfaces bound, if they are convex."""
         at, corner = np.unique(surfaces.vertex, return_index=True)
+        # Vertices, like faces, are those of the parts in turn.
         points, of_point = surfaces.points[at], surfaces.part[surfaces.face[corner]]
-        order = np.argsort(of_point, kind="stable")
-        points, of_point = points[order], of_point[order]
         flat = planes.of_face >= 0
         key = np.column_stack([surfaces.part, planes.of_face, planes.outwards])[flat]
         of_plane, plane, outwards = np.unique(key, axis=0).T
@@ -203,7 +202,7 @@ def _masses(given: Surfaces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     part = given.part[given.face]
     inside = sums(part, corners, parts) / np.maximum(np.bincount(part, minlength=parts), 1)[:, None]
     first = (np.cumsum(count) - count)[given.face]
-    a, b, c = (corners[at] - inside[part] for at in (first, np.arange(len(part)), given.following()))
+    a, b, c = (corners[at] - inside[part] for at in (first, np.arange(len(part)), following(count)))
     volume = dots(a, np.cross(b, c)) / 6
     whole = np.bincount(part, volume, parts)
     surface = np.bincount(part, lengths(np.cross(b - a, c - a)) / 2, parts)
