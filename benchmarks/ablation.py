@@ -111,8 +111,7 @@ IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
 #: and their new values, or functions of their old ones.
 ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "small-cohesion-of-a-block": ("nonassociative", {"loop.steps:_DWARFS": inf}),
-    "end-at-the-larger-mechanism": ("nonassociative", {_RUN + "_SHARES": (1e-4,)}),
-    "end-at-the-surer-mechanism": ("nonassociative", {_RUN + "_SHARES": (1e-6,)}),
+    "end-at-the-surer-mechanism": ("nonassociative", {_RUN + "_SHARE": 1e-4}),
     "divergence": ("nonassociative", {_RUN + "_DOUBLINGS": 999, _RUN + "_RISES": 999}),
     "slow-divergence": ("nonassociative", {_RUN + "_RISES": 999}),
     "cycles": ("nonassociative", {_RUN + "_STEADY": 0.0}),
@@ -147,11 +146,10 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
             ("one-rounding", "push:_ROUNDINGS", (0.01,)),
             ("rougher-corners", "push:_ROUNDINGS", (0.1, 0.01)),
             ("sharpened-by-hundreds", "path:_FALLS", 0.01),
-            ("no-roots-of-falls", "path:Curve.sharper.__defaults__", (1e-9, 0.01)),
+            ("no-roots-of-falls", "path:_GENTLE", 0.1),
             ("digits-of-trial-forces", "path:_DIGITS", 0.0),
         )
     },
-    "coarse-paths-beside": ("mcp", {"push.push:_COARSE": ()}),
     "one-alternation": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
     "light-energy-first": ("mcp", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),
     "a-heavier-energy": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),
@@ -280,7 +278,6 @@ def main(asked: argparse.Namespace) -> None:
 #: Where else a constant stands, as in ``ABLATIONS``: imported, or as a default, and which.
 ELSEWHERE: dict[str, tuple[Any, ...]] = {
     "_LAST": ("push.path:Curve.sharper.__defaults__", 0),
-    "_GENTLE": ("push.path:Curve.sharper.__defaults__", 1),
     "SMALL": ("mcp.method:SMALL",),
     "WEIGHT": ("exact.refiner:WEIGHT",),
 }
@@ -324,7 +321,8 @@ def around(number: Any) -> tuple[Any, Any]:
 
 def _pushed(problem: Any) -> Measured:
     began, pushed = time.process_time(), Elastic(problem).pushed()
-    value, ended = pushed.end and pushed.end.load_factor, pushed.ended in (Ended.RAY, Ended.LEVEL, Ended.JAM)
+    ended = pushed.ended in (Ended.RAY, Ended.LEVEL, Ended.JAM)
+    value = pushed.answer and pushed.answer.load_factor
     return Measured(value, ended, value is not None, 0, time.process_time() - began, pushed.peak)
 
 

@@ -7,6 +7,7 @@ optimum of a non-convex problem, which depends on the start.
 import math
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,7 +18,7 @@ from pyomo.repn.plugins.nl_writer import NLWriter
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found, certified
-from masonry_opt.answer.reasons import Code, Reason, Status, reason
+from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
@@ -142,73 +143,59 @@ def mpec(task: Task) -> Solution:
 
 
 def _relaxed(task: Task, start: State | None) -> Solution:
-    path, epsilon, smallest = _Path(task, start), task.options.epsilon, task.options.epsilon_min
-    while not path.follow(epsilon, smallest):
-        epsilon *= _SMALLER_START
-        if start is None or epsilon < max(smallest, _SMALLEST_START):
-            return _stopped(task, path, start)
+    """Series of solves for a falling ε, from a start or from rest: the first that comes to its end."""
+    problem, effort, smallest = task.problem, task.effort, task.options.epsilon_min
+    scaled = in_units_of_live_load(problem)
+    with effort.measure("build"):
+        model = PyomoRelaxed(PyomoMpec(scaled.problem))
+        q, d, p = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
+        begin = start or State(0.0, q, d, p)
+        begin = replace(begin, load_factor=begin.load_factor / scaled.load_factor)
+    with effort.measure("compile"):
+        ipopt = CasadiIpopt(model)
+    effort.uses(task.solver.name, "relaxation")
+    series = [task.options.epsilon]
+    while start and series[-1] * _SMALLER_START >= max(smallest, _SMALLEST_START):
         # A smaller ε is easier to follow, but leaves less room to find a lower λ.
-    state = path.last
-    assert state is not None
-    found = certified(task.problem, state.load_factor, state.q, state.d)
-    return path.ended(Status.CONVERGED, found, reason(Code.LOCAL_MINIMUM, epsilon=smallest))
-
-
-class _Path:
-    """The relaxation for one ε after the other."""
-
-    def __init__(self, task: Task, start: State | None) -> None:
-        problem, effort = task.problem, task.effort
-        self._task, self._scaled = task, in_units_of_live_load(problem)
-        self.history: list[RelaxationStep] = []
-        self.last: State | None = None  #: of the last that was solved
-        with effort.measure("build"):
-            self._model = PyomoRelaxed(PyomoMpec(self._scaled.problem))
-            q, d, p = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
-            if start is not None:
-                start = replace(start, load_factor=start.load_factor / self._scaled.load_factor)
-            self._start = start or State(0.0, q, d, p)
-        with effort.measure("compile"):
-            self._ipopt = CasadiIpopt(self._model)
-        effort.uses(task.solver.name, "relaxation")
-
-    def ended(self, status: Status, found: Found, *reasons: Reason) -> Solution:
-        """The solution that it leads to."""
-        history, solver = tuple(self.history), self._task.solver
-        return Solution(status, Kind.RELAXED, reasons, found, history=history, solver=solver)
-
-    def follow(self, epsilon: float, smallest: float) -> bool:
-        """Solve for a falling ε, down to the smallest, from the start; whether all were solved."""
-        task = self._task
-        self._model.start_from(self._start)
-        self._ipopt.multipliers = {}
-        while True:
+        series.append(series[-1] * _SMALLER_START)
+    history: list[RelaxationStep] = []
+    last: State | None = None
+    for first in series:
+        model.start_from(begin)
+        ipopt.multipliers = {}
+        for epsilon in _falling(first, smallest):
             began = time.perf_counter()
-            solved, word, iterations = self._ipopt.solve(epsilon)
+            solved, word, iterations = ipopt.solve(epsilon)
             seconds = time.perf_counter() - began
-            task.effort.add("solve", seconds)
-            task.effort.iterations += iterations
-            task.effort.nlp_solves += 1
+            effort.add("solve", seconds)
+            effort.iterations += iterations
+            effort.nlp_solves += 1
             load_factor, largest, gap = math.nan, math.nan, math.nan
             if solved:
-                self.last, products = self._scaled.state(self._model.read()), self._model.products()
-                load_factor, largest = self.last.load_factor, float(products.max())
-                gap = float(products.sum()) / task.problem.live_norm
-            step = RelaxationStep(epsilon, load_factor, word, iterations, largest, gap, seconds)
-            self.history.append(step)
-            task.progress(step)
-            if not solved or epsilon <= smallest:
-                return solved
-            epsilon *= _FALL
-            if epsilon < 2 * smallest:
-                epsilon = smallest
-
-
-def _stopped(task: Task, path: _Path, start: State | None) -> Solution:
-    failed = path.history[-1]
-    why = reason(Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)
-    if path.last is not None:
-        found = Found(q=path.last.q, d=path.last.d, slope=task.problem.dilatancy)
-        return path.ended(Status.HOMOTOPY, found, why)
+                last, products = scaled.state(model.read()), model.products()
+                load_factor, largest = last.load_factor, float(products.max())
+                gap = float(products.sum()) / problem.live_norm
+            history.append(RelaxationStep(epsilon, load_factor, word, iterations, largest, gap, seconds))
+            task.progress(history[-1])
+            if not solved:
+                break
+        if solved:
+            break
+    ending = Solution(Status.HOMOTOPY, Kind.RELAXED, history=tuple(history), solver=task.solver)
+    if solved and last is not None:
+        ending = replace(ending, found=certified(problem, last.load_factor, last.q, last.d))
+        return ending.ended(Status.CONVERGED, Code.LOCAL_MINIMUM, epsilon=smallest)
+    ending = ending.ended(Status.HOMOTOPY, Code.RELAXATION_STOPPED, word=word, epsilon=epsilon)
+    if last is not None:
+        return replace(ending, found=Found(q=last.q, d=last.d, slope=problem.dilatancy))
     found = Found() if start is None else Found(q=start.q, d=start.d)
-    return path.ended(Status.HOMOTOPY, found, why, reason(Code.NOTHING_SOLVED))
+    return replace(ending, found=found).telling(reason(Code.NOTHING_SOLVED))
+
+
+def _falling(epsilon: float, smallest: float) -> Iterator[float]:
+    """ε of each solve of a series, down to the smallest."""
+    while epsilon > smallest:
+        yield epsilon
+        following = _FALL * epsilon
+        epsilon = following if following >= 2 * smallest else smallest
+    yield smallest

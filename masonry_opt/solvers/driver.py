@@ -4,8 +4,6 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
-import numpy as np
-
 from masonry_opt.effort import Effort
 from masonry_opt.problem.problem import Problem, ShearLimits, State, in_units_of_live_load, in_units_of_load
 from masonry_opt.solvers.registry import LpSize, Solved, Solver
@@ -76,11 +74,8 @@ class Driver:
         with self.effort.measure("compile"):
             self.model.limits.set(self._scaled.limits(limits))
 
-    def solve(self, nearly: bool = False, near: np.ndarray | None = None) -> LpAnswer:
-        """Solve with the present shear limits; ``nearly`` as of :meth:`~.registry.Solved.readable`. Parabolas
-        are scaled by the size of the forces that a state is near, shape (3c,), if any are known."""
-        if self._scaled.problem.by_strength.conic:
-            self.model.resize(None if near is None else near / self._scaled.force)
+    def solve(self, nearly: bool = False) -> LpAnswer:
+        """Solve with the present shear limits; ``nearly`` as of :meth:`~.registry.Solved.readable`."""
         solved = self._engine.solve()
         if not solved.readable(nearly):
             return LpAnswer(solved, None)

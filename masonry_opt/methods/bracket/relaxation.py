@@ -198,19 +198,15 @@ class BoundStep:
     seconds: float  #: since the method began
 
 
-class Distances:
-    """Between joints, shape (c, c), and from joints to blocks, shape (c, b), in blocks that touch."""
-
-    def __init__(self, problem: Problem) -> None:
-        touches = problem.matrices.ends.toarray()
-        between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
-        of_joint = [np.flatnonzero(column) for column in touches.T]
-        self.to_blocks = np.array([between[blocks].min(axis=0) for blocks in of_joint])
-        self.to_joints = np.array([self.to_blocks[:, blocks].min(axis=1) for blocks in of_joint]).T
-
-    def within(self, radii: tuple[int, int]) -> Pairs:
-        """Whether joints, and joints and blocks, are no further apart than the first and second radius."""
-        return self.to_joints <= radii[0], self.to_blocks <= radii[1]
+def near(problem: Problem, radii: tuple[int, int]) -> Pairs:
+    """Whether joints, shape (c, c), and joints and blocks, shape (c, b), are no further apart than the first
+    and second radius, in blocks that touch."""
+    touches = problem.matrices.ends.toarray()
+    between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
+    of_joint = [np.flatnonzero(column) for column in touches.T]
+    to_blocks = np.array([between[blocks].min(axis=0) for blocks in of_joint])
+    to_joints = np.array([to_blocks[:, blocks].min(axis=1) for blocks in of_joint]).T
+    return to_joints <= radii[0], to_blocks <= radii[1]
 
 
 def relaxed(
@@ -315,9 +311,9 @@ class Rising:
         its size, and joint forces (3c,) that may lead to states lower than the best. Below what one proves
         there is no state: the next looks above only, where forces have less room, and the same products prove
         more. They are kept while that pays."""
-        distances, before = Distances(self._problem), 0
+        before = 0
         for radii in RADII:
-            kept = distances.within(radii)
+            kept = near(self._problem, radii)
             products = 12 * int(kept[0].sum()) + 9 * int(kept[1].sum())
             if products == before or products > _MOST_PRODUCTS:
                 continue

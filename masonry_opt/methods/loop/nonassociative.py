@@ -12,7 +12,6 @@ from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.loop.options import Attempt, LoopOptions
 from masonry_opt.methods.loop.run import Iteration, Run, belong_together
-from masonry_opt.methods.loop.steps import LimitUpdate
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
@@ -127,8 +126,7 @@ def nonassociative(task: Task) -> Solution:
             declared = attempt.solver, attempt.parameters.tolerance
             problem = given.by_cone if attempt.solver.entry.conic else given
             driver = _declared(task, problem, *declared)
-        revise = options.revise or LimitUpdate.limits
-        solution = Run(problem, driver, attempt).follow(follow, revise)
+        solution = Run(problem, driver, attempt).follow(follow)
         if not solution.history:
             word = solution.reasons[0].values["word"]
             status, why = no_optimum(given, word, attempt.solver, task.effort)

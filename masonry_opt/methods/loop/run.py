@@ -16,7 +16,7 @@ from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import forces_for, motion_for
 from masonry_opt.methods.loop.options import Attempt
-from masonry_opt.methods.loop.steps import LimitUpdate, Revise, SubProblem, corrected, sub_problems
+from masonry_opt.methods.loop.steps import SubProblem, corrected, sub_problems
 from masonry_opt.models.cvxpy_exact import CvxpyAtYield
 from masonry_opt.problem.problem import Problem, ShearLimits, State, in_units_of_live_load, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import has_optimum
@@ -39,8 +39,8 @@ LONGEST_PERIOD = 6
 _STEADY = 0.05
 
 #: Share of the largest rate above which a face belongs to the mechanism, well above what the solver's
-#: tolerance leaves of a zero: first for the larger mechanism, then for the surer one.
-_SHARES = (1e-6, 1e-4)
+#: tolerance leaves of a zero.
+_SHARE = 1e-6
 
 _PURPOSE = "exact end"  #: What a solver does here, as a result tells it.
 
@@ -107,11 +107,10 @@ class Run:
         #: Whether the first load factor is the associative one: rough sub-problems end up to .4 % from it.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
-    def follow(self, progress: Callable[[Iteration], None], revise: Revise = LimitUpdate.limits) -> Solution:
+    def follow(self, progress: Callable[[Iteration], None]) -> Solution:
         """Follow the loop to its end."""
         problem, parameters = self.problem, self.parameters
-        loop = sub_problems(problem, self.driver, parameters, revise)
-        for last in islice(loop, parameters.max_iterations):
+        for last in islice(sub_problems(problem, self.driver, parameters), parameters.max_iterations):
             if (state := last.state) is None:
                 return self._without_optimum(last)
             entry = _recorded(problem, last, self.states[-1] if self.states else None, self.attempt)
@@ -237,15 +236,12 @@ def accurate_end(
 ) -> Answer | None:
     """The exact state of λ nearest to ``near`` on the mechanism of an accurately solved sub-problem; None if
     there is none."""
-    scaled = in_units_of_live_load(problem)
-    for share in _SHARES:
-        at_yield = state.p > share * state.p.max()
-        model = CvxpyAtYield(scaled.problem, at_yield, near / scaled.load_factor)
-        if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE):
-            load_factor, q = model.statics.forces()
-            if end := _belonging(problem, scaled.load_factor * load_factor, q, state.d):
-                return end
-    return None
+    scaled, at_yield = in_units_of_live_load(problem), state.p > _SHARE * state.p.max()
+    model = CvxpyAtYield(scaled.problem, at_yield, near / scaled.load_factor)
+    if not has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE):
+        return None
+    load_factor, q = model.statics.forces()
+    return _belonging(problem, scaled.load_factor * load_factor, q, state.d)
 
 
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:

@@ -1,6 +1,6 @@
 """The loop of Gilbert, Casapulla & Ahmed (2006), section 4.2: its six steps and nothing else."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count
 
@@ -62,13 +62,7 @@ class LimitUpdate:
         return ShearLimits(slope, problem.cohesion + added)
 
 
-#: How the next shear limits follow; the paper's way is ``LimitUpdate.limits``.
-Revise = Callable[[LimitUpdate], ShearLimits]
-
-
-def sub_problems(
-    problem: Problem, driver: Driver, parameters: LoopParameters, revise: Revise = LimitUpdate.limits
-) -> Iterator[SubProblem]:
+def sub_problems(problem: Problem, driver: Driver, parameters: LoopParameters) -> Iterator[SubProblem]:
     """Steps 1 to 5, until a sub-problem has no optimum or the caller stops (step 3). Of the driver's model
     the shear limits alone are changed. Step 6 is :func:`corrected`."""
     alpha, next_alpha = float("nan"), parameters.alpha
@@ -103,7 +97,8 @@ def sub_problems(
         next_alpha = parameters.shrink * alpha if alpha > parameters.alpha_min else parameters.alpha_min
         n, n_before = (problem.normal_forces(of.q) for of in (state, before or state))
         about = parameters.beta * n + (1 - parameters.beta) * n_before
-        limits = revise(LimitUpdate(problem, last, alpha, small_cohesion, about))  # step 4
+        update = LimitUpdate(problem, last, alpha, small_cohesion, about)
+        limits = parameters.revise(update) if parameters.revise else update.limits()  # step 4
         if not isinstance(limits, ShearLimits):
             raise OptionError(f"option 'revise' must return ShearLimits (found {limits!r})")
         before = state

@@ -99,7 +99,7 @@ def compliant(task: Task) -> Solution:
 def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution:
     """How a push ends: on a ray, where λ stays, in a jam, or in the state that it came to, or was asked for
     at a u."""
-    solution, end = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT), pushed.end
+    solution, end = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT), pushed.answer
     growth, steps = pushed.growth, len(pushed.steps) + len(pushed.growth_steps)
     folds, deep_fall = (0, None) if growth else (pushed.folds, pushed.deep_fall)
     told: dict[str, Any] = {"steps": steps, "folds": folds, "deep_fall": deep_fall}
@@ -108,7 +108,7 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
     if asked is None and end is not None and elastic.tells(end.load_factor, end.d):
         peak = pushed.peak or 0.0
         told["peak"] = peak if peak > end.load_factor * (1 + PLATEAU) + ZERO else None
-        code = Code.LEVEL if pushed.level else Code.RAY
+        code = Code.LEVEL if pushed.ended is Ended.LEVEL else Code.RAY
         return replace(solution, found=end).ended(Status.CONVERGED, code, **told)
     state = elastic.at(pushed, asked) if asked else elastic.carried(growth) if growth else None
     if state is None or state.answer.failing(Kind.COMPLIANT):

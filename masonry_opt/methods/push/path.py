@@ -162,16 +162,16 @@ class Curve:
         """The state at u, or without one under the same load, from d and λ nearby; None if none is found."""
         return self._across(at, None, 0.0) if u is None else self._across(at, self.live, u - self.u(at))
 
-    def states(self, at: np.ndarray, u: float | None, *ends: float) -> "Iterator[tuple[Curve, np.ndarray]]":
+    def states(self, at: np.ndarray, u: float | None) -> "Iterator[tuple[Curve, np.ndarray]]":
         """States at the same u, or under the same load, under laws that are less and less rounded."""
-        return self.sharper(at, lambda sharp, near: sharp.state(near, u), *ends)
+        return self.sharper(at, lambda sharp, near: sharp.state(near, u))
 
     def sharper(
-        self, found: Any, find: "Callable[[Curve, Any], Any]", last: float = _LAST, gentlest: float = _GENTLE
+        self, found: Any, find: "Callable[[Curve, Any], Any]", last: float = _LAST
     ) -> "Iterator[tuple[Curve, Any]]":
         """What is found, each near the one before, from the law's own rounding on to the last."""
         before, falls = self.rounding / _FALLS, _FALLS
-        while falls <= gentlest:
+        while falls <= _GENTLE:
             rounding = falls * before if falls * before > 1.01 * last else last
             near = find(sharper := self.rounded_by(rounding), found)
             if near is None:
@@ -206,11 +206,11 @@ class Curve:
                 break
         return at if size <= found else None
 
-    def points(self, most: int, at: np.ndarray | None = None) -> Iterator[Point]:
-        """Points from a state on, else from rest, without displacement or else without load, if there is such
-        a state; λ growing at first, until steps are too short, or the way is too long."""
-        for u in (0.0, None):
-            at = self.state(self.still(0.0), u) if at is None else at
+    def points(self, most: int) -> Iterator[Point]:
+        """Points from rest, without displacement or else without load, if there is such a state; λ growing at
+        first, until steps are too short, or the way is too long."""
+        at = self.state(self.still(0.0), 0.0)
+        at = self.state(self.still(0.0), None) if at is None else at
         if at is None:
             return
         length, gone, point = _FIRST, 0.0, self._point(at, self.balance(at)[1], self.live, None)

@@ -32,10 +32,6 @@ from masonry_opt.problem.problem import Problem
 #: but where it folds its highest λ is lower. And of a load that grows, and of settling.
 _ROUNDINGS, _ROUGHER, _LARGE, _GROWN, _SETTLING = (0.01, 0.1), (0.1, 0.01), 500, 0.03, 0.01
 
-#: Roundings under which hardly any path stops; to which one's state is sharpened, by which factor at least,
-#: points of a path from there, and how many times as far as ends are looked for it leads without.
-_COARSE, _SHARPENED, _GENTLEST, _SHARPENED_POINTS, _OUT = (1.0, 0.7, 0.5, 0.35), 0.01, 0.9, 400, 1e2
-
 #: Rounding above which λ is blurred; and what a certificate leaves at most that needs no other beside it.
 _BLURRED, _WELL = 1e-5, 1e-11
 
@@ -91,19 +87,13 @@ class Pushed:
     ended: Ended
     steps: tuple[PushStep, ...] = ()
     points: tuple[Point, ...] = ()
-    answer: Answer | None = None  #: the exact state at the ray
+    answer: Answer | None = None  #: the exact state at the ray, or that where λ stays
     #: Largest λ on the way, to which a load comes that grows, if it is above the end by more than load
     #: factors that are the same differ by, else λ there; None without a load factor.
     peak: float | None = None
     rounding: float = 0.0  #: of the law, in mean forces
     growth: Growth | None = None  #: of a load, where the path came to no end
     growth_steps: tuple[PushStep, ...] = ()
-    level: GivingState | None = None  #: where λ stays, of a path that comes to no ray of that λ
-
-    @property
-    def end(self) -> Answer | None:
-        """The state that a path ends in, on a ray or where λ stays."""
-        return self.level.answer if self.level else self.answer
 
     @property
     def folds(self) -> int:
@@ -176,7 +166,7 @@ class Elastic:
             return None
         nothing, dead = np.zeros(self.problem.B.shape[1]), self.problem.dead
         grows = replace(self.problem, dead=np.zeros_like(dead), live=dead, settled=nothing)
-        return Elastic(grows, self._matrix, self._compliance).pushed().end
+        return Elastic(grows, self._matrix, self._compliance).pushed().answer
 
     def tells(self, load_factor: float, d: np.ndarray) -> bool:
         """Whether a mechanism (3b,) at a load factor tells of the load. One of blocks that weigh nothing
@@ -220,7 +210,7 @@ class Elastic:
                 continue
             if self.tells(state.answer.load_factor, state.answer.d):
                 steps, points = path.steps[: last + 1], path.points[: last + 1]
-                return Pushed(Ended.LEVEL, steps, points, rounding=path.rounding, level=state)
+                return Pushed(Ended.LEVEL, steps, points, state.answer, rounding=path.rounding)
         return None
 
     def _grown(self, path: Pushed, follow: Progress) -> Pushed:
@@ -241,36 +231,6 @@ class Elastic:
         along = np.append(growth.at[:-1], 0.0) / growth.before.moves(growth.at)
         ended, answer = self._end(growth.before, Point(growth.at, along, 1), u)
         return replace(found, ended=ended, answer=answer)
-
-    def beside(self) -> Iterator[Answer]:
-        """States to which contacts of much rounder corners lead where a push stops, of each path an exact one
-        or else its last: from rest others may be come to."""
-        for rounding in _COARSE if self.settled is not None else ():
-            found = self._beyond(self.curve.rounded_by(rounding))
-            if found is not None:
-                yield found
-
-    def _beyond(self, coarse: Curve) -> Answer | None:
-        """The exact state that a coarse path leads to, sharpened where ends are looked for; else its last one
-        beyond."""
-        furthest: np.ndarray | None = None
-        for point in coarse.points(_POINTS):
-            u = coarse.u(point.at)
-            if u < self._end_from:
-                continue
-            if furthest is None:
-                *_, (curve, at) = (coarse, point.at), *coarse.states(point.at, u, _SHARPENED, _GENTLEST)
-                if curve.rounding < 2 * _SHARPENED:
-                    way = curve.points(_SHARPENED_POINTS, at)
-                    if found := self._followed(curve, way, lambda _: None, inf).answer:
-                        return found
-            furthest = point.at
-            if u > _OUT * self._end_from:
-                break
-        if furthest is None:
-            return None
-        q, load_factor = coarse.forces(furthest), furthest[-1] / self.problem.live_norm
-        return certified(self.problem.by_cone, load_factor, q, furthest[:-1])
 
     def _followed(self, rounded: Curve, way: Iterator[Point], follow: Progress, until: float) -> Pushed:
         unit, points, steps = self.problem.live_norm, list[Point](), list[PushStep]()
@@ -331,10 +291,10 @@ class Elastic:
     def _peak(self, rounded: Curve, pushed: Pushed) -> float | None:
         """The highest λ of a path that ends in a state, uphill from where it turns above that, under laws as
         sharp as have the turn; None of any other."""
-        if pushed.end is None:
+        if pushed.answer is None:
             return None
         # At rest the load is none.
-        end, unit = pushed.end.load_factor, self.problem.live_norm
+        end, unit = pushed.answer.load_factor, self.problem.live_norm
         peak, told = max(0.0, end), end * (1 + PLATEAU)
         if pushed.points[-1].rigid:
             return peak
