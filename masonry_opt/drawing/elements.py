@@ -54,11 +54,9 @@ class Elements:
     @property
     def supports(self) -> np.ndarray:
         """Indices of the blocks that are supports: those that are fixed, and those that settle."""
-        assembly = self.assembly
-        settles = [force for force in assembly.limited if force.role is Role.SUPPORT]
-        freed = {action.block for force in settles for action in force.actions}
-        moves = np.setdiff1d(assembly.movable, list(freed))
-        return np.setdiff1d(np.arange(len(assembly.scene.blocks)), moves)
+        settles = [force for force in self.assembly.limited if force.role is Role.SUPPORT]
+        supported = np.array([action.block for force in settles for action in force.actions], dtype=int)
+        return np.union1d(np.flatnonzero(self.assembly.scene.fixed), supported)
 
     @property
     def all_marks(self) -> list[Marks]:
@@ -150,26 +148,25 @@ def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
     midway = (motion[joints.first] + motion[joints.second]) / 2
     (ends, joint), width = joints.lines(), 2.3 * shrink
     with_joint = midway[joint]
-    if solid := result.assembly.scene.dimension == 3:
+    looks = [
+        ("separates", "separating joint", SEPARATES, width, moves.separates, (1.6, 1.1)),
+        ("slides", "sliding joint", SLIDES, width, moves.slides, ()),
+        ("crushes", "crushing joint", CRUSHES, width, moves.crushes, ()),
+    ]
+    if result.assembly.scene.dimension == 3:
         with_joint = np.concatenate([motion[joints.first[joint]], motion[joints.second[joint]]])
         ends, joint = np.tile(ends, (2, 1, 1)), np.tile(joint, 2)
-    for name, label, colour, dashes in (
-        ("separates", "separating joint", SEPARATES, (1.6, 1.1)),
-        ("slides", "sliding joint", SLIDES, ()),
-        ("crushes", "crushing joint", CRUSHES, ()),
-    ):
-        which = getattr(moves, name)[joint]
-        lines = Marks(name, label, "line", colour, width, ends[which], with_joint[which], dashes)
+        opens = moves.hinges & ~moves.slides
+        looks.append(("opens", "hinging joint", HINGES, 0.4 * width, opens, ()))
+    for name, label, colour, wide, of_joints, dashes in looks:
+        which = of_joints[joint]
+        lines = Marks(name, label, "line", colour, wide, ends[which], with_joint[which], dashes)
         yield from joint_marks(lines)
     # Colour alone cannot be told apart in grey.
     if (which := moves.crushes).any():
         middle = ends[which].mean(axis=1, keepdims=True)
         yield Marks("crosses", "crushing joint", "cross", CRUSHES, 6.0 * shrink, middle, midway[which])
     if (which := moves.hinges).any():
-        if solid:
-            opens, thin = (which & ~moves.slides)[joint], 0.4 * width
-            lines = Marks("opens", "hinging joint", "line", HINGES, thin, ends[opens], with_joint[opens])
-            yield from joint_marks(lines)
         at = moves.hinge[which][:, None]
         yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, at, midway[which])
 
@@ -200,9 +197,8 @@ def _found(assembly: Assembly) -> Iterable[Marks]:
     (ends, _), width = assembly.joints.lines(), 2.0 * shrink_of(assembly)
     in_point = "joint in a point" if assembly.scene.dimension == 3 else "joint of a corner on an edge"
     yield from joint_marks(Marks("joint", "joint", "line", JOINT, width, ends), in_point)
-    if len(corners := assembly.joints.meets):
-        label = "corner on corner: no joint"
-        yield Marks("corners", label, "cross", MARKED, 3.0 * width, corners[:, None])
+    if len(at := assembly.joints.meets):
+        yield Marks("corners", "corner on corner: no joint", "cross", MARKED, 3.0 * width, at[:, None])
     if len(gaps := assembly.joints.facing):
         yield Marks("gaps", "small gap: no joint", "line", GAP, 2.6, gaps, dashes=(1.6, 1.1))
 

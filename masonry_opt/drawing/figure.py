@@ -3,7 +3,7 @@ charts of λ over displacement."""
 
 import io
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -41,6 +41,8 @@ _NOTE, _ROW = 95, 60  #: Characters in a line of a note, and in a legend of one 
 #: What is drawn for each letter that a font lacks, of which matplotlib would warn, and what is said of it.
 _BOX = "\N{WHITE SQUARE}"
 NOTE = f"{_BOX}: a letter that the font of pictures does not have; matplotlib.rcParams['font.family'] sets it"
+
+_NAME, _LETTER = 8.0, 0.62  #: Largest size of letters of block names in points, their width over height.
 
 #: Markers of the shapes that have no ends.
 _MARKERS = {"dot": "o", "point": "o", "square": "s", "cross": "x"}
@@ -108,8 +110,8 @@ def entitle(axes: Axes, title: str, heading: str) -> None:
 def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:
     """Size the figure so that the axes have their own proportions, or those of what fills them."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    round_ = axes.name == "polar"
-    slope = axes.get_box_aspect() or (1.0 if round_ else (top - bottom) / (right - left))
+    filled = 1.0 if axes.name == "polar" else (top - bottom) / (right - left)
+    slope = axes.get_box_aspect() or filled
     tall = min(_WIDTH * slope, _TALLEST)
     wide = tall / slope
     width, height = _WIDTH + 2 * _BESIDE, tall + _ABOVE + below
@@ -189,6 +191,17 @@ def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float
         written.set_path_effects([withStroke(linewidth=rim * letters, foreground="white")])
 
 
+def points_in_unit(axes: Axes) -> float:
+    """Points of a printed picture in a unit of the axes, whose size must be set."""
+    left, right = axes.get_xlim()
+    return 72 / axes.figure.dpi * axes.bbox.width / (right - left)
+
+
+def letters_in(name: str, wide: float) -> float:
+    """Size of the letters, in points, in which a name is so many points wide, no larger than usual."""
+    return min(wide / (_LETTER * len(name)), _NAME)
+
+
 def _handle(label: str, alike: list[Marks]) -> Line2D:
     """What a legend shows of marks that share a label."""
     handle = Line2D([], [], color=alike[0].colour, linestyle="none", label=label)
@@ -206,8 +219,7 @@ def boxed(text: str, font: FontProperties | None = None) -> str:
     """The text with a box for each letter that a font (the usual one), and those after it, lack."""
     if text.isascii():
         return text
-    font = font or FontProperties()
-    known = {ord("\n")}
+    font, known = font or FontProperties(), {ord("\n")}
     for family in font.get_family():
         own = font.copy()
         own.set_family(family)
@@ -241,16 +253,17 @@ def refuse_kind(kind: object, names: bool = False) -> None:
 
 def refuse_picture(path: str | Path, force: bool = False) -> None:
     """Raise OptionError if a picture could not be written there: to be asked before long work."""
-    if _ending(path) not in FORMATS:
-        raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
-    refuse_unwritable(Path(path), force)
+    _refuse(path, force, "a picture's name", FORMATS)
 
 
 def refuse_file(path: str | Path, force: bool = False) -> None:
     """Raise OptionError if neither picture nor page could be written there: to be asked before long work."""
-    if not is_page(path) and _ending(path) not in FORMATS:
-        known = ", ".join(f".{name}" for name in (*FORMATS, "html"))
-        raise OptionError(f"{path}: the name of a picture or page ends in {known}")
+    _refuse(path, force, "the name of a picture or page", (*FORMATS, "html"))
+
+
+def _refuse(path: str | Path, force: bool, what: str, endings: Sequence[str]) -> None:
+    if _ending(path) not in endings:
+        raise OptionError(f"{path}: {what} ends in {', '.join(f'.{each}' for each in endings)}")
     refuse_unwritable(Path(path), force)
 
 
@@ -302,8 +315,7 @@ def curve_picture(result: Outcome) -> Picture:
 
 def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], float]:
     """Draw the load factors beside a curve that comes so high; what a legend shows, and the highest."""
-    handles: list[Handle] = []
-    top = highest
+    handles, top = list[Handle](), highest
     for value, what, colour, dashes in (
         (result.load_factor, "load factor", BLACK, (4, 2)),
         (result.associative, "associative", HATCH, ()),

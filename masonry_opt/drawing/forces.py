@@ -66,10 +66,8 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
 
 
 def _many_parallel(forces: Forces, most: int) -> bool:
-    if len(forces.force) <= most:
-        return False
     direction = forces.force / np.linalg.norm(forces.force, axis=1)[:, None]
-    return bool((np.abs(direction - direction[0]) < 1e-9).all())
+    return len(direction) > most and bool((np.abs(direction - direction[0]) < 1e-9).all())
 
 
 def _direction(assembly: Assembly, forces: Forces) -> np.ndarray:
@@ -194,8 +192,8 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
 
 
 _CHAIN = 3  #: Blocks in a row, each between two others, from which their points of thrust make a line.
-_RESULTANT = 0.12  #: Length of the longest resultant, over the size of the scene.
-_RESULTANT_IN_SPACE = 0.3  #: That length in space, where one joint may carry most.
+#: Length of the longest resultant, over the size of the scene; in space one joint may carry most.
+_RESULTANT, _RESULTANT_IN_SPACE = 0.12, 0.3
 _SCALE = 0.08  #: Height of the scale over the blocks, over that size.
 
 
@@ -220,9 +218,8 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     joints, count = assembly.joints, len(assembly.scene.blocks)
     sides = np.concatenate([joints.first, joints.second])
     number = np.tile(np.arange(len(joints.first)), 2)
-    between = np.bincount(sides, minlength=count) == 2
-    between &= np.bincount(sides[acts[number]], minlength=count) == 2
-    between &= np.isin(np.arange(count), assembly.movable)
+    has, pressed = (np.bincount(of, minlength=count) for of in (sides, sides[acts[number]]))
+    between = (has == 2) & (pressed == 2) & np.isin(np.arange(count), assembly.movable)
     along = between[joints.first] & between[joints.second]
     row = linked(count, joints.first[along], joints.second[along])
     in_chain = between & (np.bincount(row)[row] >= _CHAIN)
@@ -238,10 +235,8 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
     size, shrink = size_of(assembly), shrink_of(assembly)
     shown: np.ndarray = np.isfinite(point).all(axis=1)
     point = point - assembly.geometry.origin
-    longest, who = _RESULTANT, "of a joint"
-    if result.contacts is not None:
-        longest = _RESULTANT_IN_SPACE
-    elif len(pairs := chains(assembly, shown)):
+    points, who = result.contacts, "of a joint"
+    if points is None and len(pairs := chains(assembly, shown)):
         on_line = np.isin(np.arange(len(shown)), pairs)
         at = point[on_line][:, None]
         yield Marks("line", "line of thrust", "line", colours.THRUST, 1.8 * shrink, point[pairs])
@@ -253,9 +248,9 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
     if not shown.any():
         return
     most = float(np.linalg.norm(force[shown], axis=1).max())
-    unit = longest * size / most
+    unit = (_RESULTANT if points is None else _RESULTANT_IN_SPACE) * size / most
     label = f"resultant {who}, in the case's unit of force"
-    if (points := result.contacts) is not None:
+    if points is not None:
         label = f"resultant {who}; the longest is {most:.3g} in the case's unit of force"
         carried = points[["fx", "fy", "fz"]].to_numpy()
         carries = np.linalg.norm(carried, axis=1) > IDLE * most

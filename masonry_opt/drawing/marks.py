@@ -76,10 +76,10 @@ def joint_marks(lines: Marks, in_point: str | None = None) -> Iterator[Marks]:
     an edge, which have no length; of these a legend says ``in_point``, if not what it says of lines."""
     point = (lines.points[:, 0] == lines.points[:, 1]).all(axis=1)
     along, at = (None if lines.motion is None else lines.motion[which] for which in (~point, point))
-    if (~point).any():
+    if not point.all():
         yield replace(lines, points=lines.points[~point], motion=along)
     if point.any():
-        said = in_point if in_point is not None else "" if (~point).any() else lines.label
+        said = in_point if in_point is not None else lines.label if point.all() else ""
         look = replace(lines, label=said, shape="square", width=2.4 * lines.width, dashes=())
         yield replace(look, points=lines.points[point][:, :1], motion=at)
 

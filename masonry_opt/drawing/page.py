@@ -69,8 +69,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     pointing at a joint tells its forces and motion. Joints first show their motion, or by ``kind`` "thrust"
     or "utilisation". A scene in space turns, and is first seen from ``view``.
     """
-    elements, folder = result_elements(result), files("masonry_opt.drawing")
-    way = way_of(result)
+    elements, folder, way = result_elements(result), files("masonry_opt.drawing"), way_of(result)
     name, figure, data = (_plane if result.contacts is None else _space)(result, elements, view, way)
     values: dict[str, Any] = {"title": escape(elements.title), **figure}
 
@@ -93,7 +92,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     values |= {"answer": answer(result), "caption": caption(elements), "last": result.size.joints - 1}
     values |= {"start": START, "still": "" if elements.movement else " disabled"}
     values |= {"choices": _choices(layers, kind), "legends": _legends(elements, layers)}
-    values["way"] = piece("page_way.html") if way is not None else ""
+    values["way"] = "" if way is None else piece("page_way.html")
     values["details"] = _curve(result) + certificate(result) + described(result) + _foot(result)
     scripts = {"style": "page.css", "figure_script": f"page_{name}.js"}
     scripts |= {"way_script": "page_way.js", "script": "page.js"}
@@ -128,10 +127,10 @@ def _space(result: Outcome, elements: Elements, view: ViewAngles | None, way: Wa
     source = elements_picture(elements, view=view).source()
     fixed = np.setdiff1d(np.arange(len(moves)), result.assembly.movable)
     values = {"source": source, "view": "{:g} {:g}".format(*view), "library": f"<script>{three()}</script>\n"}
-    drawn = Figure(elements)
-    data = {"figure": drawn.data(view), "rates": moves, "fixed": fixed.tolist()}
+    scale = _UNITS / size_of(elements.assembly)
+    data = {"figure": _figure(elements, view, scale), "rates": moves, "fixed": fixed.tolist()}
     if way is not None:
-        data["motions"] = way_motions(result, way) * np.repeat([drawn.scale, 1.0], 3)
+        data["motions"] = way_motions(result, way) * np.repeat([scale, 1.0], 3)
     return "space", values, {"joints": {}, **data}
 
 
@@ -178,10 +177,8 @@ def _curve(result: Outcome) -> str:
 
 def _foot(result: Outcome) -> str:
     origin = result.assembly.scene.origin
-    known = [] if origin == "scene" else [origin]
-    known.append(f"method {result.method} ({result.model}, {result.solver})")
-    known.append(f"masonry_opt {version('masonry_opt')}")
-    return f'<p class="note">{text(" · ".join(known))}</p>\n'
+    said = f"method {result.method} ({result.model}, {result.solver}) · masonry_opt {version('masonry_opt')}"
+    return f'<p class="note">{text(said if origin == "scene" else f"{origin} · {said}")}</p>\n'
 
 
 def _joints(result: Outcome, told: list[str]) -> dict[str, list[float | None]]:
@@ -192,8 +189,8 @@ def _joints(result: Outcome, told: list[str]) -> dict[str, list[float | None]]:
         # Where a column is zero but for rounding, forces and the fastest motion show that it is.
         force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
         speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
-        beside = {"s": force, "torsion": force * length, "slip": speed, "opening": speed}
-        beside["rotation"] = speed / length
+        beside = {"s": force, "torsion": force * length}
+        beside |= {"slip": speed, "opening": speed, "rotation": speed / length}
     columns = {name: _rounded(frame[name].to_numpy(), beside.get(name, 0.0)) for name in told}
     return {"first": joints.first.tolist(), "second": joints.second.tolist(), **columns}
 
@@ -293,51 +290,55 @@ def three() -> str:
     return f"{script}{end}"
 
 
-class Figure:
-    """Elements in space in whole units of the figure."""
+def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any]:
+    """All that a page draws of elements in space, in whole units of the figure: see ``page_space.js``."""
+    contacts, drawn = elements.assembly.joints, surface(elements)
+    areas = contacts.extent[contacts.extent > 0]
+    usual = np.sqrt(np.median(areas)) if len(areas) else np.inf
+    radius = min(_RADIUS * _UNITS, _OF_JOINT * usual * scale)
+    table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
 
-    def __init__(self, elements: Elements) -> None:
-        self.elements = elements
-        self.scale = _UNITS / size_of(elements.assembly)
+    def at(points: np.ndarray) -> list[int]:
+        whole: list[int] = np.rint(points * scale).astype(int).ravel().tolist()
+        return whole
 
-    def data(self, view: ViewAngles) -> dict[str, Any]:
-        """All that a page draws: see ``page_space.js``."""
-        elements, contacts = self.elements, self.elements.assembly.joints
-        drawn = surface(elements)
-        corners = np.concatenate([drawn.triangles.reshape(-1, 3), drawn.edges.reshape(-1, 3)])
-        block = np.concatenate([np.repeat(drawn.of_triangle, 3), np.repeat(drawn.of_edge, 2)])
-        rows, number = np.unique(np.column_stack([block, self._at(corners)]), axis=0, return_inverse=True)
-        triangles = number[: 3 * len(drawn.triangles)]
-        lines, joint = contacts.lines()
-        middle = (rows[:, 1:].min(axis=0) + rows[:, 1:].max(axis=0)) / 2
-        areas = contacts.extent[contacts.extent > 0]
-        usual = np.sqrt(np.median(areas)) if len(areas) else np.inf
-        self.radius = min(_RADIUS * _UNITS, _OF_JOINT * usual * self.scale)
-        self.table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
-        layers = {name: [self._marks(each) for each in marks] for name, marks in elements.layers.items()}
-        layers["loads"] = [self._marks(each) for each in elements.loads]
-        seen = {"size": _UNITS, "middle": middle.tolist(), "view": view}
-        look = {"block": BLOCK, "fixed": FIXED, "radius": round(3 * self.radius, 2)}
-        solids = {"points": rows[:, 1:].ravel().tolist(), "of": rows[:, 0].tolist()}
-        solids |= {"triangles": triangles.tolist(), "edges": number[len(triangles) :].tolist()}
-        solids |= {"hatching": self._at(drawn.hatching).ravel().tolist()}
-        motions = [self._motion(motion) for motion in elements.motion]
-        outlines = {"points": self._at(lines).ravel().tolist(), "of": joint.tolist()}
-        of_marks = {"layers": layers, "table": list(self.table)}
-        return {**seen, **look, "surface": solids, "motions": motions, "outlines": outlines, **of_marks}
-
-    def _at(self, points: np.ndarray) -> np.ndarray:
-        return np.rint(points * self.scale).astype(int)
-
-    def _motion(self, motion: np.ndarray) -> tuple[float, ...]:
-        moved = np.round(motion[:3] * self.scale, 1) + 0.0
+    def motion_of(motion: np.ndarray) -> tuple[float, ...]:
+        moved = np.round(motion[:3] * scale, 1) + 0.0
         return (*moved.tolist(), *(np.round(motion[3:], 6) + 0.0).tolist())
 
-    def _marks(self, marks: Marks) -> dict[str, Any]:
+    def drawn_as(marks: Marks) -> dict[str, Any]:
         motion = None
         if marks.motion is not None:
-            motion = [self.table.setdefault(self._motion(each), len(self.table)) for each in marks.motion]
-        half = marks.width * (_RADIUS_THROUGH * _UNITS if marks.through else self.radius)
-        placed = {"points": self._at(marks.points).ravel().tolist(), "motion": motion}
+            motion = [table.setdefault(motion_of(each), len(table)) for each in marks.motion]
+        half = marks.width * (_RADIUS_THROUGH * _UNITS if marks.through else radius)
+        placed = {"shape": marks.shape, "points": at(marks.points), "motion": motion}
         look = {"radius": round(half, 2), "colour": marks.colour, "dashes": marks.dashes}
-        return {"shape": marks.shape, **placed, **look, "through": marks.through}
+        return {**placed, **look, "through": marks.through}
+
+    corners = np.concatenate([drawn.triangles.reshape(-1, 3), drawn.edges.reshape(-1, 3)])
+    block = np.concatenate([np.repeat(drawn.of_triangle, 3), np.repeat(drawn.of_edge, 2)])
+    placed = np.column_stack([block, np.reshape(at(corners), (-1, 3))])
+    rows, number = np.unique(placed, axis=0, return_inverse=True)
+    triangles, edges = np.split(number, [3 * len(drawn.triangles)])
+    middle = (rows[:, 1:].min(axis=0) + rows[:, 1:].max(axis=0)) / 2
+    lines, joint = contacts.lines()
+    layers = elements.layers | {"loads": elements.loads}
+    return {
+        "size": _UNITS,
+        "middle": middle.tolist(),
+        "view": view,
+        "block": BLOCK,
+        "fixed": FIXED,
+        "radius": round(3 * radius, 2),
+        "surface": {
+            "points": rows[:, 1:].ravel().tolist(),
+            "of": rows[:, 0].tolist(),
+            "triangles": triangles.tolist(),
+            "edges": edges.tolist(),
+            "hatching": at(drawn.hatching),
+        },
+        "motions": [motion_of(motion) for motion in elements.motion],
+        "outlines": {"points": at(lines), "of": joint.tolist()},
+        "layers": {name: [drawn_as(each) for each in marks] for name, marks in layers.items()},
+        "table": list(table),
+    }

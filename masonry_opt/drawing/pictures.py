@@ -27,9 +27,7 @@ from masonry_opt.scene.contacts.joints import refuse_floating
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import sentences
 
-_NAME, _LEAST_NAME = 8.0, 3.0  #: Size of the letters of block names in points, largest and smallest.
-_LETTER = 0.62  #: Their width over their height.
-_TINY_NAME = 1.0  #: Their smallest size where blocks are many.
+_LEAST_NAME, _TINY_NAME = 3.0, 1.0  #: Smallest size of letters of block names in points, and of many.
 _MANY = 200  #: Blocks above which names may be tiny: they can be read where a picture is enlarged.
 
 
@@ -117,9 +115,8 @@ def elements_picture(
         axes = made.add_subplot()
         if elements.assembly.scene.dimension == 3:
             solids = Solids(axes, elements, marks, share, view or best_view(elements))
-            solids.draw()
             figure.fit(made, axes)
-            solids.write(names)
+            solids.draw(names)
             notes = (solids.note, *notes)
         else:
             # The size first: names are fitted into what is drawn.
@@ -173,9 +170,8 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
     """Write each block's name into it, as large as fits; the axes' size must be set."""
     assembly, blocks = elements.assembly, elements.assembly.scene.blocks
     origin = assembly.geometry.origin
-    (left, bottom), (right, top) = axes.transData.inverted().transform(axes.bbox.corners())[[0, 3]]
-    points_per_unit = 72 / axes.figure.dpi * axes.bbox.width / (right - left)
-    seen = shapely.box(*(np.array([left, bottom]) - origin), *(np.array([right, top]) - origin))
+    seen = shapely.box(*(np.column_stack([axes.get_xlim(), axes.get_ylim()]) - origin).ravel())
+    points_per_unit = figure.points_in_unit(axes)
     least = _LEAST_NAME if len(blocks) <= _MANY else _TINY_NAME
     for number, (block, polygon) in enumerate(zip(blocks, assembly.geometry.polygons, strict=True)):
         if block.fixed:
@@ -188,7 +184,7 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
             middle = shapely.point_on_surface(polygon)
         at = moved(shapely.get_coordinates(middle)[0], share * elements.motion[number]) + origin
         wide, high = (east - west) * points_per_unit, (north - south) * points_per_unit
-        letters = max(min(0.9 * wide / (_LETTER * len(block.name)), 0.45 * high, _NAME), least)
+        letters = max(min(figure.letters_in(block.name, 0.9 * wide), 0.45 * high), least)
         # Just above the middle, from where arrows of loads start.
         look = {"xytext": (0, 1), "textcoords": "offset points", "va": "bottom", "clip_on": True}
         figure.write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)

@@ -2,9 +2,9 @@
 and that by matplotlib, with faces as an image, lines and marks as vectors."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import shapely
@@ -15,7 +15,7 @@ from scipy.ndimage import minimum_filter
 
 from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
 from masonry_opt.drawing.elements import Elements
-from masonry_opt.drawing.figure import draw_marks, write_name
+from masonry_opt.drawing.figure import draw_marks, letters_in, points_in_unit, write_name
 from masonry_opt.drawing.forces import round_below
 from masonry_opt.drawing.marks import Marks, hatching, movable_box, moved, size_of
 from masonry_opt.errors import OptionError
@@ -45,8 +45,7 @@ _PALE = 0.55  #: How far faces are turned to white where joints show something e
 _MARGIN = 0.03  #: Free round what is shown, over the longer side.
 _AXES = 0.1  #: Length of the axes shown, at most, over the longer side.
 _LETTERS = 1.4  #: How far their letters are, over that.
-_NAME, _LEAST_NAME = 8.0, 2.0  #: Size of the letters of block names in points, largest and smallest.
-_LETTER = 0.62  #: Their width over their height.
+_LEAST_NAME = 2.0  #: Smallest size of the letters of block names, in points.
 
 
 @dataclass(frozen=True)
@@ -71,18 +70,17 @@ def surface(elements: Elements) -> Surface:
     assert isinstance(shapes, Shapes)
     low, high = movable_box(assembly)
     low, high = low - _BEYOND * size, high + _BEYOND * size
-    points, block = shapes.corners
-    beyond = np.unique(block[((points < low) | (points > high)).any(axis=1)])
-    cut = np.setdiff1d(beyond, assembly.movable)
+    least, most = shapes.boxes
+    cut = np.setdiff1d(np.flatnonzero(((least < low) | (most > high)).any(axis=1)), assembly.movable)
     faces = _cut(shapes, cut, low, high)
     start, end, face = faces.sides()
     # Each edge once, without those that a cut made.
     ends = np.sort(np.round(np.stack([start, end], axis=1) / (_ROUNDING * size)), axis=1)
     _, once = np.unique(np.column_stack([faces.block[face], ends.reshape(-1, 6)]), axis=0, return_index=True)
-    near = _ROUNDING * size
-    on_cut = [(np.abs(start - side) < near) & (np.abs(end - side) < near) for side in (low, high)]
-    of_cut = np.isin(faces.block[face], cut) & (on_cut[0] | on_cut[1]).any(axis=1)
-    once = once[~of_cut[once]]
+    on_low, on_high = (
+        np.maximum(np.abs(start - side), np.abs(end - side)) < _ROUNDING * size for side in (low, high)
+    )
+    once = once[~(np.isin(faces.block[face], cut) & (on_low | on_high).any(axis=1))[once]]
     triangles, of_face = _triangles(faces)
     support = faces.where(~np.isin(faces.block, assembly.movable))
     return Surface(
@@ -192,9 +190,8 @@ class Raster:
     depth: np.ndarray
     triangle: np.ndarray  #: its number, -1 where there is none
 
-    def visible(self, lines: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What is seen of lines, shape (lines, 2, 3) in the picture's axes: pieces, shape (pieces, 2, 2), and
-        their lines."""
+    def visible(self, lines: np.ndarray) -> np.ndarray:
+        """Pieces that are seen of lines, shape (lines, 2, 3) each in the picture's axes."""
         run = lines[:, 1] - lines[:, 0]
         count = np.ceil(np.hypot(run[:, 0], run[:, 1]) / self.pixel).astype(int) + 2
         line = np.repeat(np.arange(len(lines)), count)
@@ -205,11 +202,9 @@ class Raster:
         first = np.append(True, last[:-1])
         starts = np.flatnonzero(seen & (first | ~np.append(False, seen[:-1])))
         ends = np.flatnonzero(seen & (last | ~np.append(seen[1:], False)))
-        pieces = np.stack([at[starts, :2], at[ends, :2]], axis=1)
-        owner = line[starts]
-        length = np.hypot(*(pieces[:, 1] - pieces[:, 0]).T) / self.pixel
-        kept = (first[starts] & last[ends]) | (length >= _SHORT)
-        return pieces[kept], owner[kept]
+        pieces = np.stack([at[starts], at[ends]], axis=1)
+        length = np.hypot(*np.diff(pieces, axis=1)[:, 0, :2].T) / self.pixel
+        return pieces[(first[starts] & last[ends]) | (length >= _SHORT)]
 
     def sees(self, points: np.ndarray) -> np.ndarray:
         """Whether points, shape (points, 3) in the picture's axes, are not hidden."""
@@ -241,8 +236,7 @@ def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
         two = (y * ax[each] - x * ay[each]) / twice[each]
         first, second, third = triangles[each, :, 2]
         found = first + one * (second - first) + two * (third - first)
-        window = np.s_[y0:y1, x0:x1]
-        slack = -1e-6
+        window, slack = np.s_[y0:y1, x0:x1], -1e-6
         nearer = (one >= slack) & (two >= slack) & (one + two <= 1 - slack) & (found > depth[window])
         depth[window][nearer] = found[nearer]
         number[window][nearer] = each
@@ -274,6 +268,9 @@ class Solids:
         if (self.raster.triangle[corner] >= 0).any():
             self.box[0, 1] -= around
         self.foot = self.box[0] + around / 2
+        (left, bottom), (right, top) = self.box
+        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+        axes.set_axis_off()
 
     @property
     def note(self) -> str:
@@ -282,31 +279,40 @@ class Solids:
         seen = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
         return f"axes: {self.unit:g} long, in the length unit of the case; {seen}"
 
-    def draw(self) -> None:
-        """Draw faces, edges, and marks; what lies behind faces is left out, but what lies inside blocks."""
-        axes = self.axes
-        (left, bottom), (right, top) = self.box
-        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
-        axes.set_axis_off()
-        rows, columns = self.raster.depth.shape
-        at = (self.raster.left, self.raster.bottom)
-        reach = (at[0], at[0] + columns * self.raster.pixel, at[1], at[1] + rows * self.raster.pixel)
-        axes.imshow(self._faces(), extent=reach, origin="lower", zorder=1, interpolation="antialiased")
+    def draw(self, names: bool) -> None:
+        """Draw faces, edges, marks and axes, and names on blocks that are seen; what lies behind faces is
+        left out, but what lies inside blocks. The axes' size must be set."""
+        seen = self.raster
+        high, wide = (seen.pixel * count for count in seen.depth.shape)
+        reach = (seen.left, seen.left + wide, seen.bottom, seen.bottom + high)
+        look: dict[str, Any] = {"origin": "lower", "zorder": 1, "interpolation": "antialiased"}
+        self.axes.imshow(self._faces(), extent=reach, **look)
         movable = np.isin(self.surface.of_edge, self.elements.assembly.movable)
         if self.share and self.elements.movement:
-            self._lines(self._at_rest(movable), AT_REST, 0.5, 1.5)
+            at_rest = self.surface.triangles, self.surface.edges[movable]
+            triangles, edges = (each @ self.turned.T for each in at_rest)
+            self._lines(raster(triangles, self.box, _PIXELS).visible(edges), AT_REST, 0.5, 1.5)
         self._lines(self.surface.hatching @ self.turned.T, HATCH, 0.4, 2.0)
         width = self.elements.outline_width
         self._lines(self.edges[movable], "black", width, 2.2)
         self._lines(self.edges[~movable], HATCH, width, 2.1)
-        for marks, points in self._seen():
-            if len(points):
-                draw_marks(axes, marks, points)
+        for marks in self.marks:
+            at = marks.moved(self.share) @ self.turned.T
+            if not marks.through:
+                at = seen.visible(at) if marks.shape == "line" else at[seen.sees(at[:, 0])]
+            if len(at):
+                draw_marks(self.axes, marks, at[..., :2])
+        arrow = {"arrowstyle": "->", "shrinkA": 0, "shrinkB": 0}
+        for direction, letter in zip(self.unit * self.turned.T[:, :2], "xyz", strict=True):
+            self.axes.annotate("", self.foot + direction, self.foot, arrowprops=arrow)
+            beside = self.foot + _LETTERS * direction
+            self.axes.text(beside[0], beside[1], letter, ha="center", va="center", fontsize=9)
+        if names:
+            self._write_names()
 
     def _faces(self) -> np.ndarray:
         """Colours of the pixels, shape (rows, columns, 4)."""
-        sides = np.diff(self.triangles, axis=1)
-        normal = np.cross(sides[:, 0], sides[:, 1])
+        normal = np.cross(*np.moveaxis(np.diff(self.triangles, axis=1), 1, 0))
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
         light = np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
         own = ~np.isin(self.surface.of_triangle, self.elements.supports)
@@ -319,56 +325,20 @@ class Solids:
         return table[self.raster.triangle]
 
     def _lines(self, lines: np.ndarray, colour: str, width: float, order: float) -> None:
-        pieces, _ = self.raster.visible(lines)
-        self.axes.add_collection(LineCollection(list(pieces), color=colour, linewidth=width, zorder=order))
-
-    def _at_rest(self, movable: np.ndarray) -> np.ndarray:
-        """Edges of the movable blocks as they would be seen at rest."""
-        at_rest = self.surface.triangles, self.surface.edges[movable]
-        triangles, edges = (each @ self.turned.T for each in at_rest)
-        pieces, line = raster(triangles, self.box, _PIXELS).visible(edges)
-        start, run = edges[line, 0], edges[line, 1] - edges[line, 0]
-        square = np.maximum((run[:, :2] ** 2).sum(axis=1), 1e-300)
-        share = np.einsum("nki,ni->nk", pieces - start[:, None, :2], run[:, :2]) / square[:, None]
-        return start[:, None] + share[..., None] * run[:, None]
-
-    def _seen(self) -> Iterator[tuple[Marks, np.ndarray]]:
-        """Marks, and what is seen of them, in the picture's plane."""
-        for marks in self.marks:
-            at = marks.moved(self.share) @ self.turned.T
-            if marks.through:
-                yield marks, at[..., :2]
-            elif marks.shape == "line":
-                yield marks, self.raster.visible(at)[0]
-            else:
-                yield marks, at[self.raster.sees(at[:, 0]), :, :2]
-
-    def write(self, names: bool) -> None:
-        """Write the letters of the axes, and names on blocks that are seen; the axes' size must be set."""
-        arrow = {"arrowstyle": "->", "shrinkA": 0, "shrinkB": 0}
-        for direction, letter in zip(self.turned.T, "xyz", strict=True):
-            tip = self.foot + self.unit * direction[:2]
-            self.axes.annotate("", tip, self.foot, arrowprops=arrow)
-            at = self.foot + _LETTERS * self.unit * direction[:2]
-            self.axes.text(at[0], at[1], letter, ha="center", va="center", fontsize=9)
-        if names:
-            self._write_names()
+        pieces = list(self.raster.visible(lines)[..., :2])
+        self.axes.add_collection(LineCollection(pieces, color=colour, linewidth=width, zorder=order))
 
     def _write_names(self) -> None:
-        seen = self.raster
+        seen, points_per_unit = self.raster, points_in_unit(self.axes)
         row, column = np.nonzero(seen.triangle >= 0)
-        block = self.surface.of_triangle[seen.triangle[row, column]]
-        blocks = self.elements.assembly.scene.blocks
-        (left, _), (right, _) = self.box
-        points_per_unit = 72 / self.axes.figure.dpi * self.axes.bbox.width / (right - left)
-        for number in np.unique(block):
-            own = block == number
+        block_of = self.surface.of_triangle[seen.triangle[row, column]]
+        for number in np.unique(block_of):
+            pixels = np.column_stack([column, row])[block_of == number]
             # The pixel nearest to the middle of those seen lies on the block.
-            x, y = column[own], row[own]
-            middle = int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))
-            at = np.array([seen.left, seen.bottom]) + (np.array([x[middle], y[middle]]) + 0.5) * seen.pixel
-            wide, high = (np.ptp(side) * seen.pixel * points_per_unit for side in (x, y))
-            name = blocks[number].name
-            letters = min(0.8 * wide / (_LETTER * len(name)), 0.4 * high, _NAME)
+            middle = pixels[np.argmin(((pixels - pixels.mean(axis=0)) ** 2).sum(axis=1))]
+            wide, high = np.ptp(pixels, axis=0) * seen.pixel * points_per_unit
+            name = self.elements.assembly.scene.blocks[number].name
+            letters = min(letters_in(name, 0.8 * wide), 0.4 * high)
             if letters >= _LEAST_NAME:
+                at = np.array([seen.left, seen.bottom]) + (middle + 0.5) * seen.pixel
                 write_name(self.axes, name, at, letters, 0.2, va="center")

@@ -17,6 +17,7 @@ _OF_MANY = 1.0  #: The same of many marks, which would hide each other.
 _STILL = 2.0  #: Motions of less than these units of the picture are not seen, and not written.
 _CROSS = 1.5  #: Width of the lines of crosses, in points.
 _HATCH, _LETTERS = 150, 270  #: Distance of the lines that hatch supports, height of letters.
+_DOT = "M14 6h0"  #: In a legend, of marks without ends.
 _HEAD = 0.24  #: Length of an arrow's head over the arrow.
 
 
@@ -63,17 +64,18 @@ class Canvas:
 
 
 def _path(d: str, moves: str = "") -> str:
-    """One path, with the attribute that moves it."""
-    return f'<path d="{d}"{moves}/>'
+    """One path, with the attribute that moves it; nothing without lines."""
+    return f'<path d="{d}"{moves}/>' if d else ""
+
+
+def _attributes(given: dict[str, object]) -> str:
+    return "".join(f' {key.replace("_", "-")}="{value}"' for key, value in given.items())
 
 
 def group(name: str, elements: Iterable[str], **attributes: object) -> str:
     """Elements that share attributes; nothing where there is none."""
     inside = "".join(elements)
-    if not inside:
-        return ""
-    given = "".join(f' {key.replace("_", "-")}="{value}"' for key, value in attributes.items())
-    return f'<g class="{name}"{given}>{inside}</g>'
+    return f'<g class="{name}"{_attributes(attributes)}>{inside}</g>' if inside else ""
 
 
 def blocks_svg(elements: Elements, canvas: Canvas) -> str:
@@ -92,22 +94,21 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
     width = f"{canvas.pixels * elements.outline_width:.2g}"
     blocks = {"fill": BLOCK, "fill_rule": "evenodd", "stroke": "#000", "stroke_width": width}
     return (
-        group("rest", [_path(rest)] if rest else [], fill="none", stroke=AT_REST, stroke_width=0.75)
+        group("rest", [_path(rest)], fill="none", stroke=AT_REST, stroke_width=0.75)
         + group("blocks", groups, stroke_linejoin="round", **blocks)
-        + group("supports", _hatching(shapes[~movable], canvas), fill="none", stroke=HATCH, stroke_width=1)
+        + group("supports", [_hatching(shapes[~movable], canvas)], fill="none", stroke=HATCH, stroke_width=1)
     )
 
 
-def _hatching(shapes: np.ndarray, canvas: Canvas) -> list[str]:
+def _hatching(shapes: np.ndarray, canvas: Canvas) -> str:
     """Lines at 45° on what the picture shows of supports, and their edges."""
     whole = shapely.union_all(shapes)
-    low = canvas.top - canvas.height / canvas.scale
-    box = canvas.left, low, canvas.left + canvas.width / canvas.scale, canvas.top
+    wide, high = canvas.width / canvas.scale, canvas.height / canvas.scale
+    box = canvas.left, canvas.top - high, canvas.left + wide, canvas.top
     shown = shapely.box(*box)
     edges = line_parts(shapely.intersection(shapely.boundary(whole), shown))
     parts = [*hatching(shapely.intersection(whole, shown), box, _HATCH / canvas.scale), *edges]
-    drawn = "".join(canvas.line(shapely.get_coordinates(part)) for part in parts)
-    return [_path(drawn)] if drawn else []
+    return _path("".join(canvas.line(shapely.get_coordinates(part)) for part in parts))
 
 
 def marks_svg(marks: Marks, canvas: Canvas) -> str:
@@ -118,7 +119,7 @@ def marks_svg(marks: Marks, canvas: Canvas) -> str:
     for points, motion in zip(at, still if marks.motion is None else marks.motion, strict=True):
         moves = canvas.moves(motion)
         paths[moves] = paths.get(moves, "") + _mark(marks, points)
-    drawn = [_path(d, moves) for moves, d in paths.items() if d]
+    drawn = [_path(d, moves) for moves, d in paths.items()]
     rims, stroke = "", _stroke(marks, canvas.pixels)
     if marks.shape == "dot":
         wider = f"{canvas.pixels * marks.width + 2:.2g}"
@@ -131,9 +132,13 @@ def marks_svg(marks: Marks, canvas: Canvas) -> str:
 
 
 def _mark(marks: Marks, points: np.ndarray) -> str:
-    """One mark as ``d`` of a path."""
+    """One mark as ``d`` of a path; an arrow is a line, and a head in outline."""
     if marks.shape == "arrow":
-        return _arrow(*points)
+        tail, tip = points
+        head = _HEAD * (tip - tail)
+        base, across = tip - head, 0.4 * np.array([-head[1], head[0]])
+        corners = np.rint([base + across, tip, base - across, base + across]).astype(int)
+        return _polyline(points) + _polyline(corners, closed=True)
     if marks.shape == "bar":
         (left, y), (right, _) = points
         return f"M{left} {y}h{right - left}M{left} {y - 75}v150M{right} {y - 75}v150"
@@ -143,33 +148,24 @@ def _mark(marks: Marks, points: np.ndarray) -> str:
     return _polyline(points[[0, -1]])
 
 
-def _arrow(tail: np.ndarray, tip: np.ndarray) -> str:
-    """A line, and a head in outline."""
-    head = _HEAD * (tip - tail)
-    base, across = tip - head, 0.4 * np.array([-head[1], head[0]])
-    corners = np.rint([base + across, tip, base - across]).astype(int)
-    return _polyline(np.array([tail, tip])) + _polyline(np.array([*corners, corners[0]]), closed=True)
-
-
 def _polyline(points: np.ndarray, closed: bool = False) -> str:
     start, steps = points[0], np.diff(points[:-1] if closed else points, axis=0).ravel()
     text = f"M{start[0]} {start[1]}l{' '.join(map(str, steps.tolist()))}{'z' if closed else ''}"
     return text.replace(" -", "-")
 
 
-def _stroke(marks: Marks, pixels: float = _PIXELS) -> dict[str, str]:
+def _stroke(marks: Marks, pixels: float = _PIXELS) -> dict[str, object]:
     """How the paths of marks are drawn, with so many pixels for a point."""
     width = pixels * (_CROSS if marks.shape == "cross" else marks.width)
     caps = {"dot": "round", "point": "round", "square": "square"}
-    stroke = {
+    stroke: dict[str, object] = {
         "fill": marks.colour if marks.shape in ("arrow", "bar") else "none",
         "stroke": marks.colour,
         "stroke_width": f"{width:.2g}",
         "stroke_linecap": caps.get(marks.shape, "butt" if marks.dashes else "round"),
     }
     if marks.dashes:
-        dashes = (f"{width * dash:.2g}" for dash in marks.dashes)
-        stroke["stroke_dasharray"] = " ".join(dashes)
+        stroke["stroke_dasharray"] = " ".join(f"{width * dash:.2g}" for dash in marks.dashes)
     return stroke
 
 
@@ -181,11 +177,8 @@ def legend_svg(marks: Iterable[Marks]) -> list[str]:
     entries = [_entry(block, "block"), _entry(support + hatching, "support")]
     samples = {"line": "M3 6h22", "arrow": "M4 6h14M18 2.5L25 6l-7 3.5z", "cross": "M11 3l6 6m0-6l-6 6"}
     for label, alike in legend(marks).items():
-        drawn = ""
-        for each in alike:
-            given = "".join(f' {key.replace("_", "-")}="{value}"' for key, value in _stroke(each).items())
-            drawn += f'<path{given} d="{samples.get(each.shape, "M14 6h0")}"/>'
-        entries.append(_entry(drawn, label))
+        paths = (f'<path{_attributes(_stroke(each))} d="{samples.get(each.shape, _DOT)}"/>' for each in alike)
+        entries.append(_entry("".join(paths), label))
     return entries
 
 

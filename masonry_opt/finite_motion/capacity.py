@@ -265,8 +265,8 @@ class Capacity:
         OptionError if there is no such row."""
         if row is None:
             return self._curve()
-        if not isinstance(row, int) or not -len(self.table) <= row < len(self.table):
-            raise OptionError(f"there is no row {row!r}: the table has {len(self.table)}, the first is 0")
+        if not isinstance(row, int) or not -len(self.steps) <= row < len(self.steps):
+            raise OptionError(f"there is no row {row!r}: the table has {len(self.steps)}, the first is 0")
         return self._displaced(row)
 
     def _curve(self) -> "Picture":
@@ -325,11 +325,11 @@ class Capacity:
     def facts(self) -> dict[str, str]:
         """What it found, in words by name."""
         events, last = self.table[self.table["event"] != ""], self.table.iloc[-1]
+        ended, at_end = numeral(last["displacement"], ".6g"), numeral(last["load_factor"], ".4g")
         lines = {
             "case": self.result.case,
             "load factor": f"{numeral(self.load_factor, '.6g')} at the onset",
-            "displacement": f"{numeral(last['displacement'], '.6g')} at the end, where λ = "
-            f"{numeral(last['load_factor'], '.4g')}",
+            "displacement": f"{ended} at the end, where λ = {at_end}",
             "end": self.message,
         }
         for _, row in events.iloc[: -1 if self.reaches_zero else None].iterrows():

@@ -11,7 +11,7 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import same
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
-from masonry_opt.finite_motion.moved_blocks import displaced, least_missed, moved, overlapping, placed, turned
+from masonry_opt.finite_motion.moved_blocks import least_missed, moved, overlapping, placed, turned
 from masonry_opt.finite_motion.path import BORNE, Step
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role, columns
 from masonry_opt.problem.loads import Forces, by_component
@@ -85,8 +85,7 @@ class EdgePath:
         """Ties and props there, and the force that each has as the body turns on."""
         found = []
         for force in self.assembly.limited:
-            blocks = np.array([one.block for one in force.actions])
-            at = np.array([one.point for one in force.actions])
+            blocks, at = (np.array([getattr(one, of) for one in force.actions]) for of in ("block", "point"))
             ends = [placed(at, self._poses(turn)[blocks]) for turn in (0.0, angle, angle + _AHEAD)]
             rest, now, ahead = np.diff(ends, axis=1)[:, 0]
             sense = 1.0 if force.role is Role.TIE else -1.0
@@ -121,8 +120,8 @@ class EdgePath:
             last *= 1 - _ALIKE
         for angle in np.linspace(0.0, last, count + 1)[1:]:
             load_factor = float(np.divide(*self._moments(angle))) if locks or angle < last else 0.0
-            if meet := self._overlap(angle):
-                return reason(Code.BLOCKS_MEET, blocks=meet)
+            if meet := overlapping(self.assembly.geometry, self._poses(angle)[:-1], self.turns[:-1]):
+                return reason(Code.BLOCKS_MEET, blocks=self.assembly.names(np.array(meet)))
             problem = self._problem(angle)
             if (missed := least_missed(problem, load_factor, self.effort)) is None:
                 return reason(Code.FORCES_UNDECIDED)
@@ -138,14 +137,6 @@ class EdgePath:
             return reason(Code.LOCKS)
         self.steps[-1] = replace(self.steps[-1], event=reason(Code.REACHES_ZERO))
         return reason(Code.REACHES_ZERO)
-
-    def _overlap(self, angle: float) -> list[str]:
-        """Names of a block of the body and another that lie deepest in one another, if any do."""
-        shapes = displaced(self.assembly.geometry, self._poses(angle)[:-1])
-        (low, high), body = shapes.boxes, self.turns[:-1]
-        meet = (low[:, None] < high).all(axis=2) & (low < high[:, None]).all(axis=2)
-        pairs = np.argwhere(meet & body[:, None] & ~body)
-        return self.assembly.names(np.array(overlapping(shapes, pairs), dtype=int))
 
     def _problem(self, angle: float) -> Problem:
         """Statics once the body has turned: friction on the edge is by the body's face. Contact points off

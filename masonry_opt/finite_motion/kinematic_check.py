@@ -126,5 +126,5 @@ def _least_at(displacement: float, d: np.ndarray, a: np.ndarray) -> float:
     """The least acceleration of a curve at a displacement, which it may pass more than once."""
     low, high = np.minimum(d[:-1], d[1:]), np.maximum(d[:-1], d[1:])
     passes = np.flatnonzero((low <= displacement) & (displacement <= high) & (high > low))
-    share = (displacement - d[passes]) / (d[passes + 1] - d[passes])
-    return float((a[passes] + share * (a[passes + 1] - a[passes])).min())
+    share = (displacement - d[passes]) / np.diff(d)[passes]
+    return float((a[passes] + share * np.diff(a)[passes]).min())

@@ -17,7 +17,7 @@ from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, loads, 
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.joints import Joints
-from masonry_opt.scene.geometry import Extents, Geometry
+from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.rows import dots, linked
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
@@ -69,10 +69,8 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
 
 def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
     on_edges = [_on_edge(piece, assembly) for piece in assembly.loaded_pieces if piece.kind == kind]
-    block, force, point = (
-        np.concatenate([getattr(part, name) for part in (*parts, *on_edges)])
-        for name in ("block", "force", "point")
-    )
+    acting = ((each.block, each.force, each.point) for each in (*parts, *on_edges))
+    block, force, point = map(np.concatenate, zip(*acting, strict=True))
     return Forces(block, force, point, np.zeros((len(assembly.movable), moments_in(point.shape[1]))))
 
 
@@ -106,9 +104,14 @@ def displaced(shapes: Any, poses: np.ndarray) -> Any:
     return replace(shapes, parts=parts, faces=replace(faces, frame=frame), centroid=centroid)
 
 
-def overlapping(shapes: Extents, pairs: np.ndarray) -> list[int]:
-    """The two blocks of the pair that lies deepest in one another; none if none does."""
-    found = max(shapes.overlaps(pairs), key=lambda found: found[1].depth, default=None)
+def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
+    """The two blocks, of bodies with different numbers, that lie deepest in one another where poses of all
+    blocks bring them, of the higher number first; none if none do."""
+    there = displaced(shapes, poses)
+    low, high = there.boxes
+    near = (low[:, None] < high).all(axis=2)
+    pairs = np.argwhere(near & near.T & (body[:, None] > body))
+    found = max(there.overlaps(pairs), key=lambda found: found[1].depth, default=None)
     return pairs[found[0]].tolist() if found else []
 
 
@@ -116,10 +119,8 @@ def overlapping(shapes: Extents, pairs: np.ndarray) -> list[int]:
 class ForceOptimum:
     """An optimum of statics."""
 
-    #: Load factor, or by how much yield conditions are violated at the least, in the unit of force.
-    value: float
-    #: Rates of the poses of all blocks that the multipliers of equilibrium are, shape (blocks, 3).
-    motion: np.ndarray
+    value: float  #: load factor, or by how much forces miss yield at the least, in the unit of force
+    motion: np.ndarray  #: rates of the poses of all blocks that multipliers of equilibrium are, (blocks, 3)
     pressed: np.ndarray  #: joints with any force, shape (joints,)
 
 
@@ -226,15 +227,11 @@ class MovedBlocks:
         value, d, q = found
         size, pressed = np.abs(problem.by_kind(q)).max(axis=0), np.zeros(len(touch), dtype=bool)
         pressed[touch.any(axis=1)] = size > IDLE * size.max(initial=0.0)
-        return ForceOptimum(value, self._rates(poses, d), pressed)
-
-    def _rates(self, poses: np.ndarray, d: np.ndarray) -> np.ndarray:
-        """Rates of the poses under velocities of the movable blocks (3b,)."""
-        rates = np.zeros_like(poses)
-        rates[self.movable] = d.reshape(-1, 3)
-        x, y = turned(self.geometry.centroid, poses).T
-        rates[:, :2] += rates[:, 2:] * np.column_stack([y, -x])
-        return rates
+        # From velocities of centroids to those of the points in the origin.
+        motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
+        motion[self.movable] = problem.by_block(d)
+        motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])
+        return ForceOptimum(value, motion, pressed)
 
     def bodies(self, touch: np.ndarray) -> np.ndarray:
         """Number of the rigid body that each block belongs to, shape (blocks,): blocks whose joints are
@@ -244,13 +241,6 @@ class MovedBlocks:
         links = np.concatenate([closed, np.column_stack([fixed[1:], fixed[:-1]])])
         body = linked(len(self.geometry.size), *links.T)
         return np.asarray((body - body[fixed[0]] - 1) % (body.max() + 1))
-
-    def overlap(self, poses: np.ndarray) -> list[int]:
-        """Two blocks that lie over one another, deeper than the scene's tolerance; none if none do."""
-        polygons = (there := displaced(self.geometry, poses)).polygons
-        pairs = shapely.STRtree(polygons).query(polygons, predicate="intersects").T
-        pairs = pairs[(pairs[:, 0] < pairs[:, 1]) & np.isin(pairs, self.movable).any(axis=1)]
-        return overlapping(there, pairs)
 
     def _velocities(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """Velocities of the joints' corners with first and second blocks, shape (2, joints, 2, 2)."""
@@ -271,14 +261,15 @@ class MovedBlocks:
         return np.asarray(((first - second) * frame).sum(axis=-1))
 
     def after(
-        self, touch: np.ndarray, poses: np.ndarray, motion: np.ndarray, pressed: np.ndarray
+        self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Which of the corners that touch still do in a motion, shape (joints, 2), and which joints slide in
-        it, shape (joints,): those that are pressed, which carry a force, or without opening."""
-        relative, least = self.relative(poses, motion), _STAYS * (self.fastest(poses, motion) or 1.0)
-        stays = touch & (np.hypot(*relative) <= least)
-        slips, opens = touch & ~stays, relative[0] > least
-        slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & pressed)
+        """Which of the corners that touch still do in the motion of an optimum, shape (joints, 2), and which
+        joints slide in it, shape (joints,): those that carry a force, or do not open."""
+        opening, slip = self.relative(poses, found.motion)
+        least = _STAYS * (self.fastest(poses, found.motion) or 1.0)
+        stays = touch & (np.hypot(opening, slip) <= least)
+        slips, opens = touch & ~stays, opening > least
+        slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & found.pressed)
         return stays, slides
 
 
@@ -307,9 +298,7 @@ def least_missed(
     for presolve in ("choose", "off"):  # of what presolve leaves HiGHS' simplex may end in an error
         session = HighsSession(program, effort, "finite motion", small_matrix_value=1e-12, presolve=presolve)
         if session.solve() is Verdict.OPTIMAL:
-            break
-    else:
-        return None
-    *q, value = session.point()
-    below, above = session.multipliers()[: 2 * rows].reshape(2, rows)
-    return float(value), -(below + above), np.array(q)
+            *q, value = session.point()
+            below, above = session.multipliers()[: 2 * rows].reshape(2, rows)
+            return float(value), -(below + above), np.array(q)
+    return None

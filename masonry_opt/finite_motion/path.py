@@ -1,6 +1,7 @@
 """The path of a hinging mechanism: steps of finite rotations, from event to event, down to λ = 0."""
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.effort import Effort
-from masonry_opt.finite_motion.moved_blocks import ForceOptimum, MovedBlocks, placed, turned
+from masonry_opt.finite_motion.moved_blocks import ForceOptimum, MovedBlocks, overlapping, placed, turned
 from masonry_opt.problem.loads import Forces, by_component, moment_of
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots
@@ -142,17 +143,15 @@ class Chain:
         return total
 
 
-@dataclass(frozen=True)
-class _PathEvent:
+class _PathEvent(NamedTuple):
     """What ends a step: its code, the joints or blocks concerned, and the statics that found it."""
 
     code: Code
-    which: tuple[int, ...] = ()
+    which: list[int]
     borne: ForceOptimum | None = None
 
 
-@dataclass(frozen=True)
-class _Stretch:
+class _Stretch(NamedTuple):
     """Where the bodies stay the same: they, a point of their line, and the direction in which it goes on,
     rates of poses and λ while the fastest corner moves by the scene's size."""
 
@@ -226,7 +225,7 @@ class HingingPath:
                     self._add(stretch, touch, end.args[0])
                     raise
             else:
-                touch[list(event.which)] = True
+                touch[event.which] = True
             changed = np.flatnonzero((touch != stretch.chain.touch).any(axis=1))
             opens = stretch.chain.touch & ~touch
             said = reason(event.code, pairs=self.assembly.pairs(changed))
@@ -239,7 +238,7 @@ class HingingPath:
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum) -> np.ndarray:
         """Which corners go on touching in the motion that statics found: some open, and none slides."""
-        stays, slides = self.blocks.after(touch, poses, found.motion, found.pressed)
+        stays, slides = self.blocks.after(touch, poses, found)
         if slides.any():
             raise _PathEnded(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
         if (stays == touch).all():
@@ -253,7 +252,7 @@ class HingingPath:
         stretch = self._onward(chain, chain.start(step.poses), hint)
         if stretch is None:
             raise _PathEnded(reason(Code.LOCKS))
-        back = replace(stretch, row=-stretch.row)
+        back = stretch._replace(row=-stretch.row)
         if opens.any():
             opening, _ = self.blocks.relative(stretch.poses, stretch.motion)
             return stretch if (opening * opens).sum() > 0 else back
@@ -304,20 +303,20 @@ class HingingPath:
         """What has happened before a state, if anything has."""
         poses, load_factor = ahead.poses, float(ahead.point[-1])
         if load_factor < 0:
-            return _PathEvent(Code.REACHES_ZERO)
+            return _PathEvent(Code.REACHES_ZERO, [])
         # Joints that have a length and touch in one corner are open by an angle.
         touch, angles = ahead.chain.touch, np.diff(poses[self.blocks.blocks, 2])[:, 0]
         hinged = self.blocks.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
         closed = hinged & (np.where(touch[:, 0], -angles, angles) < -_CLOSED)
         if closed.any():
-            return _PathEvent(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
-        if over := self.blocks.overlap(poses):
-            return _PathEvent(Code.BLOCKS_MEET, tuple(over))
+            return _PathEvent(Code.JOINT_CLOSES, np.flatnonzero(closed).tolist())
+        if over := overlapping(self.blocks.geometry, poses, ahead.chain.body):
+            return _PathEvent(Code.BLOCKS_MEET, sorted(over))
         borne = self.blocks.optimum(touch, poses, load_factor, self.effort)
         if borne is None:
             raise _PathEnded(reason(Code.FORCES_UNDECIDED))
         if borne.value > BORNE:
-            return _PathEvent(Code.JOINT_OPENS, (), borne)
+            return _PathEvent(Code.JOINT_OPENS, [], borne)
         return None
 
     def _enclosed(self, stretch: _Stretch, step: float, event: _PathEvent) -> tuple[_Stretch, _PathEvent]:
@@ -344,8 +343,8 @@ class HingingPath:
                 before = ahead
                 break
         if event.code in (Code.REACHES_ZERO, Code.BLOCKS_MEET):
-            blocks = self.assembly.names(np.array(event.which, dtype=int))
-            said = reason(event.code, **({"blocks": blocks} if blocks else {}))
+            meet = {"blocks": self.assembly.names(np.array(event.which))} if event.which else {}
+            said = reason(event.code, **meet)
             self._add(before, before.chain.touch, said)
             raise _PathEnded(said)
         return before, event
@@ -354,7 +353,5 @@ class HingingPath:
         """The state of λ = 0 ahead, if nothing else has happened before it."""
         row = np.append(np.zeros(len(before.row) - 1), 1.0)
         point = before.chain.corrected(before.point, row, 0.0)
-        if point is None:
-            return None
-        last = replace(before, point=np.append(point[:-1], 0.0))
-        return None if self._event(last) else last
+        last = None if point is None else before._replace(point=np.append(point[:-1], 0.0))
+        return None if last is None or self._event(last) else last
