@@ -7,7 +7,7 @@ from masonry_opt.answer.answer import Answer, Found, certified
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Problem, State
 from masonry_opt.solvers.driver import Driver, LpAnswer
 from masonry_opt.solvers.registry import LpSize
 from masonry_opt.standing.diagnosis import no_optimum
@@ -41,13 +41,21 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
     def declared() -> Driver:
         return Driver(problem, formulation, task.solver, task.effort, of_load=True, repeats=task.kept.keeps)
 
+    def certificate(state: State | None) -> Answer | None:
+        if state is None:
+            return None
+        return certified(problem, state.load_factor, state.q, state.d, problem.friction)
+
     key = ("associative", formulation, task.solver.key, problem.forms)
     driver = task.kept.of(key, problem, task.effort, declared)
     # A solver may reach the optimum but for its last digits.
     answer = driver.solve(nearly=True)
-    found, state = None, answer.state
-    if state is not None:
-        found = certified(problem, state.load_factor, state.q, state.d, problem.friction)
+    found = certificate(answer.state)
+    if problem.by_strength.conic and found and (answer.solved.failed or _is_short(answer, found)):
+        # Once more with parabolas scaled by the forces that were found.
+        again = driver.solve(nearly=True, near=found.q)
+        if again.state is not None:
+            answer, found = again, certificate(again.state)
     return answer, found, driver.size()
 
 

@@ -4,13 +4,16 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 from masonry_opt.effort import Effort
 from masonry_opt.problem.problem import Problem, ShearLimits, State, in_units_of_live_load, in_units_of_load
 from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
-    """The engine, and the models by formulation. Only the language used is imported, which takes a second."""
+    """The engine, and the models by formulation. Each language takes a second or more to import: only the one
+    that is used is."""
     if language == "pyomo":
         from masonry_opt.models.pyomo_kinematic import PyomoKinematic
         from masonry_opt.models.pyomo_static import PyomoStatic
@@ -74,8 +77,11 @@ class Driver:
         with self.effort.measure("compile"):
             self.model.limits.set(self._scaled.limits(limits))
 
-    def solve(self, nearly: bool = False) -> LpAnswer:
-        """Solve with the present shear limits; ``nearly`` as of :meth:`~.registry.Solved.readable`."""
+    def solve(self, nearly: bool = False, near: np.ndarray | None = None) -> LpAnswer:
+        """Solve with the present shear limits; ``nearly`` as of :meth:`~.registry.Solved.readable`. Parabolas
+        are scaled by the size of the forces that a state is near, shape (3c,), if any are known."""
+        if self._scaled.problem.by_strength.conic:
+            self.model.resize(None if near is None else near / self._scaled.force)
         solved = self._engine.solve()
         if not solved.readable(nearly):
             return LpAnswer(solved, None)
