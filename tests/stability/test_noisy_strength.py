@@ -10,7 +10,10 @@ from masonry_opt.answer.reasons import Status
 
 #: Of two conic programs solved to 1e-9; the most of 500 such scenes is 5e-8.
 SAME = 1e-6
-FIRST, SCENES, FAST = 960_000, 8, 4
+FIRST, SCENES, FAST = 960_000, 8, 3
+
+#: Ends with parabolas scaled by the forces that a first solve finds, as one of 250 such scenes does.
+AGAIN = 991_175
 
 
 def noisy(seed: int) -> mo.Scene:
@@ -28,7 +31,8 @@ def noisy(seed: int) -> mo.Scene:
 
 
 @pytest.mark.parametrize(
-    "seed", [pytest.param(FIRST + n, marks=pytest.mark.slow if n >= FAST else ()) for n in range(SCENES)]
+    "seed",
+    [AGAIN, *(pytest.param(FIRST + n, marks=pytest.mark.slow if n >= FAST else ()) for n in range(SCENES))],
 )
 def test_static_and_kinematic_end_and_agree(seed):
     static, kinematic = (mo.solve(noisy(seed), method) for method in ("static", "kinematic"))

@@ -27,7 +27,7 @@ BUDGETS = {
     "cli": 1121,  # commands of functions' signatures; reports; the paper's examples
     "rest": 966,  # plain data of files, which answer held; rest as proof that a scene stands
     "models": 1066,  # the energy of chords, said whole
-    "tests": 25913,  # every claim once, each held by a few scenes
+    "tests": 25917,  # every claim once, each held by a few scenes
 }
 
 
