@@ -13,20 +13,16 @@ from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive
 from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
 _ROUNDING = 1e-9  #: Relative excess of the rise over half the span that is rounding: a semicircle.
-#: What of a voussoir weighs: the sector between two arcs, its centreline, or the polygon drawn.
-Weights = Literal["sector", "centreline", "straight"]
 
 
 class Stone(NamedTuple):
-    """A stone of a ring, seen from its origin: name, corners (of a voussoir inner and outer at its first
-    joint, outer and inner at its second), area that weighs (None of a support), and of a voussoir where the
-    weight acts and the middle of its outer edge."""
+    """A stone of a ring, seen from its origin."""
 
     name: str
-    corners: list[Point]
-    area: float | None
-    weight_at: Point | None = None
-    back: Point | None = None
+    corners: list[Point]  #: of a voussoir inner and outer at its first joint, outer and inner at its second
+    area: float | None  #: that weighs; None of a support
+    weight_at: Point | None = None  #: where a voussoir's weight acts
+    back: Point | None = None  #: the middle of a voussoir's outer edge
 
     def mapped(self, point: Callable[[Point], Point]) -> "Stone":
         """With its points elsewhere."""
@@ -48,10 +44,9 @@ class _Arc(NamedTuple):
 class ArchRing(AnyGenerator):
     """Equal voussoirs with radial joints, each end on a fixed abutment: a generator in the plane or in space.
 
-    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. Of the latter it is a
-    segment of a circle (``rise`` below half the span), a semicircle (at half the span), or pointed (above):
-    two arcs with centres on the springing line, of radius (span²/4 + rise²)/span within, that meet in an
-    upright joint at the crown.
+    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``: a segment of a circle
+    (``rise`` below half the span), a semicircle (at half), or pointed (above): two arcs about centres on the
+    springing line, of radius (span²/4 + rise²)/span within, and an upright joint at the crown.
 
     Raises CaseError if the measures make no arch.
 
@@ -83,7 +78,7 @@ class ArchRing(AnyGenerator):
     thickness: Positive
     voussoirs: Annotated[int, Strict(), Field(ge=1)]
     unit_weight: NonNegative
-    weights: Weights = "sector"
+    weights: Literal["sector", "centreline", "straight"] = "sector"
     skewbacks: Positive | None = None
     abutments: YesNo = True
 
@@ -245,20 +240,18 @@ class Arch(ArchRing, Generator):
 
     Parameters
     ----------
-    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight: Of its ring:
-        see :class:`~masonry_opt.scene.arch.ArchRing`.
+    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight: See
+        :class:`~.ArchRing`.
     point_loads: Live forces on single voussoirs (:class:`PointLoad`).
-    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
-        centre of ``radius``, or the middle of the line between the springing points of ``span``, at the inner
-        ends of the feet.
+    name, at, live_per_weight, live: See :class:`~.generator.Generator`; the origin is the centre of
+        ``radius``, or half way along ``span``, at the height of the feet's inner ends.
     """
 
     point_loads: list[PointLoad] = []
 
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
-        numbers = Counter(load.voussoir for load in self.point_loads)
-        for number, loads in numbers.items():
+        for number, loads in Counter(load.voussoir for load in self.point_loads).items():
             if number > self.voussoirs:
                 yield f"'point_loads' has a load on voussoir {number}, of {self.voussoirs}: count from 1"
             if loads > 1:
@@ -266,14 +259,13 @@ class Arch(ArchRing, Generator):
 
     def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The voussoirs ``v1``, ``v2``, ..., ``skewback 1`` and ``2``, then ``abutment 1`` and ``2``."""
-        forces = {f"v{load.voussoir}": load.force for load in self.point_loads}
+        forces = {f"v{load.voussoir}": load.force for load in self.point_loads if any(load.force)}
         built = []
         for name, corners, area, weight_at, back in self._stones():
             if area is None:
                 built.append(self._block(name, {"vertices": corners}, fixed=True))
                 continue
-            force = forces.get(name, (0.0, 0.0))
-            live = {"live": force, "live_at": back} if any(force) else {}
+            live = {"live": forces[name], "live_at": back} if name in forces else {}
             weight = self.unit_weight * area * thickness
             built.append(self._stone(name, corners, weight, weight_at=weight_at, **live))
         return built

@@ -34,12 +34,8 @@ Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
 #: Keys of which one takes the place of the other in a record.
-INSTEAD = {
-    "weight": "unit_weight",
-    "unit_weight": "weight",
-    "friction_angle": "friction",
-    "dilatancy_angle": "dilatancy",
-}
+INSTEAD = {"weight": "unit_weight", "unit_weight": "weight"}
+INSTEAD |= {f"{tangent}_angle": tangent for tangent in ("friction", "dilatancy")}
 SHAPES = "'box', or 'vertices' with 'faces'"  #: What gives the shape of a convex solid.
 #: Control characters, line ends, and marks that turn the direction of writing round.
 _UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
@@ -55,7 +51,6 @@ def _rightward(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return line
 
 
-#: A road's line, from left to right.
 RoadLine = Annotated[list[Point], Field(min_length=2), AfterValidator(_rightward)]
 Ring = Annotated[list[Point], Field(min_length=3)]  #: Corners of a polygon in order.
 
@@ -89,10 +84,8 @@ class _RecordType(_ModelType):
 
 
 class Record(BaseModel, metaclass=_RecordType):
-    """A frozen record that refuses unknown keys and finds aliases by either name.
-
-    Raises CaseError if it is called with wrong values; the message names the class, the key and the remedy.
-    """
+    """A frozen record that refuses unknown keys and finds aliases by either name. Raises CaseError, which
+    names the class, the key and the remedy, if it is called with wrong values."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
@@ -151,10 +144,7 @@ class Record(BaseModel, metaclass=_RecordType):
 
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
         """Changes, those of keys that one of its records alone has within that record."""
-        fields = type(self).model_fields
-        if changes.keys() <= fields.keys():
-            return changes
-        me = called(type(self), vars(self))
+        fields, me = type(self).model_fields, called(type(self), vars(self))
         within = {name: _keys(getattr(self, name)) for name in fields}
         for key in [key for key in changes if key not in fields]:
             holders = [name for name, keys in within.items() if not keys.isdisjoint({key, INSTEAD.get(key)})]
@@ -258,13 +248,10 @@ class Block(Body):
     parts: In place of ``vertices``, several polygons that are one rigid block, each as there.
     holes: Polygons that are cut out of the block.
     weight: Dead weight, acting along the scene's gravity.
-    unit_weight: Weight per unit area, in place of ``weight``; per unit volume where the scene has a
-        ``thickness``.
+    unit_weight: In place of ``weight``: per unit area, per unit volume where the scene has a ``thickness``.
     weight_at: The point where the weight acts (default: the centroid).
-    live, live_at: Live force ``[fx, fy]`` (scaled by the load factor) and the point where it acts (default:
-        the centroid).
-    live_per_weight: Beside it, a live force as a multiple of the block's weight, ``[fx, fy]``, where the
-        weight acts.
+    live, live_at: Live force ``[fx, fy]``, scaled by the load factor, and where (default: the centroid).
+    live_per_weight: Beside it, a live force ``[fx, fy]`` in multiples of the weight, where that acts.
     dead, dead_at: Further dead force beside the weight, and the point where it acts (default: the centroid).
     fixed: A support: it does not move and needs no weight.
     """
@@ -299,10 +286,8 @@ class Block(Body):
 
 
 class Reference(Record):
-    """A known number, with its source and the relative tolerance a computed one must meet.
-
-    Reports show it as published, unless the source begins "by hand" or "by an independent" (computation).
-    """
+    """A known number, with its source and the relative tolerance a computed one must meet. Reports show it as
+    published, unless the source begins "by hand" or "by an independent" (computation)."""
 
     value: Number
     source: Text

@@ -106,8 +106,7 @@ def _table(generator: AnyGenerator) -> str:
 
 
 def load(path: str | Path) -> Scene:
-    """Read a case file, a ``.toml`` file, or a ``.json`` file with the same keys, as a scene with generators
-    expanded to blocks; unexpanded they are in its ``case``.
+    """Read a case file, ``.toml`` or ``.json``, as a scene, its generators expanded; its ``case`` keeps them.
 
     Raises CaseError if the file cannot be read or describes no scene; the message names file, key and block.
     """
@@ -126,10 +125,8 @@ def load(path: str | Path) -> Scene:
 
 
 def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
-    """A scene, read from its case file if a path is given; in one of its load cases if one is named.
-
-    Raises CaseError if it is neither, or the case file is wrong; OptionError if it has no such load case.
-    """
+    """A scene, read from its case file if a path is given; in one of its load cases if one is named. Raises
+    CaseError if it is neither, or the case file is wrong; OptionError if it has no such load case."""
     if isinstance(scene, (str, Path)):
         scene = load(scene)
     if isinstance(scene, Scene):
@@ -162,8 +159,8 @@ def toml_text(scene: SceneKeys) -> str:
 
 
 def case_folder(named: Path | None = None) -> Path:
-    """The folder named; else ``cases/`` in the current folder, if it holds the paper's case files; else the
-    package's own, which in a clone lies beside the package. Raises CaseError if there is none."""
+    """The folder named; else ``cases/`` in the current folder if it holds the paper's case files; else the
+    package's own, in a clone beside the package. Raises CaseError if there is none."""
     if named is not None:
         return named
     package = Path(__file__).parents[1]

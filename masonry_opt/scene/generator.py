@@ -12,8 +12,7 @@ from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Posi
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
 MOST_BLOCKS = 100_000  #: Blocks, openings and gaps of a generator: more than can be solved, and soon built.
-#: Courses, rings, drums; and one width, or two that differ.
-Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
+Count = Annotated[int, Strict(), Field(ge=1, le=1000)]  #: Of courses, rings, drums.
 Widths = Annotated[
     Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
 ]
@@ -29,8 +28,7 @@ class AnyGenerator(Record):
     """A table of a case file that stands for many blocks, in the plane or in space. They are named after its
     ``name``, "left 3-2" in place of "3-2": for several generators in one scene.
 
-    Raises CaseError if the values make nothing that can be built, or more than 100,000 blocks; all that is
-    wrong is told at once.
+    Raises CaseError, which tells all that is wrong, if values make nothing, or more than 100,000 blocks.
     """
 
     name: Name | None = None
@@ -139,12 +137,9 @@ def both(widths: float | tuple[float, float]) -> tuple[float, float]:
 def cut(
     start: float, end: float, joints: Iterable[float], length: float, spare: Sequence[float] = ()
 ) -> list[tuple[float, float]]:
-    """The stones of some length from one end of a run to the other.
-
-    The bond has joints there, rising, of which those nearer than a closer to an end are left out. What is
-    more than a closer longer than a stone is cut in two or more, as long as each other, at spare places first
-    where these are half a stone or more from joints.
-    """
+    """The stones of some length from one end of a run to the other. Of the bond's joints, rising, those
+    nearer than a closer to an end are left out; what is more than a closer longer than a stone is cut in
+    equal ones, at spare places first where these are half a stone or more from joints."""
 
     def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
         least *= length * (1 - _ROUNDING)

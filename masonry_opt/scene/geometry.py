@@ -15,14 +15,11 @@ from masonry_opt.scene.outlines import sides_of
 from masonry_opt.scene.rows import bounds
 from masonry_opt.scene.scene import Scene
 
-#: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps, joints.
-RELATIVE_TOLERANCE = 1e-6
-#: Neighbours nearer than this, over the width of the smaller block, were surely meant to touch, and overlaps
-#: no deeper come of rounded coordinates.
+RELATIVE_TOLERANCE = 1e-6  #: Lengths below it, over the diagonal round the movable blocks, are nothing.
+#: Neighbours nearer than this, over the smaller block's width, were to touch; overlaps as deep are rounding.
 NEAR_MISS = 1e-2
 _NEAR_TOLERANCES = 3  #: So are those within so many tolerances: coordinates are off by a little more.
-#: Share of the tolerance within which corners lie on the outline without them.
-STRAIGHT = 0.1
+STRAIGHT = 0.1  #: Share of the tolerance within which corners lie on the outline without them.
 
 
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
@@ -44,18 +41,15 @@ class Common(NamedTuple):
 
 @dataclass(frozen=True)
 class Extents(ABC):
-    """Shapes of a scene, moved so that the middle of its movable blocks is the origin (far coordinates lose
-    digits). Points have two components in the plane, three in space."""
+    """Shapes of a scene, the middle of its movable blocks at the origin: far coordinates lose digits."""
 
     origin: np.ndarray  #: that middle in the scene's own coordinates, shape (2,) or (3,)
     tolerance: float  #: length below which the scene has no detail
     contact_tolerance: float  #: gap or overlap of sides that face each other up to which they touch
-    #: Area of each block, in space volume: what a ``unit_weight`` refers to, shape (blocks,).
-    size: np.ndarray
+    size: np.ndarray  #: area of each block, or volume: what a ``unit_weight`` refers to, shape (blocks,)
     centroid: np.ndarray  #: of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3)
     convex: np.ndarray  #: whether each is convex, in space one convex part, shape (blocks,)
-    #: Blocks whose faces were not all given turned one way, and were turned; none in the plane.
-    mixed: np.ndarray
+    mixed: np.ndarray  #: blocks whose faces were not all given turned one way; none in the plane
 
     # In errors:
     within: ClassVar[str] = "over an area"  #: where blocks overlap
@@ -107,8 +101,7 @@ class Extents(ABC):
 class Geometry(Extents):
     """Shapes of a scene in the plane."""
 
-    #: Shapely polygons, or multipolygons, counter-clockwise, without straight corners, one a block.
-    polygons: np.ndarray
+    polygons: np.ndarray  #: one a block, or a multipolygon: counter-clockwise, without straight corners
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
@@ -146,15 +139,9 @@ class Geometry(Extents):
 
 
 def geometry(scene: Scene) -> Geometry:
-    """Polygons, areas and centroids of the blocks.
-
-    Clockwise polygons are turned round, parts of a block are united, holes cut out. Corners that lie within
-    a tenth of the tolerance of the outline without them are dropped for finding joints; area and centroid are
-    those of the polygons as given.
-
-    Raises CaseError if a polygon has no area or crosses itself, or a hole is not inside; the message names
-    the block.
-    """
+    """Polygons, areas and centroids of the blocks. Clockwise polygons are turned round, parts united, holes
+    cut out; then corners within a tenth of the tolerance of the outline without them are dropped. Raises
+    CaseError naming the block if a polygon has no area or crosses itself, or a hole is not inside."""
     blocks = scene.in_plane()
     corners_of = [block.corners() for block in blocks]
     corners, owner = np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), list(map(len, corners_of)))
@@ -222,8 +209,8 @@ def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> Non
 
 @dataclass(frozen=True)
 class Profile:
-    """Pieces of the uppermost edges below a line, from left to right; both are straight along a piece.
-    Relative to the geometry's origin, each of shape (pieces, 2), of the pieces' left and right ends."""
+    """Pieces of the uppermost edges below a line, from left to right; both are straight along a piece. Of the
+    pieces' left and right ends, relative to the geometry's origin, shape (pieces, 2)."""
 
     x: np.ndarray  #: of the edges
     y: np.ndarray  #: of the edges; NaN where there is none

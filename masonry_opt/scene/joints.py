@@ -65,15 +65,12 @@ class JointDefaults(_InDegrees):
     ----------
     friction: μ = tan φ; ``inf`` for joints that cannot slide.
     cohesion: Force per unit length of joint; per unit area where the scene has a ``thickness``.
-    dilatancy: tan φ₀, the opening per unit slip, at most ``friction``; 0 is Coulomb's law, ``friction`` the
-        associative one.
-    friction_angle, dilatancy_angle: φ and φ₀ in degrees, 0 or more and less than 90, in place of their
-        tangents, which are kept.
-    dilatancy_stress: Two rising mean normal stresses ``[full, none]`` (force per unit length, or area, as
-        cohesion): up to the first the dilatancy is whole, from the second there is none, in between it falls
-        linearly (section 6.5). Default: the dilatancy does not depend on stress.
-    strength: Compressive strength f_c, as force per unit length, or area, as cohesion: |m| ≤ n (L/2 − n / (2
-        f_c)). Default: joints carry any pressure. (So does a corner on an edge, which has no length.)
+    dilatancy: tan φ₀, the opening per unit slip: 0 in Coulomb's law, at most ``friction``, the associative.
+    friction_angle, dilatancy_angle: φ and φ₀ in degrees, from 0 to below 90; the tangents are kept.
+    dilatancy_stress: Two rising mean normal stresses ``[full, none]``, in units of cohesion: up to the first
+        the dilatancy is whole, then falls linearly, to none at the second (section 6.5). Default: it stays.
+    strength: Compressive strength f_c, in units of cohesion: |m| ≤ n (L/2 − n / (2 f_c)). Default: joints
+        carry any pressure. (So does a corner on an edge, which has no length.)
     """
 
     friction: Friction
@@ -109,9 +106,6 @@ class Joint(_InDegrees):
     strength: Positive | None = None
 
     def over(self, defaults: JointDefaults) -> JointDefaults:
-        """The joint's properties: those given here, the rest from ``defaults``.
-
-        Raises CaseError if the two together are not admissible.
-        """
+        """Its properties, the rest from ``defaults``. Raises CaseError if they do not go together."""
         given = self.model_dump(exclude={"between"}, exclude_none=True)
         return JointDefaults(**(defaults.model_dump() | given))

@@ -20,8 +20,7 @@ Push = Annotated[
     | Annotated[Vector, Tag("<several>")],
     Discriminator(lambda value: next((tag for kind, tag in _PUSHES if isinstance(value, kind)), "<one>")),
 ]
-#: Groups that no load may name: weights of blocks and fill, loads that name none, as given, and axles.
-GROUPS = ("weight", "fill", "dead", "live", "axles")
+GROUPS = ("weight", "fill", "dead", "live", "axles")  #: No load may name them: see :class:`LoadCase`.
 GROUND = "ground"  #: What ``between`` calls what does not move, unless a block that moves has this name.
 Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<several>")], ONE_OR_SEVERAL]
 
@@ -90,8 +89,7 @@ class EdgeLoad(Record):
     pressure: Normal to the edges, into the blocks: one intensity, or those at start and end, linear between.
     force: ``[fx, fy]``, in any direction, uniform; in place of ``pressure``.
     kind: "dead" (the default), or "live", which the load factor scales.
-    mass, group: As of :class:`Load`, the mass per unit length (default: what of a ``force`` is along gravity;
-        of a ``pressure`` none).
+    mass, group: As of :class:`Load`, per unit length (default: a ``force``'s part along gravity).
     """
 
     start: Annotated[Point, Field(alias="from")]
@@ -201,13 +199,12 @@ class Earthquake(Record):
         return math.cos(angle), math.sin(angle), 0.0
 
     def __str__(self) -> str:
-        match self.direction:
-            case str():
-                push = f"to the {self.direction}"
-            case tuple():
-                push = f"towards [{', '.join(f'{part:g}' for part in self.direction)}]"
-            case _:
-                push = f"at {self.direction:g}° in plan"
+        if isinstance(self.direction, str):
+            push = f"to the {self.direction}"
+        elif isinstance(self.direction, tuple):
+            push = f"towards [{', '.join(f'{part:g}' for part in self.direction)}]"
+        else:
+            push = f"at {self.direction:g}° in plan"
         if self.coefficient != 1:
             push = f"{self.coefficient:g} × weights {push}"
         sense = "with" if self.vertical > 0 else "against"
@@ -218,20 +215,16 @@ class LoadCase(Record):
     """Factors of the loads that act together, by group.
 
     Groups are those that loads name, and "weight" (own weights of blocks), "fill" (that of fill), "dead" and
-    "live" (loads given so, of blocks too, that name no group), and "axles" (live alone, for
-    :func:`~masonry_opt.crossing`).
+    "live" (loads given so, of blocks too, of no group), and "axles" (for :func:`~masonry_opt.crossing`).
 
-    Raises CaseError if nothing is live, both ``live`` and ``earthquake`` are given, or axles are dead, or
-    pull.
+    Raises CaseError if nothing is live, ``live`` and ``earthquake`` both are given, axles are dead, or pull.
 
     Parameters
     ----------
     name: Unique within the scene.
-    dead: Factors by group of the loads that act as dead. "weight", "fill" and "dead" are 1 where they are not
-        named, all others 0.
+    dead: Factors by group of loads that act as dead: "weight", "fill" and "dead" 1 if not named, others 0.
     live: Factors by group of the loads that λ scales.
-    earthquake: In place of ``live``: :class:`Earthquake`. Masses count times the factor of their group in
-        ``dead``.
+    earthquake: In place of ``live``: :class:`Earthquake`; masses count times their group's ``dead`` factor.
     pressure: Factor of both limits between which fills press.
     """
 
@@ -255,8 +248,7 @@ class LoadCase(Record):
     def factor(self, kind: Kind, group: str) -> float:
         """What a group's loads are multiplied by as dead or as live."""
         usual = 1.0 if kind == "dead" and group in ("weight", "fill", "dead") else 0.0
-        factors = self.dead if kind == "dead" else self.live
-        return factors.get(group, usual)
+        return (self.dead if kind == "dead" else self.live).get(group, usual)
 
     @property
     def moves(self) -> bool:

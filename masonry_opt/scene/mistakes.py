@@ -93,8 +93,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     elif in_file and (len(loc) > 1 or held):
         where, loc = [f"[{_one_line(key)}]"], loc[1:]
     elif loc:
-        own_name = next((name for name, own in record.model_fields.items() if own.alias == key), key)
-        loc = [own_name, *loc[1:]]
+        loc[0] = next((name for name, own in record.model_fields.items() if own.alias == key), key)
     if in_file and item["type"] == "list_type" and held and not loc:
         return f"[{key}]: write [[{key}]], with double brackets, once for each {key}"
     return ": ".join([*where, _sentence(item, loc, held or record, in_file)])
@@ -139,10 +138,7 @@ def _name(entry: Any) -> str:
     named = entry if isinstance(entry, Mapping) else {}
     block = named.get("block")  # of a load; elsewhere it is no text
     name = named.get("name", named.get("between", block if isinstance(block, str) else None))
-    try:
-        return _shown(name) if name else ""
-    except ValueError:  # an array, which is neither true nor false
-        return ""
+    return _shown(name) if isinstance(name, str | int | list | tuple) and name else ""
 
 
 def _shown(value: Any) -> str:

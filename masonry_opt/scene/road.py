@@ -21,17 +21,14 @@ class AxleSet(NamedTuple):
     source: str
 
 
-_LM1 = (
-    "EN 1991-2:2003, 4.3.2, load model 1, tandem system of lane {}, characteristic, without the uniform load"
-)
+_LM1 = "EN 1991-2:2003, 4.3.2, load model 1, tandem system of {}, characteristic, without the uniform load"
 _LM71 = "EN 1991-2:2003, 6.3.2, load model 71 (UIC 702), its four axles without the uniform load"
 _CS = "CS 454 (UK), table 7.3.1a, normal traffic, {}, without axle lift-off; a tonne is 9.81 kN"
 
-#: Sets by name.
 SETS = {
-    "LM1 lane 1": AxleSet((1.2,), (300.0,) * 2, _LM1.format(1)),
-    "LM1 lane 2": AxleSet((1.2,), (200.0,) * 2, _LM1.format(2)),
-    "LM1 lane 3": AxleSet((1.2,), (100.0,) * 2, _LM1.format(3)),
+    "LM1 lane 1": AxleSet((1.2,), (300.0,) * 2, _LM1.format("lane 1")),
+    "LM1 lane 2": AxleSet((1.2,), (200.0,) * 2, _LM1.format("lane 2")),
+    "LM1 lane 3": AxleSet((1.2,), (100.0,) * 2, _LM1.format("lane 3")),
     "LM2": AxleSet((), (400.0,), "EN 1991-2:2003, 4.3.3, load model 2, single axle, characteristic"),
     "LM71": AxleSet((1.6,) * 3, (250.0,) * 4, _LM71),
     "CS 454 single": AxleSet((), (11.5 * _TONNE,), _CS.format("single axle of 11.5 t")),
@@ -115,8 +112,7 @@ class Backing(Record):
 
     Parameters
     ----------
-    line: Its upper line, ``[[x, y], ...]`` from left to right, not above the road; beyond its ends there is
-        no backing, and where blocks reach above it neither.
+    line: Its upper line, ``[[x, y], ...]`` from left to right, not above the road; beyond its ends is none.
     unit_weight: As of the fill.
     friction_angle, mobilised: For its pressure, where the fill presses: as of the fill (default: the fill's).
     """
@@ -141,13 +137,11 @@ class Fill(Record):
     ----------
     road: The line of the road, ``[[x, y], ...]`` from left to right. The fill ends where it ends.
     unit_weight: Weight per unit area; per unit volume where the scene has a ``thickness``.
-    friction_angle: φ of the fill in degrees, for its pressure: Rankine's K_a = tan²(45° - φ/2) and K_p = 1 /
-        K_a.
+    friction_angle: φ in degrees, for its pressure: Rankine's K_a = tan²(45° - φ/2) and K_p = 1 / K_a.
     mobilised: The share m of the passive pressure that the fill may reach: pressure, horizontal, lies between
         K_a σ and m K_p σ, where σ is the unit weight times the depth below the road.
     weight: Whether the fill's weight acts on the blocks.
-    spread: Angle to the vertical, in degrees, within which a load on the road spreads on its way down; or
-        False: loads go straight down.
+    spread: Angle to the vertical, in degrees, within which loads on the road spread; False: straight down.
     pressure: Whether it presses on faces. If not, ``friction_angle`` and ``mobilised`` are not needed.
     backing: The part of it below a line: :class:`Backing`. σ is then the weight of both above a point, and
         the coefficients are those of the zone in which the face lies; loads spread as in the fill.

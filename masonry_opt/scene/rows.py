@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
+from itertools import pairwise, starmap
 from typing import Self
 
 import numpy as np
@@ -23,9 +24,8 @@ class Rows:
     def then(self, *more: Self) -> Self:
         """These rows, then more."""
         every = ([getattr(one, column.name) for one in (self, *more)] for column in fields(self))
-        return type(self)(
-            *(own[0].then(*own[1:]) if isinstance(own[0], Rows) else np.concatenate(own) for own in every)
-        )
+        new = (own[0].then(*own[1:]) if isinstance(own[0], Rows) else np.concatenate(own) for own in every)
+        return type(self)(*new)
 
 
 def dots(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -100,13 +100,8 @@ def combine(
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
     """Slices of so many combinations each that memory holds them."""
-    total = np.cumsum(sizes)
-    first = 0
-    while first < len(sizes):
-        before = total[first] - sizes[first]
-        end = max(first + 1, int(np.searchsorted(total, before + _MOST_AT_ONCE, side="right")))
-        yield slice(first, end)
-        first = end
+    ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _MOST_AT_ONCE)) + 1
+    return starmap(slice, pairwise([0, *ends.tolist(), len(sizes)]))
 
 
 def spaces(

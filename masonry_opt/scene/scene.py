@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from pydantic import BaseModel, PrivateAttr
+from pydantic import BaseModel
 
 from masonry_opt.errors import CaseError, MasonryError, OptionError, counted
 from masonry_opt.scene.blocks import Block
@@ -60,9 +60,9 @@ class Scene(SceneKeys):
     reference: Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
     """
 
-    _origin: str = PrivateAttr(default="scene")
-    _case: SceneKeys | None = PrivateAttr(default=None)
-    _load_case: LoadCase | None = PrivateAttr(default=None)
+    _origin: str = "scene"
+    _case: SceneKeys | None = None
+    _load_case: LoadCase | None = None
 
     def _mistakes(self) -> Iterator[str]:
         return inconsistencies(self)

@@ -22,15 +22,13 @@ def _list_of(count: int, entries: str) -> BeforeValidator:
 
 #: Chooses between two types, each marked with its ``Tag``, so that errors name only the one that was meant.
 ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
-#: A point, force, moment or direction in space.
 Vector = Annotated[tuple[Number, Number, Number], _list_of(3, "three numbers, [x, y, z]")]
 #: In the plane or in space, as the blocks of a scene are.
 PlaneOrSpaceVector = Annotated[
     Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
     Discriminator(lambda value: "<space>" if len(_entries(value)) > 2 else "<plane>"),
 ]
-#: What a point or direction in Python needs, by dimension.
-COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
+COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}  #: What a point needs, by dimension.
 
 
 def coordinates(given: Any, dimension: int) -> np.ndarray | None:
@@ -46,13 +44,10 @@ Interval = Annotated[tuple[Number, Number], _list_of(2, "two numbers, [from, to]
 Box = Annotated[
     tuple[Interval, Interval, Interval], _list_of(3, "three intervals, [[x0, x1], [y0, y1], [z0, z1]]")
 ]
-#: Indices of vertices, in order round the face.
 Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3)]
-#: The fewest of either that enclose a volume.
-Corners = Annotated[list[Vector], Field(min_length=4)]
+Corners = Annotated[list[Vector], Field(min_length=4)]  #: Fewer, or fewer faces, enclose no volume.
 FaceLists = Annotated[list[Face], Field(min_length=4)]
-#: Keys of a block that have as many numbers as its points.
-_VECTORS = ("live", "live_per_weight", "dead", "weight_at", "live_at", "dead_at")
+_VECTORS = ("live", "live_per_weight", "dead", "weight_at", "live_at", "dead_at")  #: Keys of a block.
 #: Faces of a box, counter-clockwise seen from outside: bottom, top, front, right, back, left. Its corners go
 #: counter-clockwise seen from above, those of the bottom first.
 _BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -92,21 +87,17 @@ class Solid(Body):
     Parameters
     ----------
     name: Unique within the scene.
-    vertices, faces: Corners ``[[x, y, z], ...]``, and faces as lists of indices of corners, the first of
-        which is 0, in order round each face: all faces counter-clockwise seen from outside, or all clockwise
-        (else they are turned one way, with a warning).
+    vertices, faces: Corners ``[[x, y, z], ...]``, and faces as lists of their indices, from 0, in order round
+        each: all counter-clockwise from outside, or all clockwise (else turned so, with a warning).
     box: In place of them, ``[[x0, x1], [y0, y1], [z0, z1]]``.
     parts: In place of them, several convex :class:`Part` records that are one rigid block.
     weight: Dead weight, acting along the scene's gravity.
     unit_weight: Weight per unit volume, in place of ``weight``.
     weight_at: The point where the weight acts (default: the centroid).
-    live, live_at: Live force ``[fx, fy, fz]`` (scaled by the load factor) and the point where it acts
-        (default: the centroid).
-    live_per_weight: Beside it, a live force as a multiple of the block's weight, ``[fx, fy, fz]``, where the
-        weight acts.
+    live, live_at: Live force ``[fx, fy, fz]``, scaled by the load factor, and where (default: the centroid).
+    live_per_weight: Beside it, a live force ``[fx, fy, fz]`` in multiples of the weight, where that acts.
     live_moment: Live moment ``[mx, my, mz]`` beside what the forces have, right-handed about the axes.
-    dead, dead_at, dead_moment: Further dead force beside the weight, the point where it acts (default: the
-        centroid), and a dead moment.
+    dead, dead_at, dead_moment: Further dead force, where it acts (default: the centroid), and a dead moment.
     fixed: A support: it does not move and needs no weight.
     """
 
@@ -182,12 +173,8 @@ AnyBlock = Annotated[
 def box(
     name: str, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], **keys: Any
 ) -> Solid:
-    """A block with faces square to the axes, between two values of each coordinate.
-
-    ``keys`` are the other parameters of :class:`Solid`: weight, loads, ``fixed``.
-
-    Raises CaseError if one of the values is wrong.
-    """
+    """A block with faces square to the axes, between two values of each coordinate; ``keys`` are the other
+    parameters of :class:`Solid`: weight, loads, ``fixed``. Raises CaseError if a value is wrong."""
     return Solid(name=name, box=(x, y, z), **keys)
 
 

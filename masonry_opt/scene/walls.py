@@ -4,16 +4,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate, pairwise
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Strict, Tag
+from pydantic import Field, Strict, Tag
 
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, YesNo, rectangle
 from masonry_opt.scene.generator import Count, WeighedGenerator, Widths, both
+from masonry_opt.scene.solids import ONE_OR_SEVERAL
 
 Lengths = Annotated[list[Number], Field(min_length=1)]
-Course = Annotated[
-    Annotated[Name, Tag("<one>")] | Annotated[Lengths, Tag("<several>")],
-    Discriminator(lambda entry: "<one>" if isinstance(entry, str) else "<several>"),
-]
+Course = Annotated[Annotated[Name, Tag("<one>")] | Annotated[Lengths, Tag("<several>")], ONE_OR_SEVERAL]
 
 #: Left end, right end (in full blocks) and weight of a block of a course.
 _CoursePiece = tuple[float, float, float]
@@ -28,15 +26,12 @@ class Wall(WeighedGenerator):
     ----------
     block: Length and height of a full block.
     weight: Weight of a full block; shorter blocks weigh in proportion.
-    unit_weight: Weight per unit area, in place of ``weight``; per unit volume where the scene has a
-        ``thickness``.
-    courses: Each course as a list of lengths in full blocks, a negative length being a gap, or as the name of
-        a list in ``course``.
+    unit_weight: In place of ``weight``: per unit area, per unit volume where the scene has a ``thickness``.
+    courses: Each a list of lengths in full blocks, negative ones gaps, or the name of a list in ``course``.
     course: Named courses, so that a bond can be read at a glance.
     repeat: How often the list of courses is built, one above the other.
     base: Whether a fixed base, one block longer at either end, is built under the bottom course.
-    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
-        left end of the foot, where the first course begins.
+    name, at, live_per_weight, live: See :class:`~.generator.Generator`; the origin is the foot's left end.
     """
 
     block: tuple[Positive, Positive]
@@ -82,10 +77,9 @@ class Wall(WeighedGenerator):
 class Facade(WeighedGenerator):
     """Running bond with x × y equal openings, each under a lintel, on a fixed base whose top is y = 0.
 
-    Courses alternate, whole blocks first; where a block of the shifted course would cross the edge of
-    an opening, its inner half is left away, so that both jambs are straight. A storey is ``sill``
-    courses, the ``opening``'s, and those of the lintel and the ``spandrel`` above it. The lintel lies in a
-    course of shifted blocks, and a storey has an even number of courses.
+    Courses alternate, whole blocks first; of a shifted block that would cross the edge of an opening the
+    inner half is left away, so that jambs are straight. A storey is ``sill`` courses, the ``opening``'s, the
+    lintel's, in a shifted course, and the ``spandrel``'s above it: an even number.
 
     Raises CaseError if the courses do not add up, a door is none, or a weight is missing or doubled.
 
@@ -93,20 +87,16 @@ class Facade(WeighedGenerator):
     ----------
     openings: Numbers of openings across and upwards.
     block: Length and height of a full block.
-    jamb: Width, in blocks, of the masonry on either side of an opening: piers between openings are twice as
-        wide as those at the ends.
+    jamb: Width, in blocks, of the masonry on either side of an opening; piers between two are twice as wide.
     opening: Width in blocks and height in courses of an opening.
     sill, spandrel: Courses below an opening, and above its lintel, within its storey.
-    doors: Which openings of the lowest storey reach the ground, counted from the left, 1 the first. (Without
-        ``sill`` all of them do.)
+    doors: Numbers, 1 the leftmost, of the lowest openings that reach the ground; all do without ``sill``.
     weight: Weight of a full block; shorter blocks weigh in proportion.
     lintel_weight: Weight of a lintel, which bears half a block on either side; goes with ``weight``.
-    unit_weight: Weight per unit area of blocks and lintels, in place of both weights; per unit volume where
-        the scene has a ``thickness``.
+    unit_weight: In place of both weights: per unit area, per unit volume where the scene has a ``thickness``.
     omit_top_left: Whether the leftmost block of the top course is left away, as in the paper's façades.
-    base: Whether the base is built (default: it is).
-    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
-        left end of the foot.
+    base: Whether the base is built.
+    name, at, live_per_weight, live: See :class:`~.generator.Generator`; the origin is the foot's left end.
     """
 
     openings: tuple[Count, Count]
@@ -188,8 +178,7 @@ class Facade(WeighedGenerator):
 
 
 class Column(WeighedGenerator):
-    """Equally high drums from the left end of the foot, (0, 0), upwards, on a fixed base: a column, a pier
-    or a buttress.
+    """Equally high drums upwards from y = 0, on a fixed base: a column, a pier or a buttress.
 
     Raises CaseError if the weight is missing or doubled, or one side is to slope and the widths are the same.
 
@@ -198,15 +187,11 @@ class Column(WeighedGenerator):
     width: Of the column, or ``[bottom, top]``.
     height: Of the column.
     drums: How many.
-    batter: Which side slopes where the widths differ: "both" alike, or "left" or "right" alone, the other one
-        upright (a buttress leans with that one).
+    batter: Which side slopes where the widths differ: "both" alike, or one (a buttress leans with the other).
     weight: Weight of the column; drums weigh by their areas.
-    unit_weight: Weight per unit area, in place of ``weight``; per unit volume where the scene has a
-        ``thickness``.
-    base: Whether a fixed base, as wide as the foot and as high as a drum, is built under it. Without one it
-        stands on other blocks.
-    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
-        left end of the foot.
+    unit_weight: In place of ``weight``: per unit area, per unit volume where the scene has a ``thickness``.
+    base: Whether a fixed base, as wide as the foot and as high as a drum, is built under it.
+    name, at, live_per_weight, live: See :class:`~.generator.Generator`; the origin is the foot's left end.
     """
 
     width: Widths

@@ -76,8 +76,7 @@ class WallCrossing(NamedTuple):
 
 
 class _Hole(NamedTuple):
-    """An opening of a wall: where its jambs and its lintel's ends are along a stretch, and its first course
-    and the lintel's."""
+    """An opening along a stretch: its jambs, its lintel's ends, its first course and the lintel's."""
 
     number: int
     jambs: _Run
@@ -118,12 +117,10 @@ class WallStretch(NamedTuple):
             if start < end:
                 yield start, end, left
 
-    def clear(self, nothing: float) -> Iterator[_Hole]:
-        """Its openings between crossings."""
-        bays = [(low - nothing, high + nothing) for low, high, _ in self.bays()]
-        for hole in self.holes:
-            if any(low <= hole.lintel[0] and hole.lintel[1] <= high for low, high in bays):
-                yield hole
+    def clear(self, hole: _Hole, nothing: float) -> bool:
+        """Whether an opening lies between crossings."""
+        left, right = hole.lintel
+        return any(low - nothing <= left and right <= high + nothing for low, high, _ in self.bays())
 
     def runs(self, course: int) -> list[_Run]:
         """Lengths that a course fills, beside walls that pass through it, openings and lintels."""
@@ -254,8 +251,7 @@ class Plan(SolidGenerator):
             yield _Hole(number, (left, right), lintel, opening.sill, top)
 
     def _crossed(self) -> list[WallStretch]:
-        """Its stretches with their crossings, ends that meet reaching to the outer face, and with openings
-        that are clear of crossings."""
+        """Its stretches with crossings, ends that meet reaching to outer faces, and openings between them."""
         stretches = self._stretches()
         near = _EXACT * _size(stretches)
         found: list[list[WallCrossing]] = [[] for _ in stretches]
@@ -277,13 +273,13 @@ class Plan(SolidGenerator):
                 start = crossing.start if abs(centre - stretch.start) <= near else start
                 end = crossing.end if abs(centre - stretch.end) <= near else end
             crossed = stretch._replace(start=start, end=end, crossings=tuple(sorted(own)))
-            whole.append(crossed._replace(holes=tuple(crossed.clear(self._nothing))))
+            holes = (hole for hole in stretch.holes if crossed.clear(hole, self._nothing))
+            whole.append(crossed._replace(holes=tuple(holes)))
         return whole
 
     def blocks(self) -> list[Solid]:
-        """The blocks, course by course and in each wall by wall, named ``wall course-block``; a wall's blocks
-        are counted along its axis's straights in turn, in each by rising coordinates, leaf by leaf. The
-        ``base`` comes last."""
+        """The blocks, course by course, wall by wall, named ``wall course-block``: counted along its axis's
+        straights in turn, in each by rising coordinates, leaf by leaf; the ``base`` last."""
         stretches = self._crossed()
         built, height = [], self.block[1]
         for course in range(max(stretch.courses for stretch in stretches)):
@@ -292,8 +288,7 @@ class Plan(SolidGenerator):
                 for along, across in self._course(stretch, course):
                     x, y = (across, along) if stretch.along else (along, across)
                     name = f"{stretch.wall.name} {course + 1}-{next(numbers[stretch.wall.name])}"
-                    shape = {"box": (x, y, (course * height, (course + 1) * height))}
-                    built.append(self._stone(name, shape))
+                    built.append(self._stone(name, {"box": (x, y, (course * height, (course + 1) * height))}))
         if self.base:
             reach = np.array([stretch.bounds for stretch in stretches])
             low, high = reach[:, :, 0].min(axis=0), reach[:, :, 1].max(axis=0)
@@ -309,8 +304,7 @@ class Plan(SolidGenerator):
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
         for start, end, left in stretch.bays():
-            # Of two courses one begins with half a block: toothed, that which passes through, so that no
-            # joint lies over the other wall's face.
+            # Of two courses one begins with half a block: toothed, that which passes the other wall's faces.
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]

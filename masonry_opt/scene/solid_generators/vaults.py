@@ -1,5 +1,4 @@
-"""The generators ``[barrel]`` and ``[groin]``, an arch's voussoirs made long and cut into stones, and two
-such barrels that cross; ``[dome]`` and ``[shaft]``, rings of voussoirs, and drums, round the z axis."""
+"""The generators ``[barrel]`` and ``[groin]``, long arches; ``[dome]`` and ``[shaft]``, round the z axis."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,27 +13,21 @@ from masonry_opt.scene.blocks import Number, Point, Positive, YesNo
 from masonry_opt.scene.generator import CLOSER, Count, Shape, SolidGenerator, Widths, both, cut, every, polar
 from masonry_opt.scene.solids import Solid, prism
 
-_Place = tuple[float, float]  #: Distance from the axis and height.
-
 
 class Barrel(ArchRing, SolidGenerator):
-    """A barrel vault along y, the point (x, y) of its arch being (x, t, y), t from 0 to its
-    length: without ``stone`` that arch, extruded.
+    """A barrel vault along y: an arch whose point (x, y) is (x, t, y), t from 0 to the vault's length.
 
     Raises CaseError if the measures make no arch, or the stones are longer than the vault.
 
     Parameters
     ----------
-    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments: Of its ring: see
-        :class:`~masonry_opt.scene.arch.ArchRing`.
+    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments: See :class:`~.ArchRing`.
     length: Of the vault, along y.
-    stone: Length of a stone, along y (default: that of the vault). Pieces at the ends are no shorter than a
-        quarter of it: where one would be, its neighbour is as much longer.
-    bond: "running": every other voussoir begins with half a stone. "stacked": stones lie as rings side by
-        side.
+    stone: Length of a stone, along y (default: that of the vault). At the ends a piece shorter than a quarter
+        of it joins its neighbour.
+    bond: "running": every other voussoir begins with half a stone. "stacked": rings lie side by side.
     unit_weight: Weight per unit volume.
-    name, at, live_per_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is that of
-        the arch, at y = 0.
+    name, at, live_per_weight: See :class:`~.generator.SolidGenerator`; the origin is the arch's, at y = 0.
     """
 
     length: Positive
@@ -81,20 +74,19 @@ class Barrel(ArchRing, SolidGenerator):
 class Groin(SolidGenerator):
     """Two barrel vaults along x and y whose intrados meet on the diagonals, on four fixed corners.
 
-    On each groin a course is one stone with a leg in either barrel, two convex parts; from there courses go
-    on in running bond to the ends of the barrels.
+    On each groin a course is one stone, a leg in either barrel, two convex parts; beyond, in running bond.
 
     Raises CaseError if the measures make no arch, or the bay leaves no room for stones beside the corners.
 
     Parameters
     ----------
-    span, rise, thickness: Of the barrels' arch: see :class:`~masonry_opt.scene.arch.ArchRing`.
+    span, rise, thickness: Of the barrels' arch: see :class:`~.ArchRing`.
     voussoirs: Of that, an even number: a joint runs along the crown.
     bay: Length of each barrel from end to end, more than the span and both thicknesses.
     stone: Length of a stone along its barrel.
     abutments: Whether a fixed abutment is built under each corner.
-    name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
-        origin is the middle of the square, at the height of the springing points.
+    name, at, live_per_weight, unit_weight: See :class:`~.generator.SolidGenerator`; the origin is the middle
+        of the square, at the height of the springing points.
     """
 
     span: Positive
@@ -179,18 +171,14 @@ class Dome(SolidGenerator):
 
     Parameters
     ----------
-    radius: Of the sphere half way between the corners within and without; its centre is the origin.
+    radius: Of the sphere half way between the corners within and without.
     thickness: Radial, between the two spheres.
     springing: Angle of the foot above the horizontal through the centre, in degrees: 0 is half a sphere.
-    rings: How many, without the key.
-    voussoirs: How many a ring.
-    oculus: Radius of the opening at the top, within. Without it a key that spans the angle of a ring closes
-        the dome.
-    bond: "running": every other ring is turned by half a voussoir. "meridians": the upright joints run
-        through.
+    rings, voussoirs: How many rings, without the key, and voussoirs in each.
+    oculus: Radius of the opening at the top, within. Without it a key of a ring's angle closes the dome.
+    bond: "running": every other ring is turned by half a voussoir. "meridians": upright joints run through.
     base: Whether a fixed ring, as high as the dome is thick, is built under it.
-    name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
-        origin is the centre of the spheres.
+    name, at, live_per_weight, unit_weight: See :class:`~.generator.SolidGenerator`; the centre is the origin.
     """
 
     radius: Positive
@@ -250,11 +238,11 @@ class Dome(SolidGenerator):
             built.append(self._block("base", *parts, fixed=True))
         return built
 
-    def _corner(self, place: _Place, meridian: int) -> tuple[float, float, float]:
-        # As whole numbers of sectors, so that neighbours have the same corners to the last digit.
+    def _corner(self, place: Point, meridian: int) -> tuple[float, float, float]:
+        """From distance and height, turned by whole sectors: of neighbours the same to the last digit."""
         return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
 
-    def _part(self, low: list[_Place], high: list[_Place], sector: int) -> Shape:
+    def _part(self, low: list[Point], high: list[Point], sector: int) -> Shape:
         """Between two bed joints and the meridians of a sector."""
         faces = ([self._corner(place, at) for place in (*low, *high[::-1])] for at in (sector, sector + 1))
         return prism(*faces)

@@ -107,8 +107,8 @@ _WHOLE = 1e6  #: Weight of the condition that corners' shares in the nearest poi
 class Shapes(Extents):
     """Shapes of a scene in space."""
 
-    parts: ConvexParts  #: the convex parts
-    faces: OuterFaces  #: the outer faces
+    parts: ConvexParts
+    faces: OuterFaces
 
     within = "in a volume"
     remedy = ", or raise 'contact_tolerance' to {} if they are meant to"
@@ -167,14 +167,9 @@ def _from_hull(beside: np.ndarray) -> float:
 
 
 def shapes(scene: Scene) -> Shapes:
-    """Volumes, centroids, convex parts and outer faces of the blocks.
-
-    Parts given inside out are turned, and faces against the others. Coplanar pieces of a block are made one
-    face; where its parts meet is no outer face.
-
-    Raises CaseError if a part is not closed, not convex, or has no volume, a face is not flat or crosses
-    itself, or parts of a block overlap; the message names the block.
-    """
+    """Volumes, centroids, convex parts and outer faces of the blocks. Parts inside out are turned, and faces
+    against the others; coplanar pieces of a block are one outer face. Raises CaseError naming the block if a
+    part is open, not convex, or has no volume, a face is not flat or crosses itself, or parts overlap."""
     given = Surfaces.of(scene)
     origin, tolerance = frame_of(scene, given.corners, given.block[given.part[given.face]])
     given = replace(given, points=given.points - origin)
