@@ -31,15 +31,10 @@ from masonry_opt.words.sentences import message, numeral
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Handle, Picture
 
-_WHOLE = 1e-2  #: Share by which the live load of a check may differ from the weights that it pushes,
-_LEVEL = 1e-6  #: and from level.
+_WHOLE, _LEVEL = 1e-2, 1e-6  #: Shares by which a check's live load may be off the weights, and off level.
 _STILL = 1e-6  #: Share of the greatest rate below which a control point does not move along the live load.
-
 #: Events that a picture marks, by code: what its legend says, colour and marker.
-_EVENTS = {
-    Code.JOINT_OPENS: ("a joint opens", HINGES, "o"),
-    Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
-}
+_SEEN = {Code.JOINT_OPENS: ("a joint opens", HINGES, "o"), Code.JOINT_CLOSES: ("a joint closes", JOINT, "s")}
 
 
 def capacity(
@@ -71,11 +66,9 @@ def capacity(
     assembly, dimension = result.assembly, result.assembly.scene.dimension
     limited = any(force.role is Role.SUPPORT or dimension == 2 for force in assembly.limited)
     if limited or len(assembly.problem.crushing):
+        known = "the capacity curve knows joints alone, which touch, hinge in their corners and part"
         has = "ties, props, fill or a support that settles" if limited else "'strength'"
-        raise OptionError(
-            f"{result.case}: the capacity curve knows joints alone, which touch, hinge in their corners and "
-            f"part: this scene has {has}, which is to be left out"
-        )
+        raise OptionError(f"{result.case}: {known}: this scene has {has}, which is to be left out")
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
     dead, live = point_forces(assembly)
@@ -90,14 +83,14 @@ def capacity(
 
 def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
     """Forces whose mean displacement along themselves is told."""
-    if block is None and point is not None:
-        raise OptionError("the control point belongs to a block: give 'block' (--block) too")
     if block is None:
+        if point is not None:
+            raise OptionError("the control point belongs to a block: give 'block' (--block) too")
         return live
     assembly, names = result.assembly, result.assembly.names(result.assembly.movable)
     if block not in names:
-        known = some(names)
-        raise OptionError(f"{result.case}: block: there is no movable block '{block}': choose from {known}")
+        none = f"there is no movable block '{block}': choose from {some(names)}"
+        raise OptionError(f"{result.case}: block: {none}")
     row, along = names.index(block), live.force.sum(axis=0)
     if not np.linalg.norm(along) > _STILL * lengths(live.force).sum():
         raise OptionError("the live load has no resultant to measure along: leave 'block' out")
@@ -195,8 +188,7 @@ class Capacity:
 
     @property
     def _onset(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Sizes of the live forces, shape (f,), and at the onset rates of their points along them, and of the
-        displacement of the control point."""
+        """Sizes of the live forces, and at the onset their rates, shape (f,), and the control point's."""
         motion, sizes = self.motion[self.result.assembly.movable], lengths(self.live.force)
         live, control = (carried(of.point, motion[of.block]) for of in (self.live, self.control))
         rates = dots(self.live.force, live - self.live.point) / sizes
@@ -233,18 +225,15 @@ class Capacity:
         """
         quake, case = self.result.assembly.scene.shaken_by, self.result.case
         if quake is not None and (quake.coefficient != 1 or quake.vertical):
-            raise OptionError(
-                f"{case}: the check needs an earthquake of the whole weights, level: give it coefficient 1 "
-                "and no vertical part"
-            )
+            needed = "an earthquake of the whole weights, level: give it coefficient 1 and no vertical part"
+            raise OptionError(f"{case}: the check needs {needed}")
         if len(self.steps) < 2:
             raise NoLoadFactorError(f"{case}: no curve to check: {self.message}")
         if quake is None and (share := self._share_of_weight()) is not None:
-            raise OptionError(
-                f"{case}: the check needs a live load that pushes every mass with its weight: "
-                f"this one is {share:.3g} times the weight of the blocks that it pushes, or not level: give "
-                "'live_per_weight = [1, 0]', or a level [earthquake]"
-            )
+            needed = "a live load that pushes every mass with its weight"
+            found = f"this one is {share:.3g} times the weight of the blocks that it pushes, or not level"
+            ways = "'live_per_weight = [1, 0]', or a level [earthquake]"
+            raise OptionError(f"{case}: the check needs {needed}: {found}: give {ways}")
         values = {"behaviour_factor": behaviour_factor, "confidence_factor": confidence_factor}
         values |= {"gravity": gravity, "ultimate": ultimate, "secant": secant}
         curve = self.table[["displacement", "load_factor"]].to_numpy()
@@ -270,7 +259,7 @@ class Capacity:
         return self._displaced(row)
 
     def _curve(self) -> "Picture":
-        """λ over displacement, and why it ends. Matplotlib takes longer to load than curves to follow."""
+        """λ over displacement. Matplotlib takes longer to load than curves to follow."""
         from masonry_opt.drawing.figure import curve_axes, finish, style
 
         table, of = self.table, "the live load" if self.control is self.live else "the control point"
@@ -283,11 +272,11 @@ class Capacity:
             axes.axhline(0.0, color=HATCH, linewidth=0.6)
             axes.set_ylim(bottom=min(0.0, -0.02 * self.load_factor))
             handles: list[Handle] = []
-            for code, (label, colour, marker) in _EVENTS.items():
+            for code, (label, colour, marker) in _SEEN.items():
                 rows = table[table["event"] == str(code)]
-                look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": "none", "zorder": 4}
                 if len(rows):
-                    handles += axes.plot(rows["displacement"], rows["load_factor"], label=label, **look)
+                    x, y = rows["displacement"], rows["load_factor"]
+                    handles += axes.plot(x, y, marker, color=colour, label=label, zorder=4)
             finish(made, axes, handles, (self.message,))
         return made
 

@@ -13,7 +13,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.finite_motion.moved_blocks import least_missed, moved, overlapping, placed, turned
 from masonry_opt.finite_motion.path import BORNE, Step
-from masonry_opt.problem.limited_forces import Action, LimitedForce, Role, columns
+from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
@@ -28,9 +28,8 @@ _LOOKS, _AHEAD = 2000, 1e-6  #: Angles to a quarter turn looked at; a small angl
 
 
 class EdgePath:
-    """The path after the onset that a result in space found; attributes as of :class:`~.path.HingingPath`,
-    poses a shift and a rotation vector of each block, shape (blocks, 6). Raises OptionError if joints slide,
-    blocks move on each other, or no edge stays."""
+    """As :class:`~.path.HingingPath` in space, poses a shift and a rotation vector of each block, shape
+    (blocks, 6). Raises OptionError if joints slide, blocks move on each other, or no edge stays."""
 
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.forces, self.effort = result.assembly, forces, Effort()
@@ -45,7 +44,7 @@ class EdgePath:
             self.end = reason(Code.NOT_HINGING, associative=result.associative, pairs=[])
 
     def _find_edge(self, result: Result) -> None:
-        """The blocks that turn, the joints round them, the contact points on the edge, and its line."""
+        """What turns, the joints round it, of each joint the block that does, the edge's points and line."""
         assembly, d = self.assembly, result.solution.d
         problem, joints, corners = assembly.problem, assembly.joints, assembly.geometry.corners
         assert d is not None
@@ -58,9 +57,8 @@ class EdgePath:
         self.round = self.turns[joints.first] != self.turns[joints.second]
         about = problem.moments(d)[own[0]] / problem.length_unit
         rate, size = float(np.linalg.norm(about)) or 1.0, float(np.ptp(corners[0], axis=0).max())
-        foot = assembly.geometry.centroid[assembly.movable[own[0]]]
-        foot = foot + np.cross(about, problem.forces(d)[own[0]]) / rate**2
-        off = lengths(np.cross(joints.point - foot, about / rate))
+        self.body = np.where(self.turns[joints.first], joints.first, joints.second)
+        off = lengths(velocities(assembly, d, self.body[joints.joint], joints.point)) / rate
         self.on_edge = self.round[joints.joint] & (off <= _ALIKE * size)
         on_edge = joints.point[self.on_edge]
         line = on_edge[np.argsort(on_edge @ about)][[0, -1]] if len(on_edge) else np.zeros((2, 3))
@@ -82,7 +80,7 @@ class EdgePath:
         return [moved(of, self._poses(angle)[self.assembly.movable]) for of in self.forces]
 
     def _struts(self, angle: float) -> list[tuple[LimitedForce, float]]:
-        """Ties and props there, and the force that each has as the body turns on."""
+        """Ties and props there, and their forces as the body turns on."""
         found = []
         for force in self.assembly.limited:
             blocks, at = (np.array([getattr(one, of) for one in force.actions]) for of in ("block", "point"))
@@ -130,8 +128,7 @@ class EdgePath:
                 opens = rates[problem.table.rocks]  # beside what slip opens
                 slides = slips.max() > opens.max()
                 most, code = (slips, Code.JOINTS_SLIDE) if slides else (opens, Code.JOINT_OPENS)
-                which = np.unique(self.assembly.joints.joint[most > _ALIKE * most.max()])
-                return reason(code, pairs=self.assembly.pairs_of(which))
+                return reason(code, pairs=self.assembly.pairs(np.flatnonzero(most > _ALIKE * most.max())))
             self.steps.append(replace(self.steps[0], poses=self._poses(angle)[:-1], load_factor=load_factor))
         if locks:
             return reason(Code.LOCKS)
@@ -139,21 +136,19 @@ class EdgePath:
         return reason(Code.REACHES_ZERO)
 
     def _problem(self, angle: float) -> Problem:
-        """Statics once the body has turned: friction on the edge is by the body's face. Contact points off
-        the edge have no force."""
+        """Statics there: friction on the edge is by the body's face, and points off it have no force."""
         assembly, joints, rest = self.assembly, self.assembly.joints, self.assembly.problem
         movable, unit, poses = assembly.movable, rest.length_unit, self._poses(angle)
-        pose = poses[np.where(self.turns[joints.first], joints.first, joints.second)]
+        pose = poses[self.body]
         normal, tangent = turned(joints.normal, pose), turned(joints.tangent, pose)
         point = placed(joints.point, pose[joints.joint])
         there = replace(joints, normal=normal, tangent=tangent, point=point)
         centroid = placed(assembly.geometry.centroid, poses[:-1])
-        B = Matrices.of(there, replace(assembly.geometry, centroid=centroid), movable, unit).B
-        B = B @ sp.diags_array(np.tile(1.0 * self.steps[0].touch, 3))
-        if struts := [strut for strut, _ in self._struts(angle)]:
-            B = sp.hstack([B, columns(struts, centroid, movable, unit)])
+        struts = [strut for strut, _ in self._struts(angle)]
+        matrices = Matrices.of(there, replace(assembly.geometry, centroid=centroid), movable, unit, struts)
+        bears = np.append(np.tile(self.steps[0].touch, 3), np.ones(len(struts)))
         units = rest.force_unit * np.tile(by_component(3, 1.0, unit), len(movable))
         dead, live = (of.about(centroid[movable]) / units for of in self._loads(angle))
         cohesion = np.where(self.on_edge[rest.law.sliding], 0.0, rest.law.cohesion)
-        matrices = replace(rest.matrices, B=sp.csr_array(B))
+        matrices = replace(matrices, B=sp.csr_array(matrices.B @ sp.diags_array(bears)))
         return Problem(matrices, replace(rest.law, cohesion=cohesion), dead, live, rest.force_unit)

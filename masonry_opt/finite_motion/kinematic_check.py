@@ -18,19 +18,16 @@ class KinematicCheck:
 
     Attributes
     ----------
-    mass_fraction: e* = (Σ P δ)² / (Σ P Σ P δ²), with the virtual displacements δ of the onset along the
-        forces P.
+    mass_fraction: e* = (Σ P δ)² / (Σ P Σ P δ²), with virtual displacements δ of the onset along forces P.
     mass: M* = e* Σ P / g, in the case's unit of force over that of ``gravity``.
     acceleration: a*_0 = λ g / (e* FC), that sets the mechanism going, in g.
     displacement: d*_0, of the equivalent oscillator at λ = 0, or where the curve ends before:
         d* = d_k Σ P δ² / (δ_k Σ P δ) where the control point has moved by d_k.
     complete: whether the curve comes down to λ = 0; if not, ``displacement`` is too small, on the safe side.
     ultimate: d*_u, the share of d*_0 that may be used.
-    secant: d*_s and ``secant_acceleration`` a*_s (g), the point of the curve that gives ``period`` T_s =
-        2π √(d*_s / a*_s) (s).
+    secant: d*_s, at which ``secant_acceleration`` is a*_s (g), and ``period`` T_s = 2π √(d*_s / a*_s) (s).
     demand_acceleration: S_e(0) / q, in g; ``demand_displacement``: S_e(T_s) (T_s / 2π)².
-    linear: whether a*_0 is at least the first.
-    non_linear: whether d*_u is at least the second.
+    linear, non_linear: whether a*_0 is at least the first, and d*_u the second.
     """
 
     mass_fraction: float
@@ -71,9 +68,8 @@ def kinematic_check(
     spectrum: Sequence[tuple[float, float]],
     values: Mapping[str, float],
 ) -> KinematicCheck:
-    """Check against a spectrum, with the numbers of :meth:`~.capacity.Capacity.check` by name, given forces P
-    and their rates δ at the onset, shape (f,) each, the control point's rate δ_k, the curve of d_k and λ,
-    shape (states, 2), and whether it comes down to λ = 0."""
+    """Check with the numbers of :meth:`~.capacity.Capacity.check` by name; at the onset forces P and their
+    rates δ, shape (f,) each, and the control point's rate δ_k; the curve of d_k and λ, shape (states, 2)."""
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise OptionError(f"{name} must be a number above zero (found {value!r})")
@@ -88,7 +84,11 @@ def kinematic_check(
     a = curve[:, 1] / (fraction * values["confidence_factor"])  # a* = λ g / (e* FC)
     ultimate = float(values["ultimate"] * d[-1])
     secant = values["secant"] * ultimate
-    at_secant = _least_at(secant, d, a)
+    # The curve may pass a displacement more than once: the least counts.
+    low, high = np.minimum(d[:-1], d[1:]), np.maximum(d[:-1], d[1:])
+    passes = np.flatnonzero((low <= secant) & (secant <= high) & (high > low))
+    share = (secant - d[passes]) / np.diff(d)[passes]
+    at_secant = float((a[passes] + share * np.diff(a)[passes]).min())
     period = 2 * math.pi * math.sqrt(secant / (at_secant * g)) if at_secant > 0 else math.inf
     if period > periods[-1]:
         raise OptionError(f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: extend it")
@@ -120,11 +120,3 @@ def _spectrum(given: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndar
     if not (rising and pairs[0, 0] == 0 and np.isfinite(pairs).all() and (pairs[:, 1] >= 0).all()):
         raise OptionError("a spectrum is pairs of period (s), rising from 0, and acceleration (g), 0 or more")
     return pairs[:, 0], pairs[:, 1]
-
-
-def _least_at(displacement: float, d: np.ndarray, a: np.ndarray) -> float:
-    """The least acceleration of a curve at a displacement, which it may pass more than once."""
-    low, high = np.minimum(d[:-1], d[1:]), np.maximum(d[:-1], d[1:])
-    passes = np.flatnonzero((low <= displacement) & (displacement <= high) & (high > low))
-    share = (displacement - d[passes]) / np.diff(d)[passes]
-    return float((a[passes] + share * np.diff(a)[passes]).min())

@@ -1,7 +1,7 @@
-"""The blocks of a scene after they have moved: how their joints touch, the problem that they are then, and by
-how much its forces miss what a load factor asks for."""
+"""The blocks of a scene after they have moved: how joints touch, the problem then, what its forces miss."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,8 @@ from masonry_opt.solvers.registry import Verdict, find_solver
 
 #: Simpson's rule on an edge, exact for what is cubic there: places along it, and weights.
 _PLACES, _WEIGHTS = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6
+_STAYS = 1e-6  #: Share of the fastest corner's speed below which a corner of a joint stays.
+_UNLIMITED = 1e9  #: Friction from which on it limits nothing.
 
 
 def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
@@ -51,8 +53,7 @@ def moved(forces: Forces, poses: np.ndarray) -> Forces:
 
 
 def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
-    """Dead and live forces of a scene. Raises OptionError if the scene has loads of whose points of action
-    nothing is known here."""
+    """Dead and live forces of a scene. Raises OptionError of loads whose points of action are not known."""
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
     found = _joined(assembly, "dead", given.weight, given.dead), _joined(assembly, "live", given.live)
     problem, centroid = assembly.problem, assembly.geometry.centroid[assembly.movable]
@@ -60,10 +61,9 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
     for forces, known in zip(found, (problem.dead, problem.live), strict=True):
         left = problem.by_block(forces.about(centroid)) / units - problem.by_block(known)
         if np.abs(left).max(initial=0.0) > LOWER * max(1.0, np.abs(known).max()):
-            raise OptionError(
-                f"{assembly.scene.called}: the capacity curve follows weights, forces at points and loads on "
-                "edges alone: the scene has others, whose points of action are not known after the onset"
-            )
+            follows = "the capacity curve follows weights, forces at points and loads on edges alone"
+            others = "the scene has others, whose points of action are not known after the onset"
+            raise OptionError(f"{assembly.scene.called}: {follows}: {others}")
     return found
 
 
@@ -80,10 +80,6 @@ def _on_edge(piece: LoadedPiece, assembly: Assembly) -> Forces:
     force = np.hypot(*along) * _WEIGHTS[:, None] * (first + np.outer(_PLACES, last - first))
     block = np.full(3, np.searchsorted(assembly.movable, piece.block))
     return Forces(block, force, piece.ends[0] + np.outer(_PLACES, along), np.zeros(0))
-
-
-_STAYS = 1e-6  #: Share of the fastest corner's speed below which a corner of a joint stays.
-_UNLIMITED = 1e9  #: Friction from which on it limits nothing.
 
 
 def displaced(shapes: Any, poses: np.ndarray) -> Any:
@@ -105,8 +101,7 @@ def displaced(shapes: Any, poses: np.ndarray) -> Any:
 
 
 def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
-    """The two blocks, of bodies with different numbers, that lie deepest in one another where poses of all
-    blocks bring them, of the higher number first; none if none do."""
+    """The two blocks of different bodies that lie deepest in one another, if any, the higher body's first."""
     there = displaced(shapes, poses)
     low, high = there.boxes
     near = (low[:, None] < high).all(axis=2)
@@ -126,8 +121,7 @@ class ForceOptimum:
 
 @dataclass(frozen=True)
 class MovedBlocks:
-    """The blocks of a scene in the plane wherever they move, in the problem's unit of length. Poses and their
-    rates are those of all blocks, shape (blocks, 3)."""
+    """The blocks of a scene in the plane, in the problem's unit of length; poses are of all, (blocks, 3)."""
 
     geometry: Geometry  #: at rest
     joints: Joints
@@ -135,9 +129,6 @@ class MovedBlocks:
     dead: Forces  #: forces on these
     live: Forces
     cohesion: np.ndarray  #: of each joint, as a force while it is closed, shape (joints,)
-    #: Whose edge a joint's corner touches, first and second block's: both where two corners meet, shape
-    #: (joints, 2, 2), joint, corner, block.
-    faces: np.ndarray
 
     @classmethod
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
@@ -150,20 +141,11 @@ class MovedBlocks:
         shapes = replace(geometry, polygons=polygons, **sizes)
         cohesion = np.zeros(problem.joints)
         cohesion[problem.sliding] = problem.cohesion / unit
-        ends = shapely.points(np.stack([joints.start, joints.end], axis=1))
-        points, block = shapes.corners
-        corners = shapely.multipoints(points, indices=block)
-        of_first, of_second = (
-            shapely.distance(ends, corners[block][:, None]) <= 2 * shapes.tolerance
-            for block in (joints.first, joints.second)
-        )
-        # A corner of the second block alone touches the first one's edge.
-        faces = np.stack([of_second | ~of_first, of_first | ~of_second], axis=-1)
         dead, pushing = (
             replace(each, force=each.force * scale, point=each.point / length)
             for each, scale in zip(forces, np.array([1.0, live]) / (unit * problem.force_unit), strict=True)
         )
-        return cls(shapes, joints, assembly.movable, dead, pushing, cohesion, faces)
+        return cls(shapes, joints, assembly.movable, dead, pushing, cohesion)
 
     @property
     def blocks(self) -> np.ndarray:
@@ -180,11 +162,19 @@ class MovedBlocks:
         """Which corners of the joints touch at rest, shape (joints, 2): of a corner on an edge the first."""
         return np.stack([np.ones_like(self.joints.extent, dtype=bool), self.joints.extent > 0], axis=1)
 
+    @cached_property
+    def faces(self) -> np.ndarray:
+        """Whose edges corners touch, both where two corners meet: by joint, corner and block."""
+        points, block = self.geometry.corners
+        corners = shapely.multipoints(points, indices=block)[self.blocks]
+        away = shapely.distance(shapely.points(self.corner)[..., None], corners[:, None])
+        own = away <= 2 * self.geometry.tolerance
+        return own[..., ::-1] | ~own  # a corner of the second block alone touches the first one's edge
+
     def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
-        """The problem of the moved blocks, with the joints of which any corner touches, shape (joints, 2).
-        Closed joints are as at rest. A corner that touches alone has no cohesion, and the edge that it
-        touches is the joint's; where two corners meet their bisector is, and friction that of the forces
-        which both edges bear."""
+        """With the joints of which any corner touches, shape (joints, 2). Closed joints are as at rest. A
+        corner that touches alone has no cohesion, and the edge that it touches is the joint's; where two
+        corners meet their bisector is, and friction that of the forces which both edges bear."""
         kept = np.flatnonzero(touch.any(axis=1))
         touch, blocks, at_rest = touch[kept], self.blocks[kept], self.joints
         closed, corner = np.logical_and(*touch.T), touch.argmax(axis=1)
@@ -213,8 +203,7 @@ class MovedBlocks:
     def optimum(
         self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
     ) -> ForceOptimum | None:
-        """The greatest load factor, eq. (9), with these poses and corners that touch, or by how much forces
-        under a given one miss its conditions at the least; None if there is no such optimum."""
+        """The greatest load factor, eq. (9), or by how much forces miss a given one; None without optimum."""
         problem = self.problem(touch, poses)
         if load_factor is None:
             solver = find_solver("cvxpy", "highs")
@@ -234,8 +223,7 @@ class MovedBlocks:
         return ForceOptimum(value, motion, pressed)
 
     def bodies(self, touch: np.ndarray) -> np.ndarray:
-        """Number of the rigid body that each block belongs to, shape (blocks,): blocks whose joints are
-        closed move as one, and so do fixed ones. The last is that of these."""
+        """Number of each block's rigid body, shape (blocks,), by closed joints; the last is the ground's."""
         fixed = np.setdiff1d(np.arange(len(self.geometry.size)), self.movable)
         closed = self.blocks[touch.all(axis=1)]
         links = np.concatenate([closed, np.column_stack([fixed[1:], fixed[:-1]])])

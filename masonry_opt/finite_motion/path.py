@@ -22,9 +22,7 @@ _ENCLOSED = 1e-13  #: Width to which events are enclosed.
 _MOVES = 1e-7  #: Speed of the fastest corner, of a direction whose length is 1, below which nothing moves.
 _PROBE = 1e-5  #: Step that shows in which sense a motion is possible.
 _MOST, _MOST_EVENTS = 2000, 20  #: Most steps, and most events in one place.
-
-#: Share of the largest singular value below which equations depend on each other: one hinge point of several
-#: joints gives the same equations several times.
+#: Share of singular values: below, equations depend on each other, as those of joints that share a hinge.
 _DEPENDENT = 1e-8
 _STEPS, _SOLVED = 12, 1e-13  #: Newton steps of one correction, and the residual at which it ends.
 _ROUNDING = 1e-10  #: Residual up to which a correction that comes no nearer is one: rounding.
@@ -34,25 +32,21 @@ _ROUNDING = 1e-10  #: Residual up to which a correction that comes no nearer is 
 class Step:
     """A state of the path, in the case's units; in the plane, while the path is followed, the problem's."""
 
-    #: (x, y, θ) of all blocks, shape (blocks, 3): they turn about the geometry's origin, then shift.
-    poses: np.ndarray
+    poses: np.ndarray  #: (x, y, θ) of all blocks, shape (blocks, 3): a turn about the origin, then a shift
     load_factor: float  #: λ in equilibrium
-    #: Which contact points touch from here on, shape (points,); in the plane, while the path is followed,
-    #: corners of the joints, shape (joints, 2).
+    #: Contact points that touch from here on, shape (points,); while followed corners, shape (joints, 2).
     touch: np.ndarray
     event: Reason | None = None  #: what happens here, if anything
 
 
 class Chain:
-    """The bodies of joints that are closed, and the hinges between them, given which corners of the joints
-    touch, shape (joints, 2).
+    """The bodies, whose joints are closed, and the hinges between them, where one corner of a joint touches.
 
     Unknowns are the poses (x, y, θ) of the bodies, the force in each hinge, and λ:
         Q(θ, λ) + G(θ)ᵀ f = 0,    g(poses) = 0,
     with Q the generalised loads, g the distance of the two places of each hinge point, G = ∂g/∂poses. With
-    one degree of freedom λ is that of virtual work; with more the solutions are still a line, on which each
-    of them is in equilibrium. A point of it has all unknowns in a row: poses of the bodies, shape (bodies,
-    3), forces in the hinges on the first body, shape (hinges, 2), and λ.
+    one degree of freedom λ is that of virtual work; with more the solutions are still a line. A point of it
+    has all unknowns in a row: poses (bodies, 3), forces in hinges on the first body (hinges, 2), and λ.
     """
 
     def __init__(self, blocks: MovedBlocks, touch: np.ndarray) -> None:
@@ -79,8 +73,7 @@ class Chain:
         return np.vstack([point[: 3 * self.count].reshape(-1, 3), np.zeros(3)])[self.body]
 
     def tangents(self, point: np.ndarray) -> np.ndarray:
-        """Directions in which the line goes on, rates of poses and of λ alone, shape (k, unknowns): one, none
-        where bodies jam, several where it branches."""
+        """Directions of poses and λ, (k, unknowns): none where bodies jam, several where it branches."""
         _, slope = self._system(point)
         _, sizes, rows = np.linalg.svd(slope)
         rank = int((sizes > _DEPENDENT * sizes.max(initial=1.0)).sum())
@@ -108,8 +101,7 @@ class Chain:
         return None
 
     def _system(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals of equilibrium, then of the hinges, shape (3 · bodies + 2 · hinges,), and their
-        derivatives by poses, forces and λ."""
+        """Residuals of equilibrium, then of the hinges, and their derivatives by poses, forces and λ."""
         bodies, hinges, forces = self.count, len(self.at), point[3 * self.count : -1].reshape(-1, 2)
         poses = np.vstack([point[: 3 * bodies].reshape(-1, 3), np.zeros(3)])
         live = self._acting(poses, *self.live)
@@ -152,8 +144,7 @@ class _PathEvent(NamedTuple):
 
 
 class _Stretch(NamedTuple):
-    """Where the bodies stay the same: they, a point of their line, and the direction in which it goes on,
-    rates of poses and λ while the fastest corner moves by the scene's size."""
+    """Bodies, a point of their line, and a way from it, by the scene's size for the fastest corner."""
 
     chain: Chain
     point: np.ndarray
@@ -173,8 +164,8 @@ class _PathEnded(Exception):
 
 
 class HingingPath:
-    """The path after the onset that a result found: ``steps`` are its states in order, the first at rest,
-    ``end`` is why it ends, ``motion`` rates of the poses of all blocks at the onset, shape (blocks, 3)."""
+    """The path after the onset of a result: its ``steps``, the first at rest, its ``end``, and ``motion``,
+    rates of the poses of all blocks at the onset, shape (blocks, 3)."""
 
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
@@ -228,8 +219,7 @@ class HingingPath:
                 touch[event.which] = True
             changed = np.flatnonzero((touch != stretch.chain.touch).any(axis=1))
             opens = stretch.chain.touch & ~touch
-            said = reason(event.code, pairs=self.assembly.pairs(changed))
-            self._add(stretch, touch, said)
+            self._add(stretch, touch, reason(event.code, pairs=self.assembly.pairs(changed)))
 
     def _add(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> None:
         if len(self.steps) >= _MOST:
@@ -246,8 +236,7 @@ class HingingPath:
         return stays
 
     def _stretch(self, step: Step, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
-        """The bodies of a state, and the way on: that in which corners open, if any do, else that of the
-        motion before, or back."""
+        """The way on: that in which corners open, if any do, else that of the motion before, or back."""
         chain = Chain(self.blocks, step.touch)
         stretch = self._onward(chain, chain.start(step.poses), hint)
         if stretch is None:
@@ -294,9 +283,7 @@ class HingingPath:
         """A step: what would happen on it, and where it ends; neither if no such state is found."""
         row, guess = np.append(stretch.row[:-1], 0.0), stretch.point + step * stretch.row
         point = stretch.chain.corrected(guess, row, float(row @ guess))
-        if point is None:
-            return None, None
-        ahead = self._onward(stretch.chain, point, stretch.motion)
+        ahead = None if point is None else self._onward(stretch.chain, point, stretch.motion)
         return (None, None) if ahead is None else (self._event(ahead), ahead)
 
     def _event(self, ahead: _Stretch) -> _PathEvent | None:
@@ -321,8 +308,7 @@ class HingingPath:
 
     def _enclosed(self, stretch: _Stretch, step: float, event: _PathEvent) -> tuple[_Stretch, _PathEvent]:
         """The last state before an event within a step, by bisection, and the event; at λ = 0, and where
-        blocks meet, the path ends. What is violated after a joint has opened grows from zero: the secant of
-        two states finds from where."""
+        blocks meet, the path ends. What is missed once a joint opens grows from zero: a secant says where."""
         low, high, before, farther = 0.0, step, stretch, (0.0, 0.0)
         while high - low > _ENCLOSED:
             if event.code is Code.REACHES_ZERO and (last := self._at_zero(before)):

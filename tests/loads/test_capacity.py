@@ -165,15 +165,8 @@ def test_an_arch_by_a_second_program():
 def test_the_curve_does_not_depend_on_axes_and_units():
     """Turned, in millimetres and newtons, its blocks in another order."""
     scene, about = mo.load(CASES / "oppenheim" / "seven_voussoirs.toml"), turned(0.7)
-    other = mapped(
-        scene,
-        lambda v: tuple(1000 * x + 5000 for x in about(v)),
-        about,
-        dead=1e3,
-        live=2e3,
-        length=1000,
-        order=np.arange(9)[::-1],
-    )
+    units = {"dead": 1e3, "live": 2e3, "length": 1000, "order": np.arange(9)[::-1]}
+    other = mapped(scene, lambda v: tuple(1000 * x + 5000 for x in about(v)), about, **units)
     before, after = (followed(one, steps=8).table for one in (mapped(scene), other))
     # Steps in between are some way along: at events all agrees.
     before, after = (table[(table["event"] != "") | (table.index == 0)] for table in (before, after))
@@ -240,16 +233,8 @@ def test_what_it_is_not_for_is_refused():
     ):
         with pytest.raises(OptionError, match=word):
             mo.capacity(solved(scene, "static"))
-    for options in (
-        {"block": "B"},
-        {"point": (0, 1)},
-        {"steps": 1},
-        {"steps": True},
-        {"block": "A", "point": (1, 0)},
-        {"block": "A", "point": (1,)},
-        {"block": "A", "point": ("1", "high")},
-        {"block": "A", "point": (math.nan, 1)},
-    ):
+    points = [{"block": "A", "point": point} for point in ((1, 0), (1,), ("1", "high"), (math.nan, 1))]
+    for options in ({"block": "B"}, {"point": (0, 1)}, {"steps": 1}, {"steps": True}, *points):
         with pytest.raises(OptionError):
             mo.capacity(rocks, **options)
     with pytest.raises(NoLoadFactorError):

@@ -15,7 +15,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.fill import Road
 from masonry_opt.studies.crossing.crossing import _ways
-from masonry_opt.studies.crossing.search import MovingLoad, PassageTrials, least_associative
+from masonry_opt.studies.crossing.search import PassageTrials, least_associative, moving_load
 
 
 def test_a_slab_on_its_support_carries_any_axle():
@@ -86,7 +86,7 @@ def test_positions_without_an_answer_are_told_and_end():
     """Where the solver fails right of the support, ranges there are not halved, and nothing is proven."""
     ((passage,),), _ = _ways(OVERHANG, axles(3.0))
     problem = replace(passage.assembly.problem, live=passage.live(-1.0))
-    exact, solved = MovingLoad(problem, Effort()), 0
+    exact, solved = moving_load(problem, Effort()), 0
 
     def fails_on_the_right(live):
         nonlocal solved
@@ -189,10 +189,10 @@ def test_a_changed_column_is_a_program_made_anew():
     scene = arch(12)
     assembly = assemble(scene)
     (one,) = mo.crossing(scene, ON_ARCH, method="static").passages
-    moving = MovingLoad(one.passage.loaded(one.passage.live(0.3)).problem, Effort())
+    moving = moving_load(one.passage.loaded(one.passage.live(0.3)).problem, Effort())
     for x in (0.3, -1.2, 1.9, -0.35, 2.4):
         live = one.passage.live(x)
-        alone, moved = MovingLoad(one.passage.loaded(live).problem, Effort())(live), moving(live)
+        alone, moved = moving_load(one.passage.loaded(live).problem, Effort())(live), moving(live)
         assert moved.load_factor == pytest.approx(alone.load_factor, rel=1e-9)
         assert moved.answer.certificate.worst < 1e-9
     assert assembly.problem.B.shape == one.passage.assembly.problem.B.shape

@@ -32,12 +32,8 @@ def forces(of: mo.Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_factors_of_groups_as_dead_and_as_live():
-    case = {
-        "name": "a",
-        "dead": {"weight": 0.9, "floor": 0.5, "live": 2.0},
-        "live": {"wind": 1.5, "weight": 0.1},
-    }
-    dead, live = forces(scene(case).in_case("a"))
+    factors = {"dead": {"weight": 0.9, "floor": 0.5, "live": 2.0}, "live": {"wind": 1.5, "weight": 0.1}}
+    dead, live = forces(scene({"name": "a"} | factors).in_case("a"))
     # 0.9 of the weight, half the floor, all that is dead of no group, twice what is live of no group.
     assert dead == pytest.approx([0.1 + 2 * 1.5, -0.9 - 2.0, -0.25 * -2.0])
     # 1.5 times the wind: 3 at half a unit above the centroid, 2 × 2 at its height; a tenth of the weight.
@@ -123,15 +119,9 @@ def test_numbers_vary_within_a_case(tmp_path):
 
 
 def test_solids_made_of_a_scene_have_its_cases():
-    of = scene(
-        {"name": "wind", "live": {"wind": 1.0}},
-        {
-            "name": "quake",
-            "dead": {"floor": 1.0},
-            "earthquake": {"direction": "left", "vertical": 0.2, "coefficient": 0.4},
-        },
-        edge_loads=[],
-    )
+    push = {"direction": "left", "vertical": 0.2, "coefficient": 0.4}
+    quake = {"name": "quake", "dead": {"floor": 1.0}, "earthquake": push}
+    of = scene({"name": "wind", "live": {"wind": 1.0}}, quake, edge_loads=[])
     solids = mo.extrude(of, 0.7)
     for name in ("wind", "quake"):
         flat, solid = (mo.solve(one, "static", load_case=name).required() for one in (of, solids))

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 
 #: Lines of Python that a room may hold. Whoever raises one writes the reason beside it.
 BUDGETS = {
-    "scene": 7293,  # what help and a prompt show of records; nets of joint lines
+    "scene": 7169,  # what help and a prompt show of records; nets of joint lines
     "problem": 1944,  # layouts of the plane and of space, and laws, as objects; zones of a fill
     "solvers": 802,  # what is kept of programs, which problem held
     "methods": 4146,  # keyframes; states beside a stop; growth, and sharp contacts after it; the loop at last

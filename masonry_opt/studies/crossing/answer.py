@@ -24,8 +24,7 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
-#: What tells positions apart, and what else of the table is printed.
-_PLACE, _TOLD = ["axles", "direction", "position"], ["load_factor", "mechanism", "status"]
+_PLACE = ["axles", "direction", "position"]  #: Columns that tell positions apart.
 WITHIN = 1e-3  #: Distance of the least load factor from what is proven, relative, where anything is.
 _HIGH, _BETWEEN = 0.42, 0.1  #: Height of the chart, and room below it, over the width of both pictures.
 _SHOWN_UP_TO = 4.0  #: Load factors are shown up to so many times the least.
@@ -38,14 +37,12 @@ class Crossing(StudyAnswer):
 
     Attributes
     ----------
-    worst: result at the worst position, as of :func:`~masonry_opt.analysis.solve` of a scene with the axles
-        there as loads of its blocks; of a scene that does not stand, that. It has the mechanism. If that
-        last solve is interrupted it is what is known of the position, without a load to expect.
+    worst: result at the worst position, of a scene with the axles there as loads of its blocks; of one that
+        does not stand, that. If this last solve is interrupted: what is known, without a load to expect.
     passages: each group of axles in each direction in which it travelled.
     interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
     cases, left_out: names of load cases that name axles, and of those that leave them out.
-    default: what the default method finds at the worst position, of a first look by one with associative
-        flow; else None.
+    default: what the default method finds there, of a first look by one with associative flow; else None.
     no_default: why that found nothing, where it was interrupted or raised an error.
     """
 
@@ -99,8 +96,9 @@ class Crossing(StudyAnswer):
     @property
     def bound(self) -> float | None:
         """What the load factor at no position is below, proven, with associative flow; else None."""
-        bounds = [None if self.interrupted else one.bound for one in self.passages]
-        return min((one for one in bounds if one is not None), default=None) if None not in bounds else None
+        bounds = [one.bound for one in self.passages if one.bound is not None]
+        every = not self.interrupted and len(bounds) == len(self.passages)
+        return min(bounds, default=None) if every else None
 
     @property
     def undecided(self) -> int:
@@ -109,8 +107,7 @@ class Crossing(StudyAnswer):
 
     @property
     def undecided_at(self) -> list[dict[str, Any]]:
-        """These: ``axles``, ``direction``, ``position`` and, if there are any, ``load_case`` of each, as in
-        the table: a position once for each load case."""
+        """These, once for each load case: ``axles``, ``direction``, ``position``, ``load_case`` if any."""
         unknown = self.table["load_factor"].isna() & ~self.table["any_load"].astype(bool)
         return records(self.table.loc[unknown, [*self._case, *_PLACE]])
 
@@ -121,9 +118,9 @@ class Crossing(StudyAnswer):
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """One row a position solved by the method, and load case: ``load_case`` (if there are any),
-        ``axles``, ``direction``, ``position`` (abscissa of the first axle), then the columns of ``mo.sweep``
-        but for the seconds. Where loads jump there is a row on either side."""
+        """One row a position solved by the method, and load case: ``load_case`` (if any), ``axles``,
+        ``direction``, ``position`` (abscissa of the first axle), then the columns of ``mo.sweep`` but for the
+        seconds. Where loads jump there is a row on either side."""
         rows = [
             _place(one.passage, position) | columns(one.passage.loaded(one.passage.live(position)), answer)
             for one in self.passages
@@ -134,8 +131,8 @@ class Crossing(StudyAnswer):
 
     @cached_property
     def governing(self) -> pd.DataFrame:
-        """Of each position the row of the table that has the least load factor over load cases; its
-        ``load_case`` is None where none has one, and its status that of an undecided case, if any is."""
+        """The row of the table with the least load factor at each position; without one ``load_case`` is
+        None, and the status that of an undecided case, if any is."""
         least = self.table.sort_values(["load_factor", "any_load"]).drop_duplicates(_PLACE)
         rows = self.table[_PLACE].drop_duplicates().merge(least, how="left")
         known = rows["load_factor"].notna()
@@ -144,7 +141,7 @@ class Crossing(StudyAnswer):
     @property
     def told(self) -> pd.DataFrame:
         """What is printed of ``governing``."""
-        return self.governing[[*_PLACE, *self._case, *_TOLD]]
+        return self.governing[[*_PLACE, *self._case, "load_factor", "mechanism", "status"]]
 
     @property
     def by_case(self) -> dict[str, float | None]:
@@ -187,7 +184,7 @@ class Crossing(StudyAnswer):
             told["left out"] = f"{some([*map(repr, self.left_out)])}, without axles: see 'solve'"
         missed = some([*map(repr, self.not_crossed)])
         if least is None:
-            told |= {"status": f"{worst.status}: {worst.message}"}
+            told["status"] = f"{worst.status}: {worst.message}"
             return told | ({"not crossed": missed} if missed else {})
         found = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
         if worst.load_factor is not None:
@@ -270,13 +267,11 @@ class Crossing(StudyAnswer):
         return made
 
     def _draw_load_factors(self, axes: Axes, position: float) -> None:
-        """A line for each group and direction over its first axle's position, the least over load cases; of
-        each of several cases, and of the associative λ of Coulomb methods, lines behind it."""
-        look: dict[str, Any] = {"linewidth": 1.1}
-        below = ["each load case"] if len(self.by_case) > 1 else []
-        if self.passages[0].beside:
-            look = {"linestyle": "none", "marker": ".", "markersize": 7}
-            below = ["associative", *below]
+        """The least over load cases; behind it several cases, and the associative λ of Coulomb methods."""
+        dots: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 7}
+        coulomb = self.passages[0].beside is not None
+        look = dots if coulomb else {"linewidth": 1.1}
+        below = ["associative"] * coulomb + ["each load case"] * (len(self.by_case) > 1)
         ways = self.envelope.groupby([*self._case, "axles", "direction"], sort=False)
         for _, rows in ways if below else ():
             axes.plot(rows["position"], rows["associative"], color=HATCH, linewidth=0.8, zorder=2)

@@ -22,7 +22,6 @@ from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import WITHIN, Crossing
-from masonry_opt.studies.crossing.search import Passage
 
 _LONGEST = 0.01  #: Longest range between two positions, as a share of the road.
 _Asked = str | Axles | Sequence[Axles] | None  #: The axles that are to cross, or their name.
@@ -44,16 +43,13 @@ def crossing(
     road runs over nothing, an axle does nothing. A group that is not the same from behind crosses in both
     directions, unless it says in which it ``travels``.
 
-    With associative flow (methods "static" and "kinematic") the least is proven: λ of all positions between
-    two is known not to be less than at some that are solved (see
+    With associative flow (methods "static" and "kinematic") the least is proven, also between positions (see
     :func:`~.crossing.search.least_associative`). Other methods are asked where the associative load factor,
     which none of their answers exceeds, says that λ may be least, which proves nothing (see
-    :func:`~.crossing.search.least_coulomb`). Interrupted (Ctrl-C), it returns the worst of the
-    positions solved by then.
+    :func:`~.crossing.search.least_coulomb`). Interrupted (Ctrl-C), it returns the worst solved by then.
 
-    Of a scene with load cases they cross in each whose ``live`` names "axles"; at every position that one of
-    them was solved at for a group all are, and the least governs. The load case that falls under its dead
-    loads, if one does, is the answer.
+    Of a scene with load cases they cross in each whose ``live`` names "axles", at the same positions, and the
+    least governs. The load case that falls under its dead loads, if one does, is the answer.
 
     Raises CaseError if the case file or scene is wrong, or has no axles, or no road, if the road runs through
     a block, or over none that can move, if load cases leave axles out; OptionError if a method, an option
@@ -76,15 +72,15 @@ def crossing(
     scene.in_plane()  # which refuses solids
     ways, left_out = _ways(scene, axles)
     told = partial(Crossing, cases=tuple(one.case for one in ways[0] if one.case), left_out=left_out)
-    effort, moving = Effort(), dict[str | None, search.MovingLoad]()
+    effort, moving = Effort(), dict[str | None, search.SolveLive]()
     for first in ways[0]:
-        ends = np.array(first.pieces(_longest(first)))
+        ends = np.array(first.pieces(_LONGEST * np.ptp(first.road.breaks)))
         start = next(x for x in (*ends.mean(axis=1), *ends.ravel()) if first.carried(x))
         result = session.solve(first.scene(start))
         undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
         if undecided or result.status is Status.UNSTABLE:
             return told(worst=result, passages=())
-        moving[first.case] = search.MovingLoad(first.loaded(first.live(start)).problem, effort)
+        moving[first.case] = search.moving_load(first.loaded(first.live(start)).problem, effort)
     crossed: list[search.PassageTrials] = []
     interrupted, proves = False, session.method.associative
     own = session.how.model is None and session.how.solver is None
@@ -96,7 +92,8 @@ def crossing(
                 solve = associative if plain else _solve(many, passage, effort)
                 beside = None if proves else search.PassageTrials(passage, associative)
                 crossed.append(search.PassageTrials(passage, solve, progress, beside))
-                search.least_associative(crossed[-1].associative, _longest(passage), WITHIN)
+                longest = _LONGEST * np.ptp(passage.road.breaks)
+                search.least_associative(crossed[-1].associative, longest, WITHIN)
             together = crossed[-len(way) :]
             _at_the_same([one.associative for one in together])
             if not proves:
@@ -133,16 +130,12 @@ def _at_the_same(together: list[search.PassageTrials]) -> None:
             one.at(position)
 
 
-def _longest(passage: Passage) -> float:
-    return _LONGEST * float(passage.road.breaks[-1] - passage.road.breaks[0])
-
-
-def _solve(session: Session, passage: Passage, effort: Effort) -> search.SolveLive:
-    """The method itself, on the scene's own matrices, of a scene that stands."""
+def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.SolveLive:
+    """The method itself, on the scene's own matrices."""
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
-def _ways(scene: Scene, axles: _Asked) -> tuple[list[list[Passage]], tuple[str, ...]]:
+def _ways(scene: Scene, axles: _Asked) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
     """Groups in the directions in which they travel, by load case; names of those that leave axles out."""
     if scene.tilt:
         raise CaseError(f"{scene.origin}: axles do not tilt: take 'tilt' away")
@@ -161,7 +154,7 @@ def _ways(scene: Scene, axles: _Asked) -> tuple[list[list[Passage]], tuple[str, 
     ways = []
     for group in groups:
         road = Road(scene, assembly.geometry, _line(scene, group), f"the road of axles '{group.name}'")
-        ways += [[Passage(group, way, one, road) for one in assemblies] for way in group.directions]
+        ways += [[search.Passage(group, way, one, road) for one in assemblies] for way in group.directions]
     return ways, tuple(case.name for case in cases if not case.factor("live", "axles"))
 
 

@@ -1,5 +1,4 @@
-"""A group of axles on its way over a road, as live loads by position, and where the load factor is least:
-proven where it can be, else sought where it may be."""
+"""A group of axles on its way over a road, and where the load factor is least: proven, or sought."""
 
 import math
 from collections.abc import Callable
@@ -31,16 +30,15 @@ SolveLive = Callable[[np.ndarray], Solution]  #: The answer under a live load, s
 _BESIDE = 1e-9  #: Share of the road beside a break, at which loads may jump, where they are taken instead.
 _ROUNDING = 1e-7  #: Share of the loads, by their largest entry, that is nothing.
 _FINEST = 1e-4  #: Share of the way to which ranges are halved at most.
-#: Positions at which a Coulomb method is asked first; by how much its share of the associative load factor
-#: may be less between two of them than at both, beside half of what it differs; rounds of halving beside the
-#: least.
-_FIRST, _MARGIN, _ROUNDS = 25, 0.005, 10
+_FIRST = 25  #: Positions at which a Coulomb method is asked first.
+#: By how much its share of the associative λ may be less between two of them, beside half of what it differs.
+_MARGIN = 0.005
+_ROUNDS = 10  #: Of halving beside the least.
 
 
 @dataclass(frozen=True)
 class Passage:
-    """A group of axles that travels in one direction over a road of a scene with whatever other live loads.
-    Its position is the abscissa of its first axle; the others follow."""
+    """A group of axles that travels over a road in one direction. Its position is that of its first axle."""
 
     axles: Axles
     direction: TravelDirection
@@ -65,8 +63,7 @@ class Passage:
         return -behind if self.direction == "right" else behind
 
     def live(self, position: float) -> np.ndarray:
-        """Live load f_L of all axles that are on the road, by their factor of a load case, and of whatever
-        else is live, in the problem's units, shape (3b,)."""
+        """Live load f_L of axles, by their load case's factor, and of what else is live, shape (3b,)."""
         problem, movable = self.assembly.problem, self.assembly.movable
         factor = self.assembly.scene.factor_of_axles
         forces = factor * self._on_blocks(position)[movable] / problem.force_unit
@@ -100,9 +97,8 @@ class Passage:
         return scene.replace(**changed).read_from(scene.called).with_load_case(case)
 
     def pieces(self, longest: float) -> list[tuple[float, float]]:
-        """Ranges of positions, from left to right, in which loads do not jump and some axle is on a movable
-        block, none longer than that."""
-        beside = _BESIDE * float(self.road.breaks[-1] - self.road.breaks[0])
+        """Ranges in which loads do not jump and some axle is on a movable block, from left to right."""
+        beside = _BESIDE * float(np.ptp(self.road.breaks))
         breaks = np.unique(self.road.breaks[:, None] - self.offsets)
         found: list[tuple[float, float]] = []
         for start, end in zip(breaks[:-1] + beside, breaks[1:] - beside, strict=True):
@@ -125,34 +121,29 @@ def load_factor(answer: Solution) -> float:
     return math.inf if answer.carries_any_load else math.nan
 
 
-class MovingLoad:
-    """Eq. (9) in HiGHS, compiled once of a scene that stands, with any live load: of a new one the column of
-    λ alone changes, and simplex goes on from the last basis."""
+def moving_load(problem: Problem, effort: Effort) -> SolveLive:
+    """Eq. (9) of a scene that stands, compiled once: a new live load changes the column of λ alone."""
+    scaled = in_units_of_load(problem)
+    model = CvxpyStatic(scaled.problem, scaled.limits(ShearLimits.true(problem)))
+    statics, program = model.statics, HighsSession(model.program, effort, "associative load factor")
 
-    def __init__(self, problem: Problem, effort: Effort) -> None:
-        self._problem = problem
-        scaled = in_units_of_load(problem)
-        self._force = scaled.force
-        model = CvxpyStatic(scaled.problem, scaled.limits(ShearLimits.true(problem)))
-        self._statics = model.statics
-        self._program = HighsSession(model.program, effort, "associative load factor")
-
-    def __call__(self, live: np.ndarray) -> Solution:
-        """The associative answer under a live load, shape (3b,), certified by itself."""
-        problem = replace(self._problem, live=live)
-        statics, program = self._statics, self._program
-        program.set_column(statics.load_factor, statics.equilibrium, live / problem.live_norm)
+    def solved(live: np.ndarray) -> Solution:
+        """Certified by itself."""
+        loaded = replace(problem, live=live)
+        program.set_column(statics.load_factor, statics.equilibrium, live / loaded.live_norm)
         verdict = program.solve()
         solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=program.size)
         if verdict is Verdict.OPTIMAL:
-            q = self._force * program.values(statics.q)
+            q = scaled.force * program.values(statics.q)
             d = program.duals(statics.equilibrium)
-            load_factor = self._force * float(program.values(statics.load_factor)[0]) / problem.live_norm
-            found = certified(problem, load_factor, q, d * problem.live_norm / (live @ d), problem.friction)
+            load_factor = scaled.force * float(program.values(statics.load_factor)[0]) / loaded.live_norm
+            found = certified(loaded, load_factor, q, d * loaded.live_norm / (live @ d), problem.friction)
             return replace(solution, found=found).accepted()
         if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
             return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)  # it stands: it has a state, at λ = 0
         return solution.ended(Status.SOLVER_FAILED, Code.SOLVER_STOPPED, word=verdict.value)
+
+    return solved
 
 
 #: Of a position where no axle loads a block that can move.
@@ -164,13 +155,10 @@ class PassageTrials:
     """A passage and its answers, each position solved once; whoever is interrupted finds them here."""
 
     passage: Passage
-    #: The answer under a live load; None once all are solved (see :meth:`ended`).
-    solve: SolveLive | None = field(repr=False)
-    #: Called with a position solved, and the load factor found there (NaN without one).
-    progress: Callable[[float, float], None] | None = field(default=None, repr=False)
-    #: The trials of associative flow, where these are not.
-    beside: "PassageTrials | None" = field(default=None, repr=False)
-    bound: float | None = None  #: what no load factor at any position is below, proven; None where nothing is
+    solve: SolveLive | None = field(repr=False)  #: None once all are solved (see :meth:`ended`)
+    progress: Callable[[float, float], None] | None = field(default=None, repr=False)  #: called with x and λ
+    beside: "PassageTrials | None" = field(default=None, repr=False)  #: of associative flow, if these are not
+    bound: float | None = None  #: what λ is proven to be nowhere below
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)
 
     def at(self, position: float) -> float:
@@ -188,7 +176,7 @@ class PassageTrials:
         return self.solve(live)
 
     def ended(self) -> "PassageTrials":
-        """The same without what solves, which holds programs that cannot be sent between processes."""
+        """The same without programs, which cannot be sent between processes."""
         return replace(self, solve=None, progress=None, beside=self.beside and self.beside.ended())
 
     @property
@@ -207,7 +195,7 @@ class PassageTrials:
 
     @property
     def resolution(self) -> float:
-        """The larger distance from there to the next positions solved on either side, none across a jump."""
+        """The larger distance to the next positions solved on either side, none across a jump."""
         aside = self.positions - self.position
         aside = aside[np.abs(aside) > _FINEST**2 * np.ptp(self.positions)]
         sides = aside[aside < 0], aside[aside > 0]
@@ -227,8 +215,8 @@ class PassageTrials:
 
 
 def least_associative(solved: PassageTrials, longest: float, within: float) -> None:
-    """Look for the least associative load factor of a passage, and a bound below it, no farther than
-    ``within`` (relative) where one can be had; no two positions solved are farther apart than ``longest``.
+    """Look for the least associative load factor of a passage, and a bound no farther below it than
+    ``within`` (relative), where there is one; positions solved are no farther apart than ``longest``.
 
     Loads that a standing scene carries are a convex set with zero in it: 1/λ, by which a load must shrink to
     lie in it, is a convex function of the load. Between two positions where loads follow a line, λ is
@@ -273,10 +261,9 @@ def _inverse(known: float) -> float:
 
 
 def least_coulomb(solved: PassageTrials, within: float) -> None:
-    """Look for the least load factor of a method that nothing bounds from below, where it may be. It is asked
-    at a few positions, and then wherever it could be the least if its share of the associative load factor,
-    known at all of them, were between two positions little less than at both; last beside the least. That is
-    no proof."""
+    """Look for the least load factor of a method that nothing bounds from below. It is asked at a few
+    positions, then wherever it could be least if its share of the associative load factor, known at all, were
+    between two of them little less than at both; last beside the least. That is no proof."""
     at, most = solved.associative.positions, solved.associative.load_factors
     first = {*np.linspace(0, len(at) - 1, min(_FIRST, len(at))).round().astype(int).tolist()}
     if np.isfinite(most).any():

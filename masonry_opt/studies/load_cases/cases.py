@@ -75,8 +75,7 @@ class Cases(StudyAnswer):
     def governing(self) -> str | None:
         # No load factor is below zero: what falls comes first; of those alike but for rounding the first.
         falls = self.table["status"] == str(Status.UNSTABLE)
-        load_factors = self.table["load_factor"].mask(falls, -1.0)
-        least = at_least(load_factors.to_frame())
+        least = at_least(self.table[["load_factor"]].mask(falls, -1.0))
         return next(itertools.compress(self.results, least), None)
 
     @property
@@ -90,7 +89,7 @@ class Cases(StudyAnswer):
 
     @property
     def summary(self) -> str:
-        return self._told([] if self.governing is None else [self.to_draw.summary])
+        return self._told([self.to_draw.summary] if self.governing else [])
 
     @property
     def details(self) -> str:
@@ -98,22 +97,20 @@ class Cases(StudyAnswer):
 
     def _said(self) -> str:
         of = self.to_draw
-        head = f"{of.case}: {counted(len(self.results), self.what)}"
         governs = f"'{self.governing}' governs: {told_factor(of)}" if self.governing else "none governs"
         if self.left_out:
             governs += f"\nleft out: {', '.join(map(repr, self.left_out))}, for axles move: see 'crossing'"
-        return printable(f"{head}\n{governs}")
+        return printable(f"{of.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _told(self, results: Iterable[str]) -> str:
         table = frame_text(self.table, "").strip("\n")
         return printable("\n\n".join([self._said(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:
-        of, governs = self.to_draw, self.governing
-        told: dict[str, Any] = {"case": of.case, "governing": governs}
-        told["load_factor"] = None if governs is None else of.load_factor
-        if self.left_out:
-            told["left_out"] = list(self.left_out)
+        of = self.to_draw
+        load_factor = of.load_factor if self.governing else None
+        told: dict[str, Any] = {"case": of.case, "governing": self.governing, "load_factor": load_factor}
+        told |= {"left_out": list(self.left_out)} if self.left_out else {}
         return told | {"load_cases": [result.as_dict() for result in self.results.values()]}
 
     @property

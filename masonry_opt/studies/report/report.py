@@ -140,8 +140,7 @@ def _part(answer: object) -> Part:
 
 @_part.register
 def _(answer: Result) -> Part:
-    told = {f"method {answer.method}": answer}
-    heading = _of_case("Collapse", answer)
+    heading, told = _of_case("Collapse", answer), {f"method {answer.method}": answer}
     return Part(heading=heading, says=told_factor(answer), assembly=answer.assembly, told=told)
 
 
@@ -254,9 +253,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
     makers = {"pictures_of": _pictures, "tables_of": _of_result, "in_full": in_full, "printable": printable}
     return render(
         "report.html",
-        **given_in,
-        **answers,
-        **makers,
+        **given_in | answers | makers,
         title=title_of(scene.with_load_case(None)),
         day=date.today().isoformat(),
         versions=versions(),
@@ -343,14 +340,12 @@ def _case_text(scene: Scene) -> str:
 
 def _of_result(result: Result) -> dict[str, dict[str, Any]]:
     """Joints, ties and pressures of fill as tables of a page by their headings."""
-    pressures = result.pressures.drop(columns=["kind", "second"])
-    frames = {"Joints": _joints(result), "Ties and props": result.ties, "Pressure of fill": pressures}
-    kept = {_counted(name, frame): frame.head(_ROWS) for name, frame in frames.items() if len(frame)}
-    for name, frame in kept.items():
-        if "yields" in frame:
-            told = frame.assign(yields=frame["yields"].map({True: "yes", False: "no"}))
-            kept[name] = told.drop(columns="lengthens").dropna(axis=1, how="all")
-    return {name: frame_table(frame) for name, frame in kept.items()}
+    frames, pressures = {"Joints": _joints(result)}, result.pressures.drop(columns=["kind", "second"])
+    for name, limited in (("Ties and props", result.ties), ("Pressure of fill", pressures)):
+        told = limited.assign(yields=limited["yields"].map({True: "yes", False: "no"}))
+        frames[name] = told.drop(columns="lengthens").dropna(axis=1, how="all")
+    kept = {name: frame for name, frame in frames.items() if len(frame)}
+    return {_counted(name, frame): frame_table(frame.head(_ROWS)) for name, frame in kept.items()}
 
 
 def _joints(result: Result) -> pd.DataFrame:

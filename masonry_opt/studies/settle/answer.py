@@ -1,5 +1,4 @@
-"""The answer of ``settle``: the least and the greatest reaction, what moves there, and how joints open and
-slide."""
+"""The answer of ``settle``: the least and the greatest reaction, and what moves, opens and slides there."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -14,7 +13,7 @@ from masonry_opt.answer.motion import fastest, joint_motion, moving_names
 from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.colours import BLACK
-from masonry_opt.drawing.elements import Elements, result_elements, title_of
+from masonry_opt.drawing.elements import result_elements, title_of
 from masonry_opt.drawing.figure import Picture, save_as
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.pictures import elements_picture
@@ -56,8 +55,8 @@ class Bound:
 
     @property
     def expected(self) -> float | None:
-        """That to expect of a scene at rest whose supports then move; None of an associative answer, or where
-        the forces at rest were not found."""
+        """That to expect of a scene at rest whose supports then move; None of an associative answer, or of
+        forces at rest that were not found."""
         return self._reaction(self.result.expected)
 
     @property
@@ -67,7 +66,7 @@ class Bound:
 
     @property
     def across_rest(self) -> float | None:
-        """That of a state met on the other side of rest, of other forces there than those at rest, if any."""
+        """That of a state met on the other side of rest, of other forces than those at rest, if any."""
         return self._reaction(below if (below := self.result.solution.below_zero) < -ZERO else None)
 
     @property
@@ -85,8 +84,7 @@ class Bound:
 
     @cached_property
     def openings(self) -> pd.DataFrame:
-        """How wide joints open, and how far they slide, for each unit that the support moves, in the small
-        motion of the mechanism of the first of ``results`` that has one: see :attr:`Settlement.openings`."""
+        """As :attr:`Settlement.openings`, of the mechanism of the first of ``results`` that has one."""
         return _joint_openings(next((of for of in self.results.values() if of.solution.answer), self.result))
 
     def rows(self) -> list[dict[str, Any]]:
@@ -109,11 +107,9 @@ class Settlement(StudyAnswer):
     Attributes
     ----------
     case: case file or title of the scene.
-    supports, direction, turns: names of the supports, unit vector in which they settle, and whether each can
-        turn.
+    supports, direction, turns: their names, unit vector in which they settle, and whether each can turn.
     method: as asked for.
-    at_rest: reaction while the supports are held (and turn, if they can), of contacts that give; None where
-        it was not found.
+    at_rest: reaction while supports are held (but for turning), of contacts that give; None if not found.
     least, greatest: the reactions; None where none holds the scene.
     fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
     assembly: of the scene as it was given, its supports fixed, in its load case.
@@ -254,7 +250,7 @@ class Settlement(StudyAnswer):
 
 
 def _moving(result: Result) -> list[str]:
-    """Names of the blocks that move at a load factor, fastest first."""
+    """Names of the blocks that move, fastest first."""
     found = result.solution.answer
     return moving_names(result.assembly, found.d) if found else []
 
@@ -263,8 +259,7 @@ def _joint_openings(result: Result) -> pd.DataFrame:
     """:attr:`Settlement.openings` of the mechanism of a result."""
     assembly, solution = result.assembly, result.solution
     problem, joints = assembly.problem, assembly.joints
-    axes = list("xyz"[: assembly.scene.dimension])
-    columns = ["joint", "first", "second", *axes, "opening", "sliding"]
+    columns = ["joint", "first", "second", *"xyz"[: assembly.scene.dimension], "opening", "sliding"]
     if solution.d is None or solution.load_factor is None:
         return pd.DataFrame(columns=columns)
     # The push, along the movement, is the one live load.
@@ -284,26 +279,19 @@ def _joint_openings(result: Result) -> pd.DataFrame:
     return unsigned(frame.loc[widths.index]).reset_index(drop=True)
 
 
-def _opening_marks(result: Result, elements: Elements) -> list[Marks]:
-    """The numbers of the widest, at the joints."""
-    joints, found = result.assembly.joints, _joint_openings(result).head(_WRITTEN)
-    marks = []
-    for number, opening, sliding in zip(found["joint"], found["opening"], found["sliding"], strict=True):
-        ends = [joints.first[number], joints.second[number]]
-        motion = elements.motion[ends].mean(axis=0)[None]
+def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
+    """The mechanism, with numbers at the joints that open or slide most."""
+    refuse_view(result.assembly.scene, view)
+    elements, joints = result_elements(result), result.assembly.joints
+    marks = [replace(each, label=_WAY) if each.name == "live" else each for each in elements.loads]
+    widest = _joint_openings(result).head(_WRITTEN)
+    for number, opening, sliding in zip(widest["joint"], widest["opening"], widest["sliding"], strict=True):
+        motion = elements.motion[[joints.first[number], joints.second[number]]].mean(axis=0)[None]
         text = f"{opening:.3g}" if opening >= sliding else f"{sliding:.3g} s"
         point = joints.middle[number][None, None]
         marks.append(Marks("openings", "", "point", BLACK, 0.0, point, motion, text=text))
-    return marks
-
-
-def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
-    refuse_view(result.assembly.scene, view)
-    elements = result_elements(result)
-    loads = [replace(each, label=_WAY) if each.name == "live" else each for each in elements.loads]
-    numbers = _opening_marks(result, elements)
-    elements = replace(elements, heading=heading, loads=[*loads, *numbers])
-    return elements_picture(elements, "mechanism", names, view, (_NOTE,) if numbers else ())
+    elements = replace(elements, heading=heading, loads=marks)
+    return elements_picture(elements, "mechanism", names, view, (_NOTE,) if len(widest) else ())
 
 
 def _words(end: Bound) -> str:

@@ -44,10 +44,9 @@ def settle(
     """Find the reactions of a support, or of several, with which a scene stands under its dead load.
 
     The support gives way in one direction, or is pushed back, and neither moves otherwise nor turns. Its
-    reaction is the force of the ground on it against that direction: > 0 presses the support against the
-    scene. As it settles its reaction falls, to the least at which the scene stands; below, the scene follows.
-    As it is pushed against the direction its reaction grows, to the greatest. Either may be below zero (the
-    ground must pull), or unlimited.
+    reaction is the force of the ground on it against that direction, > 0 where it presses on the scene. As it
+    settles that falls, to the least at which the scene stands; pushed back, it grows, to the greatest. Either
+    may be below zero (the ground must pull), or unlimited.
 
     Live loads of the scene are left out. Weights and loads of the supports themselves are left to the ground.
 
@@ -102,9 +101,8 @@ def settle(
 
 
 def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
-    """Reaction, over the live load, and forces under the dead load of contacts that give while the supports
-    are held, as those of supports that settle, shape (3c + t,); None if these do not come to carry it. The
-    first, so many, are the scene's own; the others hold supports."""
+    """Reaction, over the live load, and forces of contacts that give, as those of supports that settle, shape
+    (3c + t,); None if these do not come to carry the dead load. The first, so many, are the scene's own."""
     if held.joints > PUSHED_UP_TO or held.dilatancy_depends_on_stress:
         return None
     q = Elastic(held).settled
@@ -117,8 +115,8 @@ def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndar
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
-    """Least and greatest reaction with associative flow, over the live load, and the forces there; for one
-    without limit a reaction beyond the other."""
+    """Associative reactions, least and greatest, over the live load, and forces; an unlimited one is beyond
+    the other."""
     least, greatest = (associative(Task(problem)) for problem in (settling, pushed_back))
     low, high = least.load_factor, greatest.load_factor
     low = -low if low is not None else 0.0 if high is None else high - 1.0
@@ -165,10 +163,9 @@ def _freed(
     assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float | None, turns: bool
 ) -> Assembly:
     """Assembly in which supports, by their indices (k,), move in one direction (a unit vector) at a common
-    rate, or turn about their centroids at most. The supports are blocks without weight, held by forces
-    without limits: across the direction, against rotation, and, of several, on each other along it. The live
-    load is the push, along the direction, shared by them, in the case's unit of force: the scene's own live
-    loads are left out. Without a push they are held along the direction too."""
+    rate, or turn about their centroids at most: blocks without weight, held by forces without limits across
+    the direction, against rotation, and, of several, on each other along it. The live load is the push along
+    it, shared by them, in the case's unit of force; without a push they are held along it too."""
     held = push is None
     across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
     # Moments at a usual lever, so that all are forces of one size whatever the units.
@@ -182,8 +179,7 @@ def _freed(
             fixed += [Action(support, point, np.zeros(len(direction)), couple) for couple in couples]
         restraints += [LimitedForce(Role.SUPPORT, name, (each,)) for each in fixed]
         if before is not None and not held:
-            together = before, Action(support, point, direction)
-            restraints.append(LimitedForce(Role.SUPPORT, name, together))
+            restraints.append(LimitedForce(Role.SUPPORT, name, (before, Action(support, point, direction))))
         before = Action(support, point, -direction)
     force = (push or 0.0) / len(supports) * direction
     return with_supports_freed(assembly, _pushed(assembly.scene, supports, force), force, restraints)
@@ -192,13 +188,12 @@ def _freed(
 def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
     """The scene with supports that can move, and no live loads but those on them."""
     none = (0.0,) * scene.dimension
-    still: dict[str, Any] = {"live": none, "live_per_weight": none, "live_at": None}
-    if scene.dimension == 3:
-        still["live_moment"] = none
+    acting = [key for key in scene.blocks[0].LOADS if key.startswith("live")]
+    still: dict[str, Any] = dict.fromkeys(acting, none) | {"live_at": None}
     moves = still | {"fixed": False, "weight": 0.0, "unit_weight": None, "live": tuple(force.tolist())}
-    numbered, acting = enumerate(scene.blocks), ("live", "live_moment")
+    numbered = enumerate(scene.blocks)
     blocks = [block.replace(**(moves if number in supports else still)) for number, block in numbered]
-    loads = [load.replace(**{key: none for key in acting if getattr(load, key)}) for load in scene.loads]
+    loads = [load.replace(**{key: none for key in acting if getattr(load, key, ())}) for load in scene.loads]
     no_push = {"pressure": None, "force": (0.0, 0.0)}
     edge_loads = [load if load.kind == "dead" else load.replace(**no_push) for load in scene.edge_loads]
     changes = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
