@@ -11,16 +11,17 @@ Exit code 1: a verdict is wrong.
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from atlas.made_scenes import made_scenes, write_atlas, write_large, write_random  # noqa: E402
+from atlas.made_scenes import judged_by_hand, write_atlas, write_large, write_random  # noqa: E402
 
 from masonry_opt.studies.compare.comparison import run_plan, write_report  # noqa: E402
 from masonry_opt.studies.compare.judge import Comparison, best_known  # noqa: E402
-from masonry_opt.studies.compare.runs import RunLimits, plan  # noqa: E402
+from masonry_opt.studies.compare.runs import RunLimits, find_scenes, plan  # noqa: E402
 
 
 def verdicts(asked: argparse.Namespace) -> Comparison:
@@ -28,10 +29,12 @@ def verdicts(asked: argparse.Namespace) -> Comparison:
     made = asked.out / "scenes"
     expected = write_atlas(made, ROOT / "cases") if asked.atlas else {}
     large = write_large(made, [int(count) for count in asked.stones.split(",") if count], asked.seeds)
-    scenes = made_scenes(expected, [*write_random(made, asked.random), *large])
+    scenes = find_scenes([*expected, *write_random(made, asked.random), *large])
     planned = plan(asked.methods.split(","), ["cvxpy"], asked.solvers.split(","), [1e-9])
     limits, known = RunLimits(asked.time_limit, 4000.0, 1), best_known(scenes, ROOT / "tests" / "atlas")
     comparison = run_plan(scenes, planned, limits, asked.out, asked.progress, known)
+    by_hand = {scene.name: expected.get(scene.path, {}) for scene in scenes}
+    comparison = replace(comparison, summary=judged_by_hand(comparison.summary, by_hand))
     write_report(comparison, asked.out)
     return comparison
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 import pandas as pd
+from atlas.made_scenes import judged_by_hand
 from lines import line
 from scenes import CASES
 
@@ -44,7 +45,7 @@ def made_up() -> Comparison:
             rows.append(line(scene=scene, **(run | known)))
     bounds = {BLOCKS: CertifiedBounds(0.25, 0.25), WALL: CertifiedBounds(0.64286, 0.64286)}
     best = {BLOCKS: BestKnown(0.15, "by hand"), WALL: BestKnown(0.63898, "refined")}
-    judged = summary(rows, bounds, best, {WALL: {"Coulomb": "unstable under dead load"}})
+    judged = judged_by_hand(summary(rows, bounds, best), {WALL: {"Coulomb": "unstable under dead load"}})
     scenes = find_scenes([CASES / f"{name}.toml" for name in NAMES])
     results = pd.DataFrame(rows, columns=COLUMNS)
     return Comparison(scenes, planned, RunLimits(60, 4000, 1), bounds, best, results, judged)

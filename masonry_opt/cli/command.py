@@ -1,5 +1,4 @@
-"""Commands from functions: their parameters, with types, defaults and help, as options; what commands share
-beside these, what is shown meanwhile, and how a command ends."""
+"""Commands from functions: their parameters, with types, defaults and help, as options; what they share."""
 
 import contextlib
 import inspect
@@ -27,13 +26,11 @@ T = TypeVar("T")
 
 #: Parameters that a command asks for in its own way: what a function is of.
 _SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
-
 _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 
 def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
-    """The same function of a text, but where it raises ValueError, it raises OptionError: the refusal, with
-    the text in it."""
+    """The same function of a text, but for what it raises ValueError it raises OptionError: the refusal."""
 
     def parse(text: str) -> T:
         try:
@@ -51,7 +48,6 @@ def numbers(refusal: str) -> Callable[[str], tuple[float, ...]]:
 
 _VIEW = "Of solids: from where they are seen, in degrees."
 _angles = numbers("--view {}: write azimuth and elevation as in --view=-60,22")
-
 _DRAW = "Draw the answer (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
 
@@ -207,8 +203,7 @@ def save(found: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def interrupts() -> Iterator[Callable[[], None]]:
-    """Remember Ctrl-C, which a solver may catch to stop itself alone, and yield a function that raises
-    KeyboardInterrupt if there was one."""
+    """Remember Ctrl-C, which a solver may catch to stop itself alone, and yield what raises it again."""
     pressed = False
 
     def remember(*_: object) -> None:
@@ -220,11 +215,20 @@ def interrupts() -> Iterator[Callable[[], None]]:
         if pressed:
             raise KeyboardInterrupt
 
-    before = signal.getsignal(signal.SIGINT)
-    if before is signal.default_int_handler:  # else the caller has its own, or ignores it
-        signal.signal(signal.SIGINT, remember)
-    try:
+    callers = signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+    with contextlib.nullcontext() if callers else handled(signal.SIGINT, remember):
         yield check
+
+
+def ended_by_kill() -> contextlib.AbstractContextManager[None]:
+    """Within it `kill` and `timeout` act as Ctrl-C does: else runs under way would go on alone."""
+    return handled(signal.SIGTERM, signal.default_int_handler)
+
+
+@contextlib.contextmanager
+def handled(number: int, handler: Callable[..., Any]) -> Iterator[None]:
+    before = signal.signal(number, handler)
+    try:
+        yield
     finally:
-        if before is signal.default_int_handler:
-            signal.signal(signal.SIGINT, before)
+        signal.signal(number, before)

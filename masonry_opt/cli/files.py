@@ -3,13 +3,14 @@
 import inspect
 import os
 from collections.abc import Callable, Container
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Given, command, numbers
+from masonry_opt.cli.command import Given, command, numbers, reader
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
@@ -30,9 +31,7 @@ _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]]
 _READERS = {".dxf": ("a DXF drawing", mo.read_dxf), ".json": ("COMPAS data", mo.read_compas)}
 _READERS |= dict.fromkeys(MESHES, ("a mesh", mo.read_mesh))
 
-#: Corners of a mesh above which the case file names its file instead of writing them out, some 1 MB.
-_MOST_CORNERS = 10_000
-
+_MOST_CORNERS = 10_000  #: Of a mesh with more, some 1 MB, the case file names the file.
 _METHOD = (
     "Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids the one "
     "whose mechanism and forces to write (default: blocks at rest)."
@@ -72,10 +71,9 @@ def _forces(option: str) -> Any:
     return numbers(f"{option} '{{}}': write numbers with commas between, such as 1,0")
 
 
+@partial(reader, refusal="--live-layer '{}': write it as LAYER=X,Y, such as parapet=1,0")
 def _of_layer(text: str) -> tuple[str, tuple[float, ...]]:
-    layer, equals, force = text.rpartition("=")
-    if not equals:
-        raise OptionError(f"--live-layer '{text}': write it as LAYER=X,Y, such as parapet=1,0")
+    layer, force = text.rsplit("=", 1)
     return layer, _forces("--live-layer")(force)
 
 
@@ -109,10 +107,9 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     suffix = drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
-        raise OptionError(
-            f"{drawing}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json): solve it "
-            f"as it is (masonry-opt solve {drawing}), or draw its blocks to an OUT that ends in .dxf"
-        )
+        already = f"{drawing}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json)"
+        as_it_is = f"solve it as it is (masonry-opt solve {drawing})"
+        raise OptionError(f"{already}: {as_it_is}, or draw its blocks to an OUT that ends in .dxf")
     for name in ("friction", "unit_weight"):
         if name not in given:
             raise OptionError(f"a drawing says nothing of it: give {given.called[name]}")

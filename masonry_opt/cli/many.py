@@ -1,5 +1,6 @@
 """The commands `masonry-opt sweep` and `compare`."""
 
+from functools import partial
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -11,18 +12,16 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Given, command, numbers, reader
+from masonry_opt.cli.command import Given, command, ended_by_kill, numbers, reader
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.compare.comparison import OUT
 from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import said
-from masonry_opt.studies.runner import ended_by_kill
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
 _MOST_VALUES = 100_000  #: Most values of one number.
-
 _FORMS, _SUCH = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,...", "such as joints.friction=0.3:0.8:11"
 _VARY = f"{_FORMS} of a number of the case, {_SUCH} or arch.thickness=0.3,0.4; may be repeated."
 _SAMPLE = (
@@ -33,7 +32,8 @@ _SOLVERS = "Also: highs-hipo, and what CVXPY finds: osqp, scs, ..."
 _TOLERANCES = "--tolerances '{}': numbers separated by commas, such as 1e-6,1e-9"
 
 
-def _values(text: str) -> tuple[str, list[float]]:
+@partial(reader, refusal=f"--vary '{{}}': write it as {_FORMS}, {_SUCH}")
+def _vary(text: str) -> tuple[str, list[float]]:
     """A number's name and its values."""
     name, _, given = text.partition("=")
     if ":" not in given:
@@ -47,9 +47,6 @@ def _values(text: str) -> tuple[str, list[float]]:
     if not name:
         raise ValueError
     return name, values
-
-
-_vary = reader(_values, f"--vary '{{}}': write it as {_FORMS}, {_SUCH}")
 
 
 @command(

@@ -21,7 +21,6 @@ from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.terminal import print_text
 
 _BEYOND = "bracket"  #: Not an example of the paper; takes a quarter of an hour.
-
 _EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
 _PACKAGE = Path(__file__).parents[1]
@@ -99,11 +98,9 @@ def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
 def _pictures(figure: Figure, name: str) -> dict[str, bytes]:
     """PNG and SVG of a figure, by file name; the same to the last byte from run to run."""
     replace_missing(figure)
-    files = {}
-    for kind in ("png", "svg"):
-        stream = io.BytesIO()
-        with style():
-            figure.savefig(stream, format=kind, dpi=150, metadata=picture_metadata(kind))
+    png, svg = io.BytesIO(), io.BytesIO()
+    with style():
+        figure.savefig(png, format="png", dpi=150, metadata=picture_metadata("png"))
         figure.set_layout_engine("none")  # laid out: the next kind looks the same
-        files[f"{name}.{kind}"] = stream.getvalue()
-    return files
+        figure.savefig(svg, format="svg", dpi=150, metadata=picture_metadata("svg"))
+    return {f"{name}.png": png.getvalue(), f"{name}.svg": svg.getvalue()}

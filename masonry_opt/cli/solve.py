@@ -18,7 +18,6 @@ from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text
 
 _DRAWN = "least", "expected"  #: Load factors whose mechanism can be drawn.
-
 _SHOWN = "What a picture shows: mechanism, thrust, utilisation, curve."
 _HOW = "Also print how it was found: residuals, solvers, seconds."
 _WHOSE = f"Whose mechanism --plot draws: {' (default), '.join(_DRAWN)}."

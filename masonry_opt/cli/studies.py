@@ -3,6 +3,7 @@
 import csv
 import json as json_module
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -218,14 +219,11 @@ def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]
     return answers
 
 
-def _range(text: str) -> tuple[str, float, float]:
-    """Name and ends of a text such as ``arch.thickness=0.05:0.3``."""
+@partial(reader, refusal="--vary {}: write it as NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3")
+def _between(text: str) -> tuple[str, float, float]:
     name, _, ends = text.partition("=")
     lower, upper = map(float, ends.split(":"))
     return name.strip(), lower, upper
-
-
-_between = reader(_range, "--vary {}: write it as NAME=LOWER:UPPER, such as arch.thickness=0.05:0.3")
 
 
 def _spectrum(path: Path) -> list[tuple[float, float]]:

@@ -23,7 +23,6 @@ __all__ = ["NamedChart", "alt", "axis", "legend", "pictures", "script", "write_c
 
 #: On paper: width of a chart and of a panel in pixels; most panels side by side, and in all.
 _WIDTH, _PANEL, _COLUMNS, _PANELS = 620, 230, 4, 24
-
 _ENTRY = 300  #: Width of a legend's entry in pixels; there are as many columns as fit.
 _LETTER = 6  #: Width of a letter of the notes in pixels.
 _FONT = "DejaVu Sans"  #: From Matplotlib, with superscripts: pictures are the same on every machine.
@@ -42,10 +41,8 @@ _LEGEND = {"orient": "bottom", "title": None, "labelLimit": 0, "symbolSize": 80,
 
 @dataclass(frozen=True)
 class NamedChart:
-    """A chart, the name of its files, its title and notes.
-
-    ``panels``: a column with a panel for each of its values: side by side on paper, one at a time on a page.
-    """
+    """A chart, the name of its files, its title and notes. ``panels``: a column with a panel for each of its
+    values: side by side on paper, one at a time on a page."""
 
     name: str
     title: str
@@ -81,7 +78,7 @@ class NamedChart:
 
     def source(self) -> str:
         """Its picture as the address of an image in HTML."""
-        return image_source(pictures([self])[f"{self.name}.svg"], "svg")
+        return image_source(vl_convert.vegalite_to_svg(specification(self.on_paper())), "svg")
 
     def _panels(self) -> list[str]:
         return [*dict.fromkeys(self.chart.data[self.panels])]
@@ -124,9 +121,7 @@ def script() -> str:
 
 
 def write_charts(title: str, drawings: Sequence[NamedChart], folder: Path) -> list[Path]:
-    """Write charts as PNG, as SVG and on one page that needs no network; returns the files.
-
-    Raises OutputError if one cannot be written.
-    """
+    """Write charts as PNG, as SVG and on one page that needs no network; returns the files. Raises
+    OutputError if one cannot be written."""
     page = render("charts.html", title=title, charts=drawings, script=script())
     return write_files(folder, pictures(drawings) | {"charts.html": page})

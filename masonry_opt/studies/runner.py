@@ -1,9 +1,6 @@
 """Tasks in processes of this machine or on a Dask cluster. A task that dies, or exceeds its limits of time or
-memory, ends alone.
-
-Processes are forked from a server that has imported the package (the standard library's "forkserver"), which
-takes milliseconds; a new interpreter takes seconds.
-"""
+memory, ends alone. Processes are forked from a server that has imported the package (the standard library's
+"forkserver"), which takes milliseconds; a new interpreter takes seconds."""
 
 import contextlib
 import multiprocessing
@@ -15,6 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
+from functools import partial
 from numbers import Integral
 from pathlib import Path
 from types import ModuleType
@@ -28,25 +26,17 @@ from masonry_opt.errors import MasonryError, OptionError
 #: Ends of a task: a value; a MasonryError; any other error; the death of its process; a limit.
 FINISHED, REFUSED, CRASHED, DIED = "finished", "refused", "crashed", "died"
 TIME_LIMIT, MEMORY_LIMIT = "time limit", "memory limit"
-
 MOST_DEATHS = 3  #: Workers that a task may kill before it is given up.
 _LOOK = 0.02  #: Seconds between two looks at a process's memory.
-
-#: Tasks handed out for each worker: no worker waits, and memory does not grow with the number of tasks.
-_AHEAD = 3
-
+_AHEAD = 3  #: Tasks handed out for each worker: none waits, and memory does not grow with their number.
 PATIENCE = 10  #: Seconds in which a Dask scheduler must answer.
-
 #: Set before the server starts: libraries read them when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-
 #: Modules that the server imports: runs, and methods, whose modelling languages are imported late.
 _PRELOADED = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
-
 #: Windows has no such server.
 _HOW = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 _STANDARD: Any = multiprocessing.get_context(_HOW)
-
 _STARTING = threading.Lock()  #: Processes may be started by several threads.
 
 
@@ -74,10 +64,8 @@ Task = Callable[[], Any]  #: A function of a module, such as functools.partial m
 
 class Workers(contextlib.AbstractContextManager["Workers"]):
     """Workers that make tasks: ``count`` processes, by default as many as the cores that this process may
-    use, or those of the Dask scheduler at this address. As a context manager, it ends them on leaving.
-
-    Raises OptionError if ``count`` is wrong, both are given, or the scheduler cannot be reached.
-    """
+    use, or those of the Dask scheduler at this address; they end on leaving. Raises OptionError if ``count``
+    is wrong, both are given, or the scheduler cannot be reached."""
 
     def __init__(self, count: int | None = None, dask: str | None = None) -> None:
         if dask is not None and count is not None:
@@ -89,15 +77,13 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
         self._engine.close()
 
     def map(self, tasks: Iterable[tuple[Any, Task]]) -> Iterator[tuple[Any, TaskEnd]]:
-        """Names of the tasks, such as numbers, and their ends, as they come.
-
-        Tasks are taken from the iterable as workers become free. An error that it raises is raised here when
-        the tasks before have ended. A task whose worker died is made again, up to ``MOST_DEATHS`` times.
-        """
+        """Names of the tasks, such as numbers, and their ends, as they come. Tasks are taken from the
+        iterable as workers become free; an error that it raises is raised here when the tasks before have
+        ended. A task whose worker died is made again, up to ``MOST_DEATHS`` times."""
         coming, failed = iter(tasks), None
         under_way: dict[Future[TaskEnd], tuple[Any, Task, int]] = {}
         while True:
-            room = self._engine.room()
+            room = self._engine.room
             while len(under_way) < room:
                 try:
                     name, task = next(coming)
@@ -219,20 +205,15 @@ class Processes:
     """Processes of this machine, in one pool of Pebble's."""
 
     def __init__(self, count: int) -> None:
-        self.context, self._count = Context(), count
-        self._pool: Any = self._opened()
-
-    def _opened(self) -> ProcessPool:
-        return ProcessPool(self._count, initializer=_prepare_process, context=self.context)
+        self.context, self.room = Context(), _AHEAD * count
+        self._open = partial(ProcessPool, count, initializer=_prepare_process, context=self.context)
+        self._pool: Any = self._open()
 
     def submit(self, task: Task, time_limit: float | None = None) -> Future[TaskEnd]:
         if not self._pool.active:  # a process that dies idle breaks the pool
             self.close()
-            self._pool = self._opened()
+            self._pool = self._open()
         return self._pool.schedule(_made, (task,), timeout=time_limit)
-
-    def room(self) -> int:
-        return _AHEAD * self._count
 
     def close(self) -> None:
         self._pool.stop()
@@ -262,6 +243,7 @@ class _Cluster:
             raise OptionError(f"{none}; runs already made are kept where 'out' is given") from None
         return self._executor.submit(_made, task)
 
+    @property
     def room(self) -> int:
         return _AHEAD * max(1, sum(self._client.nthreads().values()))
 
@@ -304,13 +286,3 @@ def _peak() -> float:
         status = Path("/proc/self/status").read_text().splitlines()
         return next((float(line.split()[1]) for line in status if "VmHWM" in line), 0.0) * 1.024e-3
     return 0.0
-
-
-@contextlib.contextmanager
-def ended_by_kill() -> Iterator[None]:
-    """Within it `kill` and `timeout` act as Ctrl-C does: else runs under way would go on alone."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

@@ -28,20 +28,15 @@ from masonry_opt.words.names import labelled, some
 #: Message where a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
-_SHOWN = 30  #: Rows of a table that a notebook shows.
-
 JOURNAL = "journal.jsonl"
-
+_SHOWN = 30  #: Rows of a table that a notebook shows.
 #: Packages whose versions decide times and answers.
 _PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy numpy"
 
 
 class Journal:
     """The finished runs of one study in a folder; the first line, its head, has hashes of all that decides
-    the rows, by name.
-
-    An incomplete last line is dropped when the file is opened, and its run made again. If the disk is full,
-    earlier rows stay.
+    the rows, by name. An incomplete last line is dropped when the file is opened, and its run made again.
 
     Raises OptionError if the folder holds runs of another head, OutputError if it cannot be read or written.
     """
@@ -168,10 +163,8 @@ def csv_text(frame: pd.DataFrame) -> str:
 
 
 def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]:
-    """Write contents by their files' names, each whole or not at all; returns the files.
-
-    Raises OutputError with the name of the first that cannot be written; those before stay.
-    """
+    """Write contents by their files' names, each whole or not at all; returns the files. Raises OutputError
+    with the name of the first that cannot be written; those before stay."""
     for name, content in contents.items():
         with writing(folder / name):
             write_whole(folder / name, content)
@@ -227,10 +220,8 @@ def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
 
 
 def render(template: str, **values: object) -> str:
-    """A page from a template in ``templates/`` and the values it names, which are escaped.
-
-    Raises OptionError if Jinja2, of the extra "studies", is not installed.
-    """
+    """A page from a template in ``templates/`` and the values it names, which are escaped. Raises OptionError
+    if Jinja2, of the extra "studies", is not installed."""
     try:
         import jinja2
     except ImportError:

@@ -5,9 +5,9 @@ They are written as case files, so that each run reads its scene in its own proc
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
+import pandas as pd
 from atlas.entries import ATLAS
 from atlas.entry import Entry, Expectation
 from atlas.large_scenes import LARGE, large_scene
@@ -16,17 +16,9 @@ from atlas.random_scenes import KINDS, random_scene
 from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, question_of
-from masonry_opt.studies.compare.runs import CaseScene, content_of, find_scenes
+from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, NAMED, WRONG, claim_of, question_of
+from masonry_opt.studies.compare.runs import content_of
 from masonry_opt.studies.runner import REFUSED
-
-
-def made_scenes(
-    expected: Mapping[Path, dict[str, str]], others: Sequence[Path] = ()
-) -> tuple[CaseScene, ...]:
-    """Scenes of a comparison, with what is known of some by hand, by case file."""
-    scenes = find_scenes([*expected, *others])
-    return tuple(replace(scene, expected=expected.get(scene.path, {})) for scene in scenes)
 
 
 def write_atlas(folder: Path, cases: Path) -> dict[Path, dict[str, str]]:
@@ -69,7 +61,7 @@ def write_large(folder: Path, stones: Sequence[int], seeds: int) -> list[Path]:
 
 
 def right_claims(entry: Entry) -> dict[str, str]:
-    """By question, the claim (see ``known_answers.CLAIMS``) that is right for an entry's scene.
+    """By question, the claim (see ``judge.CLAIMS``; or a refusal) that is right for an entry's scene.
 
     A load factor if any run must find one, whatever others are known to fail at. Questions on which the
     entry's runs say nothing of the scene are left out.
@@ -79,6 +71,20 @@ def right_claims(entry: Entry) -> dict[str, str]:
         found.setdefault(question_of(run.method), set()).update(_claims(run))
     right = {question: {ANSWER} if ANSWER in claims else claims for question, claims in found.items()}
     return {question: claims.pop() for question, claims in right.items() if len(claims) == 1}
+
+
+def judged_by_hand(summary: pd.DataFrame, expected: Mapping[str, Mapping[str, str]]) -> pd.DataFrame:
+    """The summary of a comparison, in which the right claim, where one is known by scene name and question,
+    decides: other claims are wrong, and it is the right reason why there is no load factor."""
+    judged = summary.copy()
+    for at, row in summary.iterrows():
+        right, claim = expected.get(row["scene"], {}).get(row["question"]), claim_of(row)
+        if right and claim != right and claim in (*CLAIMS, REFUSED):
+            said = row["reason"] or row["status"]
+            judged.loc[at, ["verdict", "reason"]] = WRONG, f"{said} (right: {right})"
+        elif right and claim == right != ANSWER:
+            judged.loc[at, "verdict"] = NAMED
+    return judged
 
 
 def _claims(run: Expectation) -> Iterator[str]:

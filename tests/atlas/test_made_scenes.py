@@ -5,20 +5,43 @@ import importlib.util
 import pytest
 from atlas.entries import ATLAS
 from atlas.large_scenes import LARGE
-from atlas.made_scenes import made_scenes, right_claims, write_atlas
+from atlas.made_scenes import judged_by_hand, right_claims, write_atlas
+from lines import line
 from scenes import CASES
 
-from masonry_opt.studies.compare.judge import CERTIFIED, NAMED
-from masonry_opt.studies.compare.runs import content_of
+from masonry_opt.answer.reasons import Status
+from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, summary
+from masonry_opt.studies.compare.runs import content_of, find_scenes
 
 
 def test_the_atlas_is_written_scene_by_scene_with_its_answers(tmp_path):
     expected = write_atlas(tmp_path, CASES)
-    found = {scene.content: scene for scene in made_scenes(expected)}
+    found = {scene.content: expected[scene.path] for scene in find_scenes(expected)}
     assert len(found) == len(expected)
     for entry in ATLAS:
-        scene = found[content_of(entry.scene(CASES))]  # the file holds the same scene
-        assert right_claims(entry).items() <= scene.expected.items()
+        known = found[content_of(entry.scene(CASES))]  # the file holds the same scene
+        assert right_claims(entry).items() <= known.items()
+
+
+CONFINED, REFUSED = {"associative": Status.LOCKED, "Coulomb": "answer"}, {"associative": "refused"}
+
+
+@pytest.mark.parametrize(
+    ("known", "method", "claims", "verdicts"),
+    [
+        (CONFINED, "static", [Status.LOCKED, Status.UNLIMITED, "answer"], [NAMED, WRONG, WRONG]),
+        (CONFINED, "static", [Status.SOLVER_FAILED], [FAILED]),
+        (CONFINED, "refined", ["answer", Status.UNSTABLE, Status.CYCLING], [CERTIFIED, WRONG, FAILED]),
+        (REFUSED, "static", ["refused", "answer"], [NAMED, WRONG]),
+    ],
+)
+def test_what_the_atlas_says_of_a_scene_decides_what_is_right(known, method, claims, verdicts):
+    for claim, verdict in zip(claims, verdicts, strict=True):
+        row = line(scene="a", method=method)
+        if claim != "answer":
+            row |= {"load_factor": None, "ended" if claim == "refused" else "status": claim}
+        judged = judged_by_hand(summary([row], {}, {}), {"a": known})
+        assert judged["verdict"].tolist() == [verdict]
 
 
 @pytest.mark.slow

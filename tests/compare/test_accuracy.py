@@ -17,11 +17,8 @@ from masonry_opt.studies.compare.accuracy import CLOSE, certified_bounds
 #: What arithmetic of double precision may take from a bound.
 _ROUNDING = 1e-12
 
-
 #: Width, height and friction.
 BLOCKS = [(1, 2, 0.6), (1, 2, 0.4), (3, 1, 0.7), (1, 4, 0.1)]
-
-
 NINE, ONE = np.tan(np.radians([9, 1]))
 
 

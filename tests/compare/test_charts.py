@@ -31,7 +31,7 @@ ROWS = [
 @pytest.fixture(scope="module")
 def drawn() -> dict[str, NamedChart]:
     bounds = {"a": CertifiedBounds(1 - 1e-12, 1 + 1e-12)}
-    summary = summary_of(ROWS, bounds, {"a": BestKnown(0.8, "refined")}, {})
+    summary = summary_of(ROWS, bounds, {"a": BestKnown(0.8, "refined")})
     return {drawing.name: drawing for drawing in charts(summary)}
 
 
@@ -73,8 +73,8 @@ def test_a_state_below_the_best_is_marked(drawn):
 def test_without_a_yardstick_there_is_no_chart_of_accuracy():
     """None of a question of which no scene has one, and no panel of a scene that has none."""
     rows = [line(scene=scene, method="mcp", load_factor=0.8) for scene in "ab"]
-    assert charts(summary_of(rows, {}, {}, {})) == []
-    (drawing,) = charts(summary_of(rows, {}, {"a": BestKnown(0.8, "refined")}, {}))
+    assert charts(summary_of(rows, {}, {})) == []
+    (drawing,) = charts(summary_of(rows, {}, {"a": BestKnown(0.8, "refined")}))
     assert {*drawing.chart.data["scene"]} == {"a"}
 
 
@@ -83,7 +83,7 @@ def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
         line(scene="a", method="mcp", load_factor=0.8),
         line(scene="a", method="refined", load_factor=0.8008),
     ]
-    summary = summary_of(rows, {}, {"a": BestKnown(0.8, "refined")}, {})
+    summary = summary_of(rows, {}, {"a": BestKnown(0.8, "refined")})
     drawing = next(drawing for drawing in charts(summary) if drawing.name == "time_error_coulomb")
     assert sorted(drawing.chart.data["height"]) == pytest.approx([1e-6, 1e-3])
     assert min(encodings(drawing, "y")[0]["axis"]["values"]) == pytest.approx(1e-6)

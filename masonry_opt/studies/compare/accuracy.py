@@ -22,10 +22,8 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
 CLOSE = 1e-9  #: (upper − lower) / |λ| that is close enough: until then the next solver is asked.
-
 #: Solvers whose answers are made exact, in turn until the bounds are close; the last: of small plane scenes.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
-
 _SMALL = 1000  #: Scenes with fewer joints are small. For larger ones HiGHS takes minutes.
 _UNBOUNDED = 3  #: Status of scipy's linprog: optimum unlimited.
 _MARGIN = 1e-9  #: Least slack of an interior point.
@@ -147,11 +145,10 @@ class _Convex:
 
 
 def certified_bounds(problem: Problem) -> CertifiedBounds:
-    """Bounds of λ from feasible points of eqs (9) and (10), in space of cones of friction. Feasible:
-    equations to 1e-11 in units of the load and of the mean velocity, inequalities exactly. Where no point
-    lies inside the inequalities there may be no bound. The analysis' own check decides whether a scene
-    stands. HiGHS decides whether λ of a small scene is limited: in space by the sides inside the cones, so
-    that one which is not, by these, is by no law."""
+    """Bounds of λ from feasible points of eqs (9) and (10), in space of cones of friction: equations to 1e-11
+    in units of the load and of the mean velocity, inequalities exactly. Where no point lies inside these
+    there may be none. The analysis' own check decides whether a scene stands, HiGHS whether λ of a small one
+    is limited: in space by the sides inside the cones, so that one which is not, by these, is by no law."""
     from masonry_opt.standing.diagnosis import falling_mechanism  # with modelling languages, as above
 
     scaled = in_units_of_load(problem)

@@ -1,5 +1,4 @@
-"""``compare``: makes the runs that are missing, keeps each, judges all, and writes its files: results.csv,
-summary.csv, pictures, report.html."""
+"""``compare``: makes the runs that are missing, keeps each, judges all, writes tables, charts and a page."""
 
 import contextlib
 from collections import Counter
@@ -22,13 +21,11 @@ from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TI
 from masonry_opt.studies.writing import Journal, csv_text, digest, machine, versions, write_files
 
 _SCENE_TIME = 120.0  #: Seconds that the bounds of a scene may take at least.
-
 #: Defaults: the methods that take seconds on a wall of Table 1, the solvers of the package, a loose tolerance
 #: and the package's own.
 METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
 SOLVERS = ("clarabel", "highs", "highs-ipm")
 TOLERANCES = (1e-6, 1e-9)
-
 OUT = Path("results/compare")  #: Folder of results and report.
 
 
@@ -130,30 +127,25 @@ def run_plan(
     bounds, rows, interrupted = dict[str, CertifiedBounds](), list[dict[str, Any]](), False
     try:
         for scene in scenes:
-            # Without one there is no λ to bound.
-            may_have_one = scene.expected.get(judge.ASSOCIATIVE, judge.ANSWER) == judge.ANSWER
-            if may_have_one and (found := made.bounds(scene)):
+            if found := made.bounds(scene):
                 bounds[scene.name] = CertifiedBounds(**found)
         for row in made.runs(scenes, planned.pairs):
             rows.append(row)  # those before an interrupt stay
     except KeyboardInterrupt:
         interrupted = True
         notes.append("interrupted: the same command continues where it stopped")
-    if bent := sorted({row["scene"] for row in rows if row["crushing"] == "parabola"}):
+    results, best = pd.DataFrame(rows, columns=runs.COLUMNS), judge.lowest_exact(rows, known or {})
+    if bent := sorted({*results["scene"][results["crushing"] == "parabola"]}):
         parabola = "static and kinematic with a conic solver crush joints by the parabola"
         chords = "all other runs and the certified bounds by chords inside it"
         notes.append(f"{parabola}, {chords}: no error is given for the former on {', '.join(bent)}")
-    best = judge.lowest_exact(rows, known or {})
-    summary = judge.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
-    told = (row for row in rows if row["load_factor"] is not None)
-    coulomb = {row["scene"] for row in told if judge.question_of(row["method"]) == judge.COULOMB}
-    if bare := sorted(coulomb - {*best}):
+    summary = judge.summary(rows, bounds, best)
+    coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
+    if bare := sorted({*coulomb["scene"]} - {*best}):
         why = "none is known, and no run searches for one; have 'refined' or 'mpec' among the methods"
         notes.append(f"no gap to a low exact state is given on {', '.join(bare)}: {why}")
-    results = pd.DataFrame(rows, columns=runs.COLUMNS)
-    return judge.Comparison(
-        tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted
-    )
+    told = (bounds, best, results, summary, tuple(notes), interrupted)
+    return judge.Comparison(tuple(scenes), planned, limits, *told)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,4 @@
-"""Verdicts on runs, by their certificates and by what is known of their scenes (bounds, claims by hand, the
-lowest exact Coulomb state); and what a comparison found: medians, Pareto fronts, success."""
+"""Verdicts on runs, and what a comparison found: medians, Pareto fronts, success."""
 
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -19,7 +18,7 @@ from masonry_opt.files import image_source
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.runs import COLUMNS, RESIDUALS, CaseScene, RunLimits, RunPlan
-from masonry_opt.studies.runner import FINISHED, REFUSED
+from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 
 #: The kinds of answer that can be exact: in the loop's, sliding may contract.
@@ -31,13 +30,10 @@ ASSOCIATIVE, COULOMB = "associative", "Coulomb"
 #: Claims of an analysis on a scene: that it has a load factor, or why it has none. Every other end (not
 #: converged, solver failed, a limit) concerns the method alone.
 ANSWER = "answer"
-CLAIMS = (ANSWER, REFUSED, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
+CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
-#: Verdicts, best first. The first two are a success; only the first is drawn as a point of time and error.
-#: certified: a load factor whose certificate holds, not contradicted by what is known of the scene.
-#: named correctly: no load factor, and the right reason why the scene has none, or a proof that it has none.
-#: failed but said so: no answer (not converged, solver failed, a limit), or a reason that nobody can confirm.
-#: wrong: a load factor whose certificate fails, or that is known to be false, or a false reason.
+#: Verdicts, best first: the page says what they mean. The first two are a success; only the first is drawn as
+#: a point of time and error.
 CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
 VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
 
@@ -45,11 +41,9 @@ JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of what
 GAP_FLOOR = SAME  #: Gaps to the best exact Coulomb state below this count as none, and are drawn there.
 
 _PAIR = ["method", "model", "solver", "tolerance"]
-
 #: Numbers of a summary that are medians of the repeats.
 _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]
-
 #: Numbers of a run, and columns of a summary.
 _NUMBERS = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "load_factor", "bound", "joints", "blocks"]
 _SUMMARY = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error", "below"]
@@ -103,13 +97,11 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
     return best
 
 
-def known_claims(question: str, bounds: CertifiedBounds, expected: Mapping[str, str]) -> dict[str, bool]:
-    """Whether each claim is right, by bounds of the associative load factor, or as derived by hand (the
-    failure atlas); unknown ones are left out. The bounds decide the associative question. Coulomb's law has
-    the same states of equilibrium within yield: if the dead load has none, the scene does not stand; if their
-    load factors are bounded, λ is limited. It has other mechanisms, so nothing else follows."""
-    if question in expected:
-        return {claim: claim == expected[question] for claim in CLAIMS}
+def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
+    """Whether each claim is right, by bounds of the associative load factor; unknown ones are left out. The
+    bounds decide the associative question. Coulomb's law has the same states of equilibrium within yield: if
+    the dead load has none, the scene does not stand; if their load factors are bounded, λ is limited. It has
+    other mechanisms, so nothing else follows."""
     right: tuple[str, ...] = ()
     if bounds.unstable:
         right = (Status.UNSTABLE,)
@@ -120,7 +112,7 @@ def known_claims(question: str, bounds: CertifiedBounds, expected: Mapping[str, 
         right = (ANSWER,)
     elif bounds.unlimited:
         right = (Status.UNLIMITED, Status.LOCKED)
-    return {claim: claim in right for claim in CLAIMS if claim != REFUSED} if right else {}
+    return {claim: claim in right for claim in CLAIMS} if right else {}
 
 
 def question_of(method: str) -> str:
@@ -128,13 +120,18 @@ def question_of(method: str) -> str:
     return ASSOCIATIVE if METHODS[method].associative else COULOMB
 
 
-def judge(
-    row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown | None, expected: Mapping[str, str]
-) -> dict[str, Any]:
-    """Verdict and errors of one run, by name (see :func:`known_claims` for ``expected``). ``verdict``: one of
-    VERDICTS. ``reason``: why, in words; "" if it is certified. ``error``: relative distance of λ from the
-    middle of the bounds (half their width at least) or from the best exact Coulomb state (GAP_FLOOR at
-    least). ``below``: whether λ is below that state. A missing number is None.
+def claim_of(row: Mapping[Any, Any]) -> str:
+    """What a run claims of its scene: one of CLAIMS, or another end."""
+    if row["ended"] != FINISHED:
+        return row["ended"]
+    return row["status"] if pd.isna(row["load_factor"]) else ANSWER
+
+
+def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown | None) -> dict[str, Any]:
+    """Verdict and errors of one run, by name. ``verdict``: one of VERDICTS. ``reason``: why, in words; "" if
+    it is certified. ``error``: relative distance of λ from the middle of the bounds (half their width at
+    least) or from the best exact Coulomb state (GAP_FLOOR at least). ``below``: whether λ is below that
+    state. A missing number is None.
 
     The bounds are those with crushing by chords, and in space by cones: not applied to a run with the
     parabola; of one by the sides of cones the lower does not hold, nor that λ is unlimited.
@@ -142,8 +139,7 @@ def judge(
     question, bounds = question_of(row["method"]), bounds or CertifiedBounds()
     if row["crushing"] == "parabola" or (_by_sides(row) and not bounds.finite):
         bounds = CertifiedBounds()
-    known = known_claims(question, bounds, expected)
-    verdict, reason = _verdict(row, bounds, known)
+    verdict, reason = _verdict(row, bounds, _known_claims(question, bounds))
     load_factor, error, below = row["load_factor"], None, False
     if load_factor is not None and question == ASSOCIATIVE and bounds.finite:
         error = max(abs(_relative(load_factor, bounds.middle)), bounds.width / 2, 1e-16)
@@ -155,9 +151,9 @@ def judge(
 
 def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, bool]) -> tuple[str, str]:
     """The verdict, and why, in words; "" if it is certified."""
-    load_factor, ended = row["load_factor"], row["ended"]
-    claim = ended if ended != FINISHED else row["status"] if load_factor is None else ANSWER
-    said = ": ".join(map(str, filter(None, [row["status"] if ended == FINISHED else ended, row["message"]])))
+    load_factor, claim = row["load_factor"], claim_of(row)
+    end = row["status"] if row["ended"] == FINISHED else row["ended"]
+    said = f"{end}: {row['message']}" if row["message"] else str(end)
     if known.get(claim) is False:
         right = " or ".join(claim for claim in CLAIMS if known.get(claim))
         return WRONG, f"{said} (right: {right or 'not this'})"
@@ -198,19 +194,15 @@ def _relative(load_factor: float, to: float) -> float:
 
 
 def summary(
-    rows: Iterable[dict[str, Any]],
-    bounds: Mapping[str, CertifiedBounds],
-    best: Mapping[str, BestKnown],
-    expected: Mapping[str, Mapping[str, str]],
+    rows: Iterable[dict[str, Any]], bounds: Mapping[str, CertifiedBounds], best: Mapping[str, BestKnown]
 ) -> pd.DataFrame:
     """One row a scene and pair: medians of the repeats' times, and the worst verdict of the repeats.
-    ``bounds``, ``best`` and ``expected`` are by scene name (see :func:`judge`). ``time``: seconds of
-    the solve without the parts that all pairs share: reading the scene, checking its dead load."""
+    ``bounds`` and ``best`` are by scene name. ``time``: seconds of the solve without the parts that all pairs
+    share: reading the scene, checking its dead load."""
     judged = []
     for row in rows:
         shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
-        scene = row["scene"]
-        verdict = judge(row, bounds.get(scene), best.get(scene), expected.get(scene, {}))
+        verdict = judge(row, bounds.get(row["scene"]), best.get(row["scene"]))
         judged.append(row | {"time": row["wall"] - shared} | verdict)
     frame = pd.DataFrame(judged, columns=[*COLUMNS, "time", *JUDGED])
     frame["pair"] = frame["method"] + " · " + frame["model"] + " · " + frame["solver"]

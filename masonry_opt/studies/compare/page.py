@@ -1,5 +1,4 @@
-"""The report of a comparison: its charts, and one HTML file that needs no network, with load factors by scene
-and method, the charts, and tables."""
+"""The page of a comparison, an HTML file that needs no network: load factors, charts, tables."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,11 +21,8 @@ from masonry_opt.words.sentences import numeral
 #: Columns of the table of runs.
 _RUNS = ["scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"]
 _RUNS += ["iterations", "lp_solves", "peak_memory", "blocks", "joints", *RESIDUALS]
-
-#: Letters of runs that are not certified, by their verdict or the limit that ended them.
+#: Letters of runs that are not certified, by verdict or limit, and what they mean where that is another.
 _LETTERS = {TIME_LIMIT: "T", MEMORY_LIMIT: "M", judge.WRONG: "W", judge.NAMED: "N", judge.FAILED: "F"}
-
-#: What they stand for where that is not their key.
 _MEANS = {"N": "no load factor, and the right reason why"}
 
 #: By question: the error's name in a title, and at its axis.
@@ -34,10 +30,8 @@ _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
     judge.COULOMB: ("gap to the best exact state", "relative gap to the best exact state known"),
 }
-
 _GREY = "#777777"  #: Of what stands behind the marks.
 _STEPS = 7  #: Most steps between the ticks of a logarithmic axis.
-
 #: Columns in the tooltip of a mark, and their names there.
 _TOLD = ("scene", "pair", "tolerance", "verdict", "reason", "error", "yield", "iterations")
 _RENAMED = {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
@@ -54,8 +48,7 @@ def charts(summary: pd.DataFrame) -> list[NamedChart]:
 
 
 def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
-    """Time against error, a panel a scene that has any; runs that are not certified are letters in a band at
-    the top."""
+    """Time against error, a panel a scene that has any; runs not certified are letters in a band on top."""
     summary = summary.assign(engine=summary["model"] + " · " + summary["solver"])
     rows = summary[summary["question"] == question]
     rows = rows[rows["scene"].isin(rows["scene"][rows["error"].notna()])]

@@ -1,11 +1,10 @@
-"""What a comparison runs: its scenes, which are case files, its pairs of a method and a solver; one run, and
-its row of results."""
+"""What a comparison runs: case files by pairs of a method and a solver; one run, and its row of results."""
 
 import contextlib
 import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -23,21 +22,15 @@ from masonry_opt.studies.runner import TaskEnd
 from masonry_opt.studies.writing import digest
 
 _NAMING = {"title", "source", "reference"}  #: Keys of a scene that do not change an answer.
-
 #: Columns that identify a run: a run with an equal key is not made again.
 KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
-
 RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
-
 _WORDS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
-_SECONDS = tuple(f"{part}_seconds" for part in PARTS)
-_COUNTS = ("lp_solves", "nlp_solves", "iterations", "blocks", "joints")
-_SIZE = ("rows", "columns", "nonzeros")
-
 #: Columns of results.csv: λ and its certificate, seconds, memory in MB, counts, and the limits of the run.
 #: ``wall`` is the solve by the clock; of a run that did not finish, the time of its process.
-COLUMNS = (*KEY, *_WORDS, "load_factor", "bound", *RESIDUALS, "wall", *_SECONDS, "peak_memory", *_COUNTS)
-COLUMNS += (*_SIZE, "time_limit", "memory_limit")
+COLUMNS = (*KEY, *_WORDS, "load_factor", "bound", *RESIDUALS, "wall", *(f"{part}_seconds" for part in PARTS))
+COLUMNS += ("peak_memory", "lp_solves", "nlp_solves", "iterations", "blocks", "joints")
+COLUMNS += ("rows", "columns", "nonzeros", "time_limit", "memory_limit")
 
 _OWN_LIMIT = 0.8  #: Share of a run's time limit that a method with a time limit of its own is given.
 _WARM_UP = Path("gilbert", "two_blocks.toml")  #: A case file of two blocks.
@@ -59,8 +52,6 @@ class CaseScene:
     name: str  #: folder and stem of its case file, such as "ferris_tinloi/wall_1"
     path: Path
     content: str  #: hash of its numbers (see :func:`content_of`)
-    #: Claims known by hand, by question (see :func:`~.judge.known_claims`).
-    expected: Mapping[str, str] = field(default_factory=dict)
 
 
 def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
@@ -83,15 +74,8 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 def content_of(scene: Scene) -> str:
     """Hash of what a scene's answer depends on, 12 hexadecimal digits. Keys at their defaults do not count: a
-    key that a later version adds changes no hash. A live load given as a multiple of the block's weight has
-    the hash of its force."""
-    keys = scene.model_dump(exclude=_NAMING, exclude_defaults=True)
-    # Not beside loads: one may give another weight, which the multiple follows.
-    for block in [] if scene.loads else keys["blocks"]:
-        if "weight" in block and "live" not in block and (times := block.pop("live_per_weight", None)):
-            block["live"] = tuple(part * block["weight"] for part in times)
-            block |= {"live_at": block["weight_at"]} if "weight_at" in block else {}
-    return digest(keys)[:12]
+    key that a later version adds changes no hash."""
+    return digest(scene.model_dump(exclude=_NAMING, exclude_defaults=True))[:12]
 
 
 def _path(case: str | Path, folder: Path) -> Path:
@@ -109,7 +93,7 @@ def _path(case: str | Path, folder: Path) -> Path:
     return files[named[0]]
 
 
-@dataclass(frozen=True, order=True)
+@dataclass(frozen=True)
 class Pair:
     """A method and the solver it runs with, at one tolerance (None: the method's or solver's own)."""
 
@@ -141,8 +125,7 @@ def plan(
         find_solver(LANGUAGES[0], None, tolerance)  # refuses what is out of range
     pairs: list[Pair] = []
     left_out: list[tuple[str, str, str, str]] = []
-    combinations = [(one, *rest) for one in methods for rest in _combinations(one, models, solvers)]
-    for combination in combinations:
+    for combination in ((one, *rest) for one in methods for rest in _combinations(one, models, solvers)):
         try:
             how = HowToSolve(*combination)
         except OptionError as error:
@@ -169,27 +152,21 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     """Solve a case file on one core; returns the columns that the result gives. A first solve of two blocks
     is not timed: libraries load parts of themselves at the first use."""
     _take_one_core()
-    chosen: dict[str, Any] = {"model": pair.model, "solver": pair.solver, "tolerance": pair.tolerance}
-    method = METHODS[pair.method]
-    limited = method.options and "time_limit" in method.options.model_fields
+    # Without the load to expect: the time measured is the method's own.
+    chosen, own = asdict(pair) | {"expected": False}, METHODS[pair.method].options
+    limited = own and "time_limit" in own.model_fields
     options: dict[str, Any] = {"time_limit": _OWN_LIMIT * time_limit} if limited else {}
     with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):
-        small = case_folder() / _WARM_UP  # a solver that fails here fails again below, where it counts
-        if method.own_tolerances:
-            for model in LANGUAGES:
-                solve(small, "static", model=model)
-        else:
-            solve(small, pair.method, **chosen)
+        # A solver that fails here fails again below, where it counts.
+        solve(case_folder() / _WARM_UP, **chosen)
     start = time.perf_counter()
-    # Without the load to expect: the time measured is the method's own.
-    result = solve(path, pair.method, expected=False, **chosen, **options)
+    result = solve(path, **chosen, **options)
     wall = time.perf_counter() - start
     told = result.as_dict()
-    same = ("status", "kind", "crushing", "friction_law", "message", "load_factor", "bound", *_COUNTS)
-    row = {name: told[name] for name in same} | {name: told["size"].get(name) for name in _SIZE}
-    row |= {f"{part}_seconds": seconds for part, seconds in told["seconds"].items()}
-    row |= told["certificate"] or {}
-    return row | {"existence": (told["infeasibility"] or {}).get("existence", ""), "wall": wall}
+    told |= {f"{part}_seconds": seconds for part, seconds in told["seconds"].items()}
+    told |= told["size"] | (told["certificate"] or {}) | {"wall": wall}
+    told["existence"] = (told["infeasibility"] or {}).get("existence", "")
+    return {name: told[name] for name in COLUMNS if name in told}
 
 
 def bound_scene(path: Path) -> dict[str, float]:
@@ -206,7 +183,6 @@ def _take_one_core() -> None:
 def row_of(key: Mapping[str, Any], end: TaskEnd, limits: RunLimits) -> dict[str, Any]:
     """The row of a run, by COLUMNS."""
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "")
-    row |= {"message": end.reason, "wall": end.seconds}
-    row |= {name: value for name, value in (end.value or {}).items() if name in COLUMNS}
+    row |= {"message": end.reason, "wall": end.seconds} | (end.value or {})
     row |= {"message": " ".join(row["message"].split()), "ended": end.how, "peak_memory": end.peak}
     return row | dict(key) | {"time_limit": limits.time, "memory_limit": limits.memory}

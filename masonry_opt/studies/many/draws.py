@@ -40,10 +40,8 @@ class Distribution(NamedTuple):
 
 def distribution(name: str, given: Any) -> Distribution:
     """The distribution of a number, as given to :func:`~.sample.sample`. A standard deviation above the mean,
-    unless that is zero, must be a share of it.
-
-    Raises OptionError if it is none, or a value is out of range; the message names the number.
-    """
+    unless that is zero, must be a share of it. Raises OptionError, with the number's name, if it is none, or
+    a value is out of range."""
     of = f"distribution of '{name}'"
     if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
         kind = getattr(getattr(given, "dist", None), "name", type(given).__name__)
@@ -63,10 +61,8 @@ def distribution(name: str, given: Any) -> Distribution:
 
 
 def lognormal(mean: float, deviation: float) -> Any:
-    """The lognormal distribution with this mean and standard deviation.
-
-    Its logarithm has the variance v = ln(1 + (deviation / mean)²) and the mean ln(mean) − v / 2.
-    """
+    """The lognormal distribution with this mean and standard deviation: its logarithm has the variance
+    v = ln(1 + (deviation / mean)²) and the mean ln(mean) − v / 2."""
     variance = math.log1p((deviation / mean) ** 2)
     return stats.lognorm(math.sqrt(variance), scale=mean * math.exp(-variance / 2))
 
@@ -80,10 +76,7 @@ _FROZEN = {
 
 
 def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
-    """Name and distribution of a text such as ``joints.friction=lognormal:0.65:15%``.
-
-    Raises OptionError if it has not these parts.
-    """
+    """Name and distribution of a text such as ``joints.friction=lognormal:0.65:15%``; else OptionError."""
     name, equals, words = text.partition("=")
     parts = [_read(part.strip()) for part in words.split(":")]
     if not equals or not name.strip() or len(parts) != 3:
@@ -120,8 +113,7 @@ def _deviation(value: Any, mean: float, of: str) -> float:
 
 
 class DrawnColumn(NamedTuple):
-    """One column of the table of values drawn: of a number by name, for the joints between these pairs of
-    blocks; without pairs for the scene."""
+    """A column of values drawn: of a number by name, for joints between pairs of blocks, or for the scene."""
 
     name: str
     of: str
@@ -132,9 +124,7 @@ class Draws:
     """The numbers drawn for a scene, and the scenes that they make.
 
     A course consists of the joints whose middles lie at one height (against gravity). A joint whose exception
-    gives the property keeps it.
-
-    Raises OptionError if an argument of :func:`~.sample.sample` is wrong, CaseError if the scene is wrong.
+    gives the property keeps it. Raises OptionError or CaseError, as :func:`~.sample.sample`.
     """
 
     def __init__(self, scene: Scene, distributions: Mapping[str, Any], by: str) -> None:
@@ -197,10 +187,7 @@ class Draws:
             raise OptionError(f"'{name}': {why}; take a distribution without such values, {such}") from None
 
     def scene(self, values: Mapping[str, float]) -> Scene:
-        """The scene of a run, its values by the names of the columns.
-
-        Raises CaseError if a value is out of range, or dilatancy exceeds friction.
-        """
+        """The scene of a run, its values by the names of the columns; CaseError if it refuses one."""
         scene = self._parameters.at({c.name: values[c.name] for c in self.columns if not c.pairs})
         if not any(c.pairs for c in self.columns):
             return scene

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import brentq
 
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.answer import Certificate
@@ -152,7 +153,8 @@ Tried = Callable[[Trial], None]  #: Called with every trial.
 TOLERANCE = 1e-6  #: Distance of the two ends of the answer, relative to their value.
 SAMPLES = 5  #: Values between the ends that are tried before the search: they may show several thresholds.
 _OF_RANGE = 1e-3  #: Share of the range to which the tolerance applies at least: the threshold may be zero.
-_SLOW = 2  #: Steps of false position that do not halve the interval before bisection takes over.
+_FINEST = 4 * np.finfo(float).eps  #: Least tolerance that Brent's method takes.
+_MOST_STEPS = 1000  #: Of it; it takes some 30 where it bisects.
 
 
 def least(
@@ -294,31 +296,21 @@ class _Search:
         return number, result.certificate, result
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Bring the ends together, by false position (Illinois: an end that stays counts half) while it
-        converges fast, else by bisection."""
-        weight = {True: 1.0, False: 1.0}
-        slow = 0
-        while True:
-            gap = fails.value - holds.value
-            near = tolerance * max(abs(holds.value), abs(fails.value), least_size)
-            if abs(gap) <= near:
-                return holds, fails
-            above = weight[True] * (holds.number - self.asked)
-            below = weight[False] * (fails.number - self.asked)
-            share = 0.5
-            if slow < _SLOW and math.isfinite(above) and math.isfinite(below) and above > below:
-                # At least half the tolerance from either end, so that a root next to one is soon enclosed.
-                aside = 0.5 * near / abs(gap)
-                share = min(max(above / (above - below), aside), 1 - aside)
-            value = holds.value + share * gap
-            if value in self.trials:  # no number lies between
-                return holds, fails
-            trial = self.at(value)
-            stays = not trial.holds
-            weight[stays] = weight[stays] / 2 if weight[not stays] == 1 else 1.0
-            weight[not stays] = 1.0
-            holds, fails = (trial, fails) if trial.holds else (holds, trial)
-            slow = 0 if abs(fails.value - holds.value) <= 0.5 * abs(gap) else slow + 1
+        """Bring the ends together, by Brent's method."""
+        ends = {True: holds, False: fails}
+        size = max(1.0, abs(self.asked))
+
+        def beyond(value: float) -> float:
+            trial = self.trials.get(value) or self.at(value)
+            ends[trial.holds] = trial
+            # Never zero, at which the search would end with one end, nor infinite.
+            far = np.clip(abs(trial.number - self.asked), LOWER * size, size)
+            return float(far if trial.holds else -far)
+
+        # It ends closer than the sum of both.
+        of_size, of_value = tolerance / 2 * least_size, max(tolerance / 2, _FINEST)
+        brentq(beyond, holds.value, fails.value, xtol=of_size, rtol=of_value, maxiter=_MOST_STEPS)
+        return ends[True], ends[False]
 
     def _jump(self, holds: Trial, fails: Trial) -> tuple[float, float] | None:
         known = [abs(trial.number) for trial in self.trials.values() if math.isfinite(trial.number)]

@@ -56,12 +56,8 @@ class Parameters:
                 raise OptionError(f"'{name}' and '{other}' say the same of one thing: vary one of them")
 
     def at(self, values: Mapping[str, float]) -> Scene:
-        """The scene with other values of its numbers.
-
-        Blocks are the same objects as long as joint properties alone change.
-
-        Raises OptionError if a name is unknown, CaseError if the values make no scene.
-        """
+        """The scene with other values of its numbers; the blocks are the same objects as long as joint
+        properties alone change. Raises OptionError if a name is unknown, CaseError if it is no scene."""
         self.check_names(values)
         of_joints = {name: value for name, value in values.items() if is_of_joints(name)}
         others = {name: value for name, value in values.items() if name not in of_joints}

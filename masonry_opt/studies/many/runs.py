@@ -52,13 +52,11 @@ RunProgress = Callable[[int, int], None]  #: Called with how many runs are done,
 _TABLE = "runs.csv"  #: The table's name in a study's folder, and what to do where it must not be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
-
 _kept = threading.local()  #: Of a worker's thread: how the scenes of its study are solved, and its session.
 
 
 class Study(NamedTuple):
-    """What all runs share: how they are solved, and what makes a scene of values, from a scene or by
-    itself."""
+    """What all runs share: how they are solved, and what makes a scene of values, from one or by itself."""
 
     how: HowToSolve
     make: Callable[[Mapping[str, float]], Scene]
@@ -66,8 +64,7 @@ class Study(NamedTuple):
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve a scene of a study, of whose pickled record each thread of a worker keeps a session; returns
-    its columns."""
+    """Columns of a scene, solved; of a study's pickled record each thread of a worker keeps a session."""
     if getattr(_kept, "how", None) != how:
         _kept.how, _kept.session = how, Session(pickle.loads(how), Kept(keeps=True))
     return columns(*_kept.session.answer(scene, lambda _: None, Effort()))
@@ -136,8 +133,7 @@ def _journal(folder: Path, force: bool, study: Study, points: Sequence[Mapping[s
 
 
 def framed(rows: Sequence[Mapping[str, Any]], before: Iterable[str] | Mapping[str, str]) -> pd.DataFrame:
-    """Rows of runs as a frame: columns of these names, numbers if no types are given, then COLUMNS. No zero
-    has a sign."""
+    """Rows of runs as a frame: columns of these names, numbers if no types are given, then COLUMNS."""
     types = (dict(before) if isinstance(before, Mapping) else dict.fromkeys(before, "float64")) | COLUMNS
     return unsigned(pd.DataFrame(rows, columns=[*types]).astype(types))
 

@@ -37,13 +37,12 @@ class DeadLoadMargin(NamedTuple):
 
 
 def standing(scene: Scene) -> DeadLoadMargin:
-    """How a scene stands under its dead load alone, without its live loads.
+    """How a scene stands under its dead load alone. Raises CaseError if the scene is wrong, NoLoadFactorError
+    if it cannot be decided whether it stands.
 
     The margin is the load factor λ of a live load that takes a median block weight off the normal force of
     every joint: eq. (9) with the live load B e, where e has one in place of each normal force. It is the
     greatest amount by which all normal forces exceed what shear and moment need.
-
-    Raises CaseError if the scene is wrong, NoLoadFactorError if it cannot be decided whether it stands.
     """
     assembly, effort, solver = assemble(scene), Effort(), find_solver("cvxpy", None)
     problem, certificate = assembly.problem, None

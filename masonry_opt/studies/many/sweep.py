@@ -85,10 +85,8 @@ def sweep(
 
 
 def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
-    """All combinations, the last name's values changing fastest.
-
-    Raises OptionError if there is nothing to vary, or a value is no number.
-    """
+    """All combinations, the last name's values changing fastest. Raises OptionError if there are none, or a
+    value is no number."""
     if not isinstance(vary, Mapping) or not vary:
         raise OptionError("vary must be values by name, such as {'joints.friction': [0.3, 0.4]}")
     axes: list[list[float]] = []
