@@ -4,11 +4,8 @@ from math import ceil, floor, log10
 
 
 def printable(text: str) -> str:
-    """The text with everything but printable characters and line ends written as escapes.
-
-    What a case file or a path contains must not move a terminal's cursor, colour it, turn its
-    direction of writing round, or fail to be encoded.
-    """
+    """The text with everything but printable characters and line ends written as escapes: what a case file
+    or path holds must not move a terminal's cursor, colour it, turn writing round, or fail to be encoded."""
     return "".join(one if one == "\n" or one.isprintable() else ascii(one)[1:-1] for one in text)
 
 
@@ -33,10 +30,9 @@ class MasonryError(Exception):
 
 
 class CaseError(MasonryError, ValueError):
-    """A case file or scene is wrong; the message names the file, the key or block, and the remedy.
+    """A case file or scene is wrong; the message names the file, the key or block, and the remedy."""
 
-    It is a ValueError too, so that a record built inside one of pydantic's validators is refused there.
-    """
+    # A ValueError too, so that a record built inside one of pydantic's validators is refused there.
 
 
 class OptionError(MasonryError):

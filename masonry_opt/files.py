@@ -63,10 +63,8 @@ def writing(path: Path, kept: str = "") -> Iterator[None]:
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
-    """Write a file so that a reader sees the old content or the new, never a part.
-
-    Raises OSError if the folder is missing, full or cannot be written; the old file then stands.
-    """
+    """Write a file so that a reader sees the old content or the new, never a part. Raises OSError if the
+    folder is missing, full or cannot be written; the old file then stands."""
     path = Path(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
     # A name of its own for every writer: of two that write at once, the last to end is kept whole.
@@ -96,10 +94,7 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
 
 
 def refuse_replacing(path: Path, force: bool = False) -> None:
-    """Raise OptionError if a file stands there that does not bear this package's mark, unless ``force``.
-
-    An empty file, as a temporary one is, holds nothing that could be lost.
-    """
+    """Raise OptionError if a file that holds something bears no mark of this package, unless ``force``."""
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
         unmarked = f"is there already, and does not bear the mark of what {WRITER} writes"
         instead = "choose another name, or replace it with --force (in Python: force=True)"

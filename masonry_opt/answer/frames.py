@@ -64,8 +64,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
-    """A row a contact point of a scene in space: its joint and blocks, forces and rates (NaN without forces,
-    or mechanism); None in the plane."""
+    """A row a contact point in space: its joint and blocks, forces and rates, as of joints; else None."""
     if assembly.scene.dimension == 2:
         return None
     joints, problem, (q, u, _) = assembly.joints, assembly.problem, _known(assembly, solution)

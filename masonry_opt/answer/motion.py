@@ -22,8 +22,7 @@ class JointMotion:
 
     slides: np.ndarray  #: joints that slip while they touch, and do not crush, shape (joints,)
     hinges: np.ndarray  #: joints that open about one edge, or about what touches of them, shape (joints,)
-    #: That edge, or corner, where ``hinges``; in space the middle of the contact points that touch; shape
-    #: (joints, 2) or (joints, 3).
+    #: That edge, or corner; in space the middle of the points that touch; shape (joints, 2) or (joints, 3).
     hinge: np.ndarray
     separates: np.ndarray  #: joints that open along their whole length, or at all points, shape (joints,)
     crushes: np.ndarray  #: joints of limited strength whose edges come nearer, shape (joints,)
@@ -32,12 +31,10 @@ class JointMotion:
 def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = None) -> JointMotion:
     """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
 
-    What contacts give elastically, where they do, is no such motion, nor is opening by the answer's flow
-    rule hinging or separating. Motions are beside a speed, by default that of the mechanism's fastest corner.
-    Without force one that opens in the middle while an edge stays hinges about it, or separates if it slips.
-
-    In space a joint slides if one of its contact points slips while it touches, hinges if it opens more at
-    some points than at others that touch, and separates if none touches.
+    Neither what contacts give elastically nor opening by the answer's flow rule counts. Motions are beside a
+    speed, by default that of the mechanism's fastest corner. Without force a joint that opens in the middle
+    while an edge stays hinges about it, or separates if it slips. In space a joint slides if a contact point
+    slips while it touches, hinges if it opens more at some points than at others that touch.
     """
     assert solution.d is not None
     problem, joints = assembly.problem.by(solution.found.forms), assembly.joints

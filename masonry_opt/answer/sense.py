@@ -32,8 +32,7 @@ _OTHER_UNITS = 300.0
 #: size below the weight: it is often a unit force.)
 _NO_FORCE = 3000.0
 
-#: Share of a block's size (the root of its area or volume) by which a force may act outside of it:
-#: coordinates are rounded.
+#: Share of a block's size (root of its area or volume) by which forces may act outside of it, for rounding.
 _OUTSIDE = 0.02
 
 _ROUNDING = 1e-9  #: Share of a block's weight up to which a difference of forces is rounding.
@@ -102,8 +101,7 @@ def _blocks(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Corners on edges that press where joints have a strength, which limits no force without a length; none
-    in space, where joints have no strength."""
+    """Corners on edges, in the plane, that press where joints have a strength, which does not limit them."""
     problem, joints = assembly.problem, assembly.joints
     limited = np.flatnonzero((joints.extent == 0) & np.isfinite(joints.strength))
     if solution is None or not len(limited):
@@ -202,8 +200,7 @@ def _weights(assembly: Assembly) -> list[Reason]:
 def _differing(
     assembly: Assembly, code: Code, ratio: np.ndarray, most: tuple[float, float], **values: str
 ) -> list[Reason]:
-    """A reason that names the blocks whose ratio, shape (b,), exceeds the first of the most, or is less than
-    one over the second, the one that is most off first."""
+    """A reason naming blocks whose ratio exceeds ``most[0]``, or its inverse ``most[1]``, most off first."""
     (above, below), off = most, np.abs(np.log(ratio))
     order = np.argsort(-off, kind="stable")
     differ = order[((ratio > above) | (ratio < 1 / below))[order]]

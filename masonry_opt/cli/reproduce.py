@@ -13,7 +13,7 @@ import typer
 from matplotlib.figure import Figure
 
 from masonry_opt.cli.command import Given, command
-from masonry_opt.drawing.figure import replace_missing, style
+from masonry_opt.drawing.figure import boxes, style
 from masonry_opt.errors import NoLoadFactorError, OptionError
 from masonry_opt.files import picture_metadata, refuse_unwritable, writing
 from masonry_opt.solvers.registry import find_entry
@@ -97,9 +97,8 @@ def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
 
 def _pictures(figure: Figure, name: str) -> dict[str, bytes]:
     """PNG and SVG of a figure, by file name; the same to the last byte from run to run."""
-    replace_missing(figure)
     png, svg = io.BytesIO(), io.BytesIO()
-    with style():
+    with style(), boxes():
         figure.savefig(png, format="png", dpi=150, metadata=picture_metadata("png"))
         figure.set_layout_engine("none")  # laid out: the next kind looks the same
         figure.savefig(svg, format="svg", dpi=150, metadata=picture_metadata("svg"))

@@ -18,15 +18,13 @@ JOINT, GAP, MARKED = BLUE, VERMILION, REDDISH_PURPLE
 #: Blocks, supports and their hatching, outlines at rest.
 BLOCK, FIXED, HATCH, AT_REST = "#F2E2C4", "#D9D9D9", "#8A8A8A", "#BBBBBB"
 
-#: Forces: what joints carry, and in space each of their contact points; what λ scales, weights, and dead
-#: loads beside them.
+#: Forces: of joints, in space of their contact points too; what λ scales, weights, dead loads beside them.
 THRUST, AT_POINT, LIVE, DEAD, FURTHER_DEAD = BLUE, REDDISH_PURPLE, BLACK, "#6B6B6B", SKY_BLUE
 
 FILL, STRUT = "#8C6B3F", "#4D4D4D"  #: Earth; ties and props.
 IDLE = "#A8A8A8"  #: Joints that carry nothing.
 
-#: Utilisation from 0 to 1 in steps of a tenth, yellow to dark blue: matplotlib's "viridis_r", which
-#: colour-blind readers can tell apart, and readers of grey prints.
+#: Utilisation from 0 to 1 in tenths: matplotlib's "viridis_r", for the colour-blind and for grey prints too.
 UTILISATION = (
     *("#FDE725", "#B5DE2B", "#6ECE58", "#35B779", "#1F9E89"),
     *("#26828E", "#31688E", "#3E4989", "#482878", "#440154"),

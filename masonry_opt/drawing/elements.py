@@ -23,15 +23,13 @@ KINDS = ("mechanism", "thrust", "utilisation")  #: Kinds of pictures of a result
 
 FULL = 0.1  #: Share of the scene's size by which the fastest corner of a full motion has moved.
 START = 0.6  #: The share of a full motion that pictures show, and pages show first.
-_MARGIN = 0.07  #: Share of that size free round the movable blocks.
-_PAD = 0.02  #: The same round what moves or acts on them.
-_TEXT = 0.15  #: The same for the text beside a bar.
+#: Shares of that size free round the movable blocks, round what moves or acts on them, for a bar's text.
+_MARGIN, _PAD, _TEXT = 0.07, 0.02, 0.15
 
 
 @dataclass(frozen=True)
 class Elements:
-    """A scene, or a result, as it is drawn. Points and motions are relative to the geometry's origin, in the
-    case's unit of length."""
+    """A scene, or a result, as it is drawn, relative to the geometry's origin, in the case's units."""
 
     assembly: Assembly  #: of the scene; its polygons, or solids, are the blocks
     heading: str  #: a line below the scene's title
@@ -68,13 +66,11 @@ class Elements:
         return [*self.layers.get(kind, ()), *(self.loads if kind in ("scene", "mechanism") else ())]
 
     def box(self, marks: Iterable[Marks], share: float) -> np.ndarray:
-        """Lower left and upper right of what is shown, shape (2, 2): movable blocks and marks, at rest and
-        after a share of the full motion. Supports may reach beyond."""
-        shapes, size = self.assembly.geometry.polygons, size_of(self.assembly)
-        corners, block = shapely.get_coordinates(shapes, return_index=True)
-        own = np.isin(block, self.assembly.movable)
-        corners, block = corners[own], block[own]
-        points = [moved(corners, share * self.motion[block])]
+        """Lower left and upper right of movable blocks and marks, at rest and moved by a share."""
+        movable, size = self.assembly.movable, size_of(self.assembly)
+        shapes = self.assembly.geometry.polygons[movable]
+        corners, number = shapely.get_coordinates(shapes, return_index=True)
+        points = [moved(corners, share * self.motion[movable][number])]
         for each in marks:
             points += [each.moved(when).reshape(-1, 2) for when in (0.0, share)]
             if each.text:
@@ -129,8 +125,7 @@ def _still(assembly: Assembly) -> np.ndarray:
 
 
 def motion_of(assembly: Assembly, d: np.ndarray, full: np.ndarray) -> np.ndarray:
-    """Displacements d, shape (3b,), as motions of the scene's blocks, as ``moved`` takes them, to the scale
-    in which others are a full motion."""
+    """Displacements d, shape (3b,), as motions of the scene's blocks, to the scale that makes others full."""
     problem, motion = assembly.problem, _still(assembly)
     centroid = assembly.geometry.centroid[assembly.movable]
     d = FULL * size_of(assembly) / fastest(assembly, full) * d

@@ -1,10 +1,10 @@
-"""A figure fitted to its scene, marks and what its legend says of them, the files it is written to; and
-charts of λ over displacement."""
+"""Figures fitted to their scenes, marks and legends, their files, and charts of λ over displacement."""
 
 import io
 import textwrap
-from collections.abc import Callable, Sequence
-from functools import cache
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
-from matplotlib.text import Text
 
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.reasons import Code
@@ -37,10 +35,6 @@ _WIDTH, _TALLEST = 6.0, 6.5  #: Inches: widest and tallest axes.
 _BESIDE, _ABOVE = 0.5, 0.7  #: Inches free beside and above them.
 _ALONG, _BAR, _LINE = 0.55, 0.6, 0.22  #: Inches below, of words along them, a colour bar, a line of legend.
 _NOTE, _ROW = 95, 60  #: Characters in a line of a note, and in a legend of one line.
-
-#: What is drawn for each letter that a font lacks, of which matplotlib would warn, and what is said of it.
-_BOX = "\N{WHITE SQUARE}"
-NOTE = f"{_BOX}: a letter that the font of pictures does not have; matplotlib.rcParams['font.family'] sets it"
 
 _NAME, _LETTER = 8.0, 0.62  #: Largest size of letters of block names in points, their width over height.
 
@@ -61,8 +55,7 @@ _HIGH = 0.6  #: Height of the axes over their width.
 _UNDER, _OVER = 0.2, 0.06  #: How far they reach below zero and beyond the highest line, over that.
 _FAR = 2.0  #: A load factor so many times the curve's highest is told in the legend alone.
 
-#: Of joints that start to move, by column: a word, colour, marker and its size, and how high in the axes
-#: their numbers stand.
+#: Of joints that start to move, by column: word, colour, marker and its size, height of numbers in the axes.
 _STARTS = {
     "starts_sliding": ("slide", SLIDES, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGES, "o", 6.0, 0.025),
@@ -74,7 +67,8 @@ class Picture(Figure):
 
     def savefig(self, fname: Any, **given: Any) -> None:
         """Write the figure with what stands beside its axes; as matplotlib does otherwise."""
-        super().savefig(fname, **{"bbox_inches": "tight"} | given)
+        with boxes():
+            super().savefig(fname, **{"bbox_inches": "tight"} | given)
 
     def image(self, kind: str) -> bytes:
         """The file's content, in one of ``FORMATS``."""
@@ -102,6 +96,14 @@ def style() -> Any:
     return mpl.rc_context({"font.size": 10, "svg.hashsalt": "masonry_opt", "hatch.linewidth": 0.6})
 
 
+@contextmanager
+def boxes() -> Iterator[None]:
+    """Context in which boxes stand for letters that a font lacks, without matplotlib's warning of each."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph .* missing from|Matplotlib currently does not support")
+        yield
+
+
 def entitle(axes: Axes, title: str, heading: str) -> None:
     """Write a title, which may hold dollar signs, and a line below it."""
     axes.set_title(f"{textwrap.fill(title, 60)}\n{heading}", parse_math=False)
@@ -109,8 +111,7 @@ def entitle(axes: Axes, title: str, heading: str) -> None:
 
 def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:
     """Size the figure so that the axes have their own proportions, or those of what fills them."""
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    filled = 1.0 if axes.name == "polar" else (top - bottom) / (right - left)
+    filled = 1.0 if axes.name == "polar" else np.ptp(axes.get_ylim()) / np.ptp(axes.get_xlim())
     slope = axes.get_box_aspect() or filled
     tall = min(_WIDTH * slope, _TALLEST)
     wide = tall / slope
@@ -130,10 +131,7 @@ def finish(
     letters = sum(len(str(handle.get_label())) for handle in handles)
     columns = 4 if len(handles) <= 4 and letters <= _ROW else 3
     rows = -(-len(handles) // columns)
-    said = [boxed(printable(note)) for note in notes]
-    if replace_missing(figure) or said != [*map(printable, notes)]:
-        said.append(NOTE)
-    lines = [line for note in said for line in textwrap.wrap(note, _NOTE)]
+    lines = [line for note in notes for line in textwrap.wrap(printable(note), _NOTE)]
     along = _ALONG if axes.axison else 0.1
     at_legend = along + (_BAR if colours is not None else 0.0)
     at_notes = at_legend + rows * _LINE + 0.1
@@ -182,8 +180,7 @@ def _line(marks: Marks) -> dict[str, Any]:
 
 
 def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float, **look: Any) -> None:
-    """Write a block's name at a point, in letters of a size in points, with a white rim of so many times
-    that."""
+    """Write a block's name at a point, in letters so many points high, with a white rim over that height."""
     # To find in a layout what room thousands take is slow.
     look |= {"fontsize": letters, "ha": "center", "zorder": 7, "parse_math": False, "in_layout": False}
     written = axes.annotate(printable(name), (at[0], at[1]), **look)
@@ -193,8 +190,7 @@ def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float
 
 def points_in_unit(axes: Axes) -> float:
     """Points of a printed picture in a unit of the axes, whose size must be set."""
-    left, right = axes.get_xlim()
-    return 72 / axes.figure.dpi * axes.bbox.width / (right - left)
+    return float(72 / axes.figure.dpi * axes.bbox.width / np.ptp(axes.get_xlim()))
 
 
 def letters_in(name: str, wide: float) -> float:
@@ -215,34 +211,6 @@ def _handle(label: str, alike: list[Marks]) -> Line2D:
     return handle
 
 
-def boxed(text: str, font: FontProperties | None = None) -> str:
-    """The text with a box for each letter that a font (the usual one), and those after it, lack."""
-    if text.isascii():
-        return text
-    font, known = font or FontProperties(), {ord("\n")}
-    for family in font.get_family():
-        own = font.copy()
-        own.set_family(family)
-        known |= _letters(findfont(own))
-    return "".join(letter if ord(letter) in known else _BOX for letter in text)
-
-
-@cache
-def _letters(path: str) -> frozenset[int]:
-    """The letters of a font's file, as code points."""
-    return frozenset(get_font(path).get_charmap())
-
-
-def replace_missing(figure: Figure) -> bool:
-    """Draw boxes for such letters in all of a figure's texts but labels of ticks; whether there were any."""
-    replaced = False
-    for text in figure.findobj(Text):
-        if (shown := boxed(text.get_text(), text.get_fontproperties())) != text.get_text():
-            text.set_text(shown)
-            replaced = True
-    return replaced
-
-
 def refuse_kind(kind: object, names: bool = False) -> None:
     """Raise OptionError if results have no such kind of picture, or it shows no names."""
     if kind not in (known := (*KINDS, CURVE)):
@@ -253,16 +221,13 @@ def refuse_kind(kind: object, names: bool = False) -> None:
 
 def refuse_picture(path: str | Path, force: bool = False) -> None:
     """Raise OptionError if a picture could not be written there: to be asked before long work."""
-    _refuse(path, force, "a picture's name", FORMATS)
+    refuse_file(path, force, FORMATS)
 
 
-def refuse_file(path: str | Path, force: bool = False) -> None:
+def refuse_file(path: str | Path, force: bool = False, endings: Sequence[str] = (*FORMATS, "html")) -> None:
     """Raise OptionError if neither picture nor page could be written there: to be asked before long work."""
-    _refuse(path, force, "the name of a picture or page", (*FORMATS, "html"))
-
-
-def _refuse(path: str | Path, force: bool, what: str, endings: Sequence[str]) -> None:
     if _ending(path) not in endings:
+        what = "the name of a picture or page" if "html" in endings else "a picture's name"
         raise OptionError(f"{path}: {what} ends in {', '.join(f'.{each}' for each in endings)}")
     refuse_unwritable(Path(path), force)
 

@@ -1,6 +1,4 @@
-"""Loads as arrows: each force, or one arrow for the direction of many. Fill as lines: its road, its columns,
-and the edges that it touches. Ties and props as lines between their ends. What joints carry: resultants where
-they act, lines of thrust, and utilisation."""
+"""Loads, fill, ties and props, and what joints carry, as marks."""
 
 from collections.abc import Iterable
 
@@ -39,8 +37,7 @@ _PRESSURE = 0.1  #: Length of the arrow of the largest pressure, over the size o
 
 
 def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
-    """Fill, then weights, further dead loads and, if they act, live loads, each kind to a scale of its own,
-    with motions of the scene's blocks, shape (blocks, 3) or (blocks, 6)."""
+    """Fill, and each kind of load to a scale of its own; motions of blocks are as ``moved`` takes them."""
     yield from fill_marks(assembly, motion)
     most_weights, most = _MOST[assembly.scene.dimension]
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
@@ -166,8 +163,7 @@ _YIELDS = (1.2, 0.8)
 
 
 def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> Iterable[Marks]:
-    """Ties and props, those that yield, in the order of ``Result.ties``, dashed, and their ends, with motions
-    of the scene's blocks, shape (blocks, 3) or (blocks, 6)."""
+    """Ties and props, and their ends; those that yield, in the order of ``Result.ties``, are dashed."""
     struts = [force for force in assembly.limited if force.role in _WIDTH]
     if not struts:
         return
@@ -198,9 +194,8 @@ _SCALE = 0.08  #: Height of the scale over the blocks, over that size.
 
 
 def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
-    """Resultants on the joints' first blocks in the case's unit of force, and the points where they act, in
-    the plane at m / n from the middle, in the case's coordinates, each of shape (c, 2), in space (c, 3). NaN
-    without forces; points are NaN too where nothing presses the joint together."""
+    """Resultants on the joints' first blocks, and where they act (in the plane m / n from the middle), in the
+    case's units, shape (c, 2) or (c, 3) each. NaN without forces; points also where nothing presses."""
     joints, frame = result.assembly.joints, result.joints
     if result.contacts is not None:
         force, point = (frame[[f"{kind}{axis}" for axis in "xyz"]].to_numpy() for kind in "fp")
@@ -213,8 +208,8 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
 
 
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
-    """Pairs of joints that a line of thrust joins, shape (pairs, 2): those of blocks that have two joints,
-    both pressed together, which ``acts`` tells, shape (c,), in rows of at least three."""
+    """Pairs of joints that a line of thrust joins, shape (pairs, 2): those of blocks with two joints, both of
+    which press (``acts``, shape (c,)), in rows of at least three."""
     joints, count = assembly.joints, len(assembly.scene.blocks)
     sides = np.concatenate([joints.first, joints.second])
     number = np.tile(np.arange(len(joints.first)), 2)
@@ -229,8 +224,7 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
 
 def thrust_marks(result: Outcome) -> Iterable[Marks]:
     """Resultants half to each side of where they act, and how large they are. In the plane also the line of
-    thrust through rows of blocks that have two joints, along which only the resultants on supports are drawn:
-    they say how large all are. In space also, thinner, the forces at contact points."""
+    thrust, along which only those on supports are drawn; in space, thinner, the forces at contact points."""
     assembly, (force, point) = result.assembly, thrust(result)
     size, shrink = size_of(assembly), shrink_of(assembly)
     shown: np.ndarray = np.isfinite(point).all(axis=1)
@@ -281,8 +275,7 @@ def round_below(most: float) -> float:
 
 
 def utilisation_marks(result: Outcome) -> Iterable[Marks]:
-    """Joints, or in space the sides of their outlines, in the colours of their utilisation, the most used
-    last; idle ones thin."""
+    """Joints, in space the sides of outlines, coloured by utilisation: the most used last, idle ones thin."""
     ends, joint = result.assembly.joints.lines()
     used, steps = result.joints["utilisation"].to_numpy()[joint], len(colours.UTILISATION)
     step = np.where(np.isnan(used), -1, np.clip(np.nan_to_num(used) * steps, 0, steps - 1)).astype(int)

@@ -61,9 +61,8 @@ def shrink_of(assembly: Assembly) -> float:
 
 
 def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Points, shape (..., 2), moved by motions (vx, vy, ω), shape (..., 3): (x, y) moves by
-    (vx - ω y, vy + ω x). In space points, shape (..., 3), move by v + ω × x, motions are (v, ω), shape
-    (..., 6)."""
+    """Points, shape (..., 2), moved by (vx - ω y, vy + ω x) under motions (vx, vy, ω), shape (..., 3); in
+    space points, shape (..., 3), by v + ω × x under (v, ω), shape (..., 6)."""
     if points.shape[-1] == 3:
         return points + motion[..., :3] + np.cross(motion[..., 3:], points)
     vx, vy, omega = np.moveaxis(motion, -1, 0)

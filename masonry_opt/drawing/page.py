@@ -202,8 +202,7 @@ def _json(data: dict[str, Any]) -> str:
 
 
 def _rounded(values: np.ndarray, beside: float = 0.0) -> list[float | None]:
-    """Five digits of each number, None in place of NaN, what is next to nothing beside the largest, or a
-    number that is larger, as 0."""
+    """Five digits of each number; None for NaN, 0 for what is nothing beside the largest or a given one."""
     nothing = IDLE * np.nan_to_num(np.abs([*values, beside])).max()
     shown = (0 if abs(value) <= nothing else float(f"{value:.5g}") for value in values)
     return [None if np.isnan(value) else value for value in shown]
@@ -216,8 +215,7 @@ def way_of(result: Outcome) -> Way | None:
 
 
 def way_motions(result: Outcome, way: Way) -> np.ndarray:
-    """Motions of the movable blocks at each keyframe, as ``moved`` takes them, shape (k, b, 3) or (k, b, 6):
-    the last is as large as a mechanism that is fully moved."""
+    """Motions of the movable blocks at each keyframe, shape (k, b, 3) or (k, b, 6); the last is full."""
     assembly = result.assembly
     return np.stack([motion_of(assembly, d, way.d[-1])[assembly.movable] for d in way.d])
 
@@ -231,8 +229,7 @@ def way_marks(result: Outcome) -> list[Marks]:
 
 
 def way_data(result: Outcome, way: Way, motions: np.ndarray) -> dict[str, Any]:
-    """What a page shows at each keyframe: λ, displacement of the live load, motions in the figure's units,
-    joints that have slid and that have opened, and which began last."""
+    """What a page shows at each keyframe, motions in the figure's units; events tell what began last."""
     assembly, moves = result.assembly, yielded_on(result.assembly, way)
     starts = moves & ~np.maximum.accumulate(np.concatenate([np.zeros_like(moves[:1]), moves[:-1]]))
     events = ["no joint has slid or opened yet"]

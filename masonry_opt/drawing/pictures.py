@@ -139,16 +139,15 @@ def elements_picture(
 
 def _frame(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
     """Axes round what is shown, in equal scales."""
-    (left, bottom), (right, top) = elements.box(marks, share) + elements.assembly.geometry.origin
-    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+    box = elements.box(marks, share) + elements.assembly.geometry.origin
+    axes.set(xlim=box[:, 0], ylim=box[:, 1], aspect="equal")
     axes.set(xlabel="x, y in the length unit of the case", ylabel="y")
 
 
 def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
     """Draw supports, blocks at rest and moved, and marks."""
     assembly, origin = elements.assembly, elements.assembly.geometry.origin
-    rings = outlines(assembly.geometry.polygons)
-    supports = elements.supports
+    rings, supports = outlines(assembly.geometry.polygons), elements.supports
     blocks = np.setdiff1d(np.arange(len(rings)), supports)
 
     def paths(blocks: np.ndarray, share: float) -> list[Path]:

@@ -1,5 +1,4 @@
-"""Solids as they are drawn: surfaces of blocks; what is seen of them from one side, by a raster of depths;
-and that by matplotlib, with faces as an image, lines and marks as vectors."""
+"""Solids as they are drawn: surfaces, what a raster of depths shows of them, and that by matplotlib."""
 
 import math
 from dataclasses import dataclass, replace
@@ -74,19 +73,18 @@ def surface(elements: Elements) -> Surface:
     cut = np.setdiff1d(np.flatnonzero(((least < low) | (most > high)).any(axis=1)), assembly.movable)
     faces = _cut(shapes, cut, low, high)
     start, end, face = faces.sides()
+    edges, rounding = np.stack([start, end], axis=1), _ROUNDING * size
     # Each edge once, without those that a cut made.
-    ends = np.sort(np.round(np.stack([start, end], axis=1) / (_ROUNDING * size)), axis=1)
-    _, once = np.unique(np.column_stack([faces.block[face], ends.reshape(-1, 6)]), axis=0, return_index=True)
-    on_low, on_high = (
-        np.maximum(np.abs(start - side), np.abs(end - side)) < _ROUNDING * size for side in (low, high)
-    )
-    once = once[~(np.isin(faces.block[face], cut) & (on_low | on_high).any(axis=1))[once]]
+    ends = np.sort(np.round(edges / rounding), axis=1).reshape(-1, 6)
+    _, once = np.unique(np.column_stack([faces.block[face], ends]), axis=0, return_index=True)
+    on_side = [np.abs(edges - side).max(axis=1).min(axis=1) < rounding for side in (low, high)]
+    once = once[~(np.isin(faces.block[face], cut) & np.logical_or(*on_side))[once]]
     triangles, of_face = _triangles(faces)
     support = faces.where(~np.isin(faces.block, assembly.movable))
     return Surface(
         triangles=triangles,
         of_triangle=faces.block[of_face],
-        edges=np.stack([start, end], axis=1)[once],
+        edges=edges[once],
         of_edge=faces.block[face][once],
         hatching=_hatching(support, _HATCH * size),
     )
@@ -183,8 +181,7 @@ def best_view(elements: Elements) -> ViewAngles:
 class Raster:
     """Nearest triangle at each pixel of a picture."""
 
-    left: float  #: the picture's lower left corner
-    bottom: float
+    corner: np.ndarray  #: the picture's lower left one
     pixel: float  #: the side of one
     #: Of the nearest triangle towards the eye, ``-inf`` without one, shape (rows, columns), the lowest first.
     depth: np.ndarray
@@ -211,8 +208,8 @@ class Raster:
         rows, columns = self.depth.shape
         # Against the farthest depth of the pixels around: an edge lies between two faces.
         farthest = minimum_filter(self.depth, size=3, mode="nearest")
-        column = ((points[:, 0] - self.left) / self.pixel).astype(int).clip(0, columns - 1)
-        row = ((points[:, 1] - self.bottom) / self.pixel).astype(int).clip(0, rows - 1)
+        at = ((points[:, :2] - self.corner) / self.pixel).astype(int)
+        column, row = at.clip(0, [columns - 1, rows - 1]).T
         bias = _DEPTH * self.pixel * max(rows, columns)
         return points[:, 2] + bias >= farthest[row, column]
 
@@ -220,7 +217,7 @@ class Raster:
 def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
     """The nearest of triangles that face the eye, shape (triangles, 3, 3) in the axes of a picture from lower
     left to upper right, shape (2, 2), with so many pixels along its longer side."""
-    (left, bottom), (width, height) = box[0], box[1] - box[0]
+    width, height = box[1] - box[0]
     pixel = max(width, height) / pixels
     depth = np.full((math.ceil(height / pixel), math.ceil(width / pixel)), -np.inf)
     number = np.full(depth.shape, -1)
@@ -240,12 +237,11 @@ def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
         nearer = (one >= slack) & (two >= slack) & (one + two <= 1 - slack) & (found > depth[window])
         depth[window][nearer] = found[nearer]
         number[window][nearer] = each
-    return Raster(float(left), float(bottom), float(pixel), depth, number)
+    return Raster(box[0].copy(), float(pixel), depth, number)
 
 
 class Solids:
-    """Elements in space on axes of matplotlib, in the case's unit of length, with the marks shown, after a
-    share of the full motion."""
+    """Elements in space, with some of their marks, on axes of matplotlib after a share of the full motion."""
 
     def __init__(
         self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: ViewAngles
@@ -268,8 +264,7 @@ class Solids:
         if (self.raster.triangle[corner] >= 0).any():
             self.box[0, 1] -= around
         self.foot = self.box[0] + around / 2
-        (left, bottom), (right, top) = self.box
-        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+        axes.set(xlim=self.box[:, 0], ylim=self.box[:, 1], aspect="equal")
         axes.set_axis_off()
 
     @property
@@ -283,8 +278,8 @@ class Solids:
         """Draw faces, edges, marks and axes, and names on blocks that are seen; what lies behind faces is
         left out, but what lies inside blocks. The axes' size must be set."""
         seen = self.raster
-        high, wide = (seen.pixel * count for count in seen.depth.shape)
-        reach = (seen.left, seen.left + wide, seen.bottom, seen.bottom + high)
+        (left, bottom), (high, wide) = seen.corner, (seen.pixel * count for count in seen.depth.shape)
+        reach = (left, left + wide, bottom, bottom + high)
         look: dict[str, Any] = {"origin": "lower", "zorder": 1, "interpolation": "antialiased"}
         self.axes.imshow(self._faces(), extent=reach, **look)
         movable = np.isin(self.surface.of_edge, self.elements.assembly.movable)
@@ -340,5 +335,5 @@ class Solids:
             name = self.elements.assembly.scene.blocks[number].name
             letters = min(letters_in(name, 0.8 * wide), 0.4 * high)
             if letters >= _LEAST_NAME:
-                at = np.array([seen.left, seen.bottom]) + (middle + 0.5) * seen.pixel
+                at = seen.corner + (middle + 0.5) * seen.pixel
                 write_name(self.axes, name, at, letters, 0.2, va="center")

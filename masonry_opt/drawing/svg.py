@@ -22,9 +22,8 @@ _HEAD = 0.24  #: Length of an arrow's head over the arrow.
 
 
 class Canvas:
-    """A picture in SVG of part of a scene. Points of the scene are relative to the geometry's origin; those
-    of the picture are whole, y downwards. A script moves it by the attribute ``data-motion``, the full motion
-    as ``marks.moved`` takes it."""
+    """A picture in SVG of part of a scene, whole numbers, y downwards. A script moves it by ``data-motion``,
+    full motions as ``marks.moved`` takes them. Points of the scene are relative to the geometry's origin."""
 
     def __init__(self, elements: Elements, marks: Iterable[Marks]) -> None:
         (self.left, bottom), (right, self.top) = elements.box(marks, 1.0).tolist()

@@ -141,8 +141,7 @@ def _vector(parts: Iterable[float]) -> str:
 
 
 def of_fills(assembly: Assembly) -> Iterator[str]:
-    """A line on each fill: how many edges it touches, what of it weighs on blocks that can move, how loads
-    spread, how it presses."""
+    """A line on each fill: edges it touches, what weighs on movable blocks, spread of loads, pressure."""
     scene, movable = assembly.scene, set(assembly.movable.tolist())
     for number, fill in enumerate(scene.fills):
         pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]
@@ -207,8 +206,7 @@ def known_least(result: Outcome) -> str:
 
 
 def _is_associative(result: Outcome) -> bool:
-    """Whether the joints' own flow rule is the associative one: then all exact states have one load factor,
-    by the bound theorems."""
+    """Whether the joints' own flow rule is the associative one: all exact states have one load factor."""
     problem = result.assembly.problem
     return np.array_equal(problem.dilatancy, problem.friction) and not problem.dilatancy_depends_on_stress
 
@@ -303,11 +301,8 @@ def _crushing(result: Outcome) -> str:
 
 
 def _reference(result: Outcome) -> str:
-    """The case file's own reference value for the method, and how far the result is from it.
-
-    Where none is known of the complementarity problem the loop's serves: both answer for Coulomb's joints.
-    Where neither is, the associative one, and how far the associative load factor beside the result is.
-    """
+    """The case file's reference value for the method (of the complementarity problem the loop's serves too:
+    both answer for Coulomb's joints) or else the associative one, and how far that load factor is from it."""
     names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
     known = result.assembly.scene.reference
     name = next((name for name in names.get(result.method, [result.method]) if name in known), None)

@@ -22,15 +22,13 @@ if TYPE_CHECKING:
 #: Columns shown as small numbers.
 _RESIDUALS = ("difference", "equilibrium", "yield", "flow", "kinematics", "virtual_work", "complementarity")
 
-
 #: Where results are printed while standard output is kept for them; else standard output.
 _results: TextIO | None = None
 
 
 @contextmanager
 def results_alone() -> Iterator[None]:
-    """Keep standard output for :func:`print_text` and :func:`print_result`: what else is printed, such as by
-    solvers, goes to standard error."""
+    """Keep standard output for what is printed below: all else, as by solvers, goes to standard error."""
     global _results
     _results = sys.stdout
     try:
@@ -47,8 +45,7 @@ def print_text(text: str) -> None:
 
 
 def print_result(text: str) -> None:
-    """Print a result's lines: on a terminal the second, its answer, in bold, and warnings in yellow; raises
-    as :func:`print_text`."""
+    """Print a result's lines, on a terminal its answer, the second, in bold, and warnings in yellow."""
     console = Console(highlight=False, file=_results)
     if not console.is_terminal or console.no_color:
         print_text(text)
@@ -65,8 +62,7 @@ def print_result(text: str) -> None:
 
 @contextmanager
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
-    """Show a line with the time since it began, until the end; yield what changes it. Shows nothing where the
-    console is no terminal."""
+    """On a terminal show a line with the time since it began, until the end; yield what changes it."""
     # On a narrow terminal the line is cut, not broken.
     text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, ratio=1))
     columns = SpinnerColumn(), TimeElapsedColumn(), text
@@ -104,10 +100,9 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
     for record in frame.to_dict("records"):
         table.add_row(*(_cell(str(column), value) for column, value in record.items()))
     # A fixed width, wide enough for every column: what is piped or pasted reads as what is seen.
-    console = Console(file=io.StringIO(), width=150)
-    console.print(table)
-    text = console.file.getvalue()  # type: ignore[attr-defined]
-    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
+    text = io.StringIO()
+    Console(file=text, width=150).print(table)
+    return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
 
 
 def _cell(column: str, value: object) -> str:
