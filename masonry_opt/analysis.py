@@ -1,5 +1,4 @@
-"""``solve``: a scene, a method and a solver to a result. The way there, a session's: assemble, check that the
-scene stands, run the method, accept.
+"""``solve``: assemble a scene, check that it stands, run a method, accept its answer.
 
 Modules that declare or solve programs are imported where they are used: modelling languages take seconds.
 """
@@ -28,8 +27,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: Joints up to which the associative load factor is computed where a method leaves none, in a third of the
-#: loop's time: beyond, it takes from some 15 seconds to minutes.
+#: Joints up to which the associative load factor is computed beside: beyond, in 15 seconds to minutes.
 _BESIDE_UP_TO = 40_000
 
 #: Joints up to which a live load is asked for that does no work, where a method finds no load factor; and
@@ -51,9 +49,8 @@ class Session:
     """A way to solve, to which scenes are given one after the other."""
 
     how: HowToSolve  #: with which method, solver and options
-    #: Geometry and compiled programs, if it keeps them for scenes that differ in joint properties alone; of
-    #: those that differ in loads geometry, joints and matrices. No answer depends on earlier scenes; but
-    #: their forces may show that a scene stands.
+    #: Compiled programs, if it keeps them for scenes that differ in joint properties alone; of those that
+    #: differ in loads matrices. No answer depends on earlier scenes; their forces may show that one stands.
     kept: Kept = field(default_factory=Kept)
     _last: Assembly | None = None
 
@@ -119,9 +116,9 @@ class Session:
 
         problem, solver = assembly.problem, self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
-        solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
         # The result names the solver; its programs and time count as those of the check.
-        with effort.measure("dead_load"), effort.beside() as own:
+        solution, own = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE), effort.beside()
+        with effort.measure("dead_load"):
             try:
                 if self._comes_to_rest(problem, own):
                     return None
@@ -132,9 +129,9 @@ class Session:
             return None
         effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
-            falling = diagnosis.as_it_falls(assembly, falling, own)
+            falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
-            holds = diagnosis.what_would_hold(assembly, falling, solver, own)
+            holds = diagnosis.what_would_hold(assembly, falling, solver, Effort())
         found = Found(d=falling, forms=problem.by_cone.forms)
         return replace(solution, found=found, reasons=(falls, *holds))
 
@@ -214,8 +211,7 @@ def _without_live_load(scene: Scene) -> str:
 
 
 def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
-    """A solution without its load factor, where that is below zero, or the scene does not carry its dead load
-    from rest."""
+    """A solution without its load factor if that is below zero, or the dead load is not carried from rest."""
     found, statics = solution.load_factor, solution.kind is Kind.ASSOCIATIVE
     rests = found is not None and not statics and _rests(assembly.problem, solution, found)
     if solution.status is not Status.UNSTABLE and (found is None or (found >= -ZERO and (statics or rests))):
@@ -247,8 +243,7 @@ def _found(method: Method, task: Task) -> Solution:
 
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     """Whether a scene carries its dead load from rest: where forces there are known, or statics fix them, or
-    as the load to expect tells; else contacts that give are asked, where the load factor is next to nothing
-    or below, or a state like that was met."""
+    as the load to expect tells; else contacts that give are asked, if a load factor near zero was met."""
     if problem.settled is not None or problem.statics_fix_forces:
         return True
     expected = solution.expected

@@ -30,16 +30,11 @@ class Effort:
         if solver not in names:
             names.append(solver)
 
-    @contextmanager
-    def beside(self) -> "Iterator[Effort]":
-        """Another account, of which this one records what its solvers did, but neither counts nor seconds."""
+    def beside(self) -> "Effort":
+        """Another account, which shares what solvers did, but neither counts nor seconds."""
         other = Effort()
-        try:
-            yield other
-        finally:
-            for purpose, solvers in other.solvers.items():
-                for solver in solvers:
-                    self.uses(solver, purpose)
+        other.solvers = self.solvers
+        return other
 
     @contextmanager
     def measure(self, part: str) -> Iterator[None]:

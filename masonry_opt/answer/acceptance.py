@@ -61,8 +61,7 @@ LIMITS: dict[Kind, Limits] = {
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
 }
 
-#: Of the four answers that ``check`` compares: the relative difference of their load factors, and the
-#: residual of any of their conditions.
+#: Of the answers that ``check`` compares: the relative difference of load factors, and any residual.
 AGREEMENT, DUALITY = 1e-7, 1e-6
 
 #: Gates on the way to an answer, which must meet the table all the same. The energy of what moves without
@@ -74,8 +73,7 @@ MOST_ENERGY, BORNE_OUT = 1e-3, 1e-3
 #: up to a hundred million times those that the loads and their work measure.
 PROOF = 1e-8
 
-#: Relative gap at which a bracket is closed; and how far λ may lie outside of certified bounds: the four
-#: digits of the associative limits.
+#: Relative gap at which a bracket is closed; and how far λ may lie outside of certified bounds: four digits.
 CLOSED, OUTSIDE = 1e-5, 1e-4
 
 #: By how much a state's forces may exceed the limits below which a bound holds, relative and in median block

@@ -71,7 +71,7 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = problem.forces(loads).max(axis=1)
     at_joints = np.abs([problem.normal_forces(q), *problem.shears(q)]).max(axis=0)
-    carried, (block, joint) = np.zeros(problem.blocks), problem.touching
+    carried, (block, joint) = np.zeros(problem.blocks), problem.matrices.ends.nonzero()
     np.maximum.at(carried, block, at_joints[joint])
     if problem.matrices.limited:
         limited = abs(problem.matrices.of_limited @ sp.diags_array(problem.of_forces(q)))
@@ -83,7 +83,7 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
     """Of each joint, the largest force on that of its movable blocks that carries less, shape (c,)."""
-    lesser, (block, joint) = np.full(problem.joints, inf), problem.touching
+    lesser, (block, joint) = np.full(problem.joints, inf), problem.matrices.ends.nonzero()
     np.minimum.at(lesser, joint, acting[block])
     return lesser
 
@@ -122,8 +122,7 @@ class Answer(Found):
         return not self.failing(Kind.EXACT)
 
     def certified_by(self, problem: Problem, slope: np.ndarray) -> "Answer":
-        """The same state under a flow rule, shape (k,), and the contacts and laws of a problem: itself if all
-        are its own."""
+        """The state under a flow rule (k,) and a problem's contacts and laws: itself if all are its own."""
         same = self.compliance is problem.compliance and self.forms == problem.forms
         if same and np.array_equal(self.slope, slope):
             return self

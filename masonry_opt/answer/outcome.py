@@ -56,23 +56,18 @@ class Outcome:
         with λ, of scenes that fall, and above 2000 joints (in space points).
     flow_rule_matters: False if the loop's associative start already obeys the joints' own flow rule.
     iterations: of the solver, summed.
-    lp_solves, nlp_solves: linear programs solved, cone programs in space among them, and nonlinear ones
-        (without the check of the dead load).
+    lp_solves, nlp_solves: linear or cone programs solved, and nonlinear ones (without the dead load's check).
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
     expected: load factor to expect of a scene that stands and is then pushed by a load that grows: by method
-        "compliant" the highest on the path to its ray, or where no path is followed that of its state; None
-        of an associative answer, where it was not asked for, and where there is none.
-    end: load factor at that ray, of an exact state: what the scene carries once it moves on; None where the
-        path ends in none, or was not followed.
+        "compliant" the highest on the path to its ray, or without a path that of its state; None where there
+        is none, it was not asked for, and of an associative answer.
+    end: load factor at that ray, of an exact state: what the scene carries once it moves on; None without.
     expected_reasons: in codes whether it depends on how stiff contacts are, or why there is none.
-    at_expected: the result of the state to expect, with its mechanism, tables and pictures, and the seconds
-        and solvers of all; None where it was not asked for.
+    at_expected: the result of the state to expect, with seconds and solvers of all; None if not asked for.
     associative: load factor with associative flow, which no Coulomb answer exceeds; None where unlimited.
-    exact: whether all residuals under the joints' own flow rule, in space by the cone of friction, are within
-        the limits of exact answers.
-    bound: lower bound of λ, of method "global", below the rates (and forces) that ``reasons`` say it assumes,
-        if any; None for other methods.
+    exact: whether residuals under the joints' own flow rule, in space by the cone, are as of exact answers.
+    bound: of method "global" a lower bound of λ, below any rates and forces that ``reasons`` say it assumes.
     seconds: by part (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by what they did: "dead load", "load factor", "sub-problems", ...
     size: of scene and linear program.
@@ -100,6 +95,9 @@ class Outcome:
     stationary = Of[bool | None]("solution")
     bound = Of[float | None]("solution")
     end = Of[float | None]("solution")
+    expected = Of[float | None]("solution", "expected_value")
+    associative = Of[float | None]("solution", "associative_value")
+    case = Of[str]("assembly.scene", "called")
 
     def __repr__(self) -> str:
         told = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"
@@ -109,8 +107,7 @@ class Outcome:
     def joints(self) -> "pd.DataFrame":
         """A row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on the first block
         ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the second ``slip``,
-        ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN where a joint is idle).
-        Forces and lengths in the case's units.
+        ``opening``, ``rotation``, ``utilisation`` (force over limit, NaN where idle), in the case's units.
 
         In space, where vectors have three columns in the scene's coordinates: ``first``, ``second``, ``x``
         (centroid), ``area`` (0 of an edge or a point), ``nx`` (unit normal into the first block), resultant
@@ -144,10 +141,9 @@ class Outcome:
 
     @cached_property
     def ties(self) -> "pd.DataFrame":
-        """A row a tie or prop: ``name``, ``kind``, its blocks ``first`` and ``second`` ("ground" is what does
-        not move), ``force`` (of a tie tension, of a prop compression), ``lowest`` and ``highest`` (what it
-        lies between), the rate at which it ``lengthens``, and whether it ``yields``: at its highest force,
-        further in the mechanism. Forces in the case's unit."""
+        """A row a tie or prop: ``name``, ``kind``, blocks ``first`` and ``second`` ("ground" does not move),
+        ``force`` (tension, of a prop compression, in the case's unit) from ``lowest`` to ``highest``, rate at
+        which it ``lengthens``, and whether it ``yields``: at its highest force, further in the mechanism."""
         return frames.tie_frame(self.assembly, self.solution, Role.TIE, Role.PROP)
 
     @cached_property
@@ -179,10 +175,6 @@ class Outcome:
         return None if states is None else frames.curve_frame(self.assembly, states)
 
     @property
-    def case(self) -> str:
-        return self.assembly.scene.called
-
-    @property
     def load_case(self) -> str | None:
         case = self.assembly.scene.load_case
         return None if case is None else case.name
@@ -199,10 +191,6 @@ class Outcome:
         return replace(found, clamped=tuple(clamped.tolist()))
 
     @property
-    def expected(self) -> float | None:
-        return self.solution.expected_value
-
-    @property
     def expected_reasons(self) -> tuple[Reason, ...]:
         return self.at_expected.reasons if self.at_expected else ()
 
@@ -214,10 +202,6 @@ class Outcome:
             return None
         of = replace(self, method="compliant", model=MATRICES, solver="newton", solution=found)
         return replace(of, iterations=len(found.history), lp_solves=0, nlp_solves=0)
-
-    @property
-    def associative(self) -> float | None:
-        return self.solution.associative_value
 
     @cached_property
     def exact(self) -> bool:
@@ -243,8 +227,7 @@ class Outcome:
 
     @property
     def crushing(self) -> str:
-        """How joints of limited strength crush here: by the "parabola", or by "chords" inside it, whose
-        moments are up to 0.65 % less; "" where none is limited."""
+        """How joints of limited strength crush: "parabola", or "chords" up to 0.65 % inside; "" without."""
         return self._law.by_strength.word if len(self.assembly.problem.crushing) else ""
 
     @property

@@ -50,8 +50,7 @@ class Solution:
     stationary: bool | None = None  #: whether a refined state stays: no mechanism tried at yield lowers λ
     associative: float | None = None  #: λ with associative flow; None where unlimited, or not computed
     associative_ended: Status | None = None  #: how a program ended that was solved for it alone
-    #: Of a Coulomb method, what method "compliant" found, or why it was not asked; None where it is switched
-    #: off, and of scenes that fall.
+    #: What method "compliant" found beside, or why it was not asked; None if switched off, or a scene falls.
     expected: "Solution | None" = None
     bound: float | None = None  #: lower bound of λ, of the bracket; what it assumes stands in the reasons
     bound_derived: bool = False  #: whether it assumes nothing
@@ -88,8 +87,7 @@ class Solution:
 
     @property
     def expected_value(self) -> float | None:
-        """Load factor to expect: the highest on the path to its end, else that of contacts that give; None if
-        there is none, or it was not computed."""
+        """Load factor to expect: the highest on the path to its end, else that of contacts that give."""
         return None if (state := self.at_expected) is None else state.peak or state.load_factor
 
     @property
@@ -138,8 +136,7 @@ class Solution:
         return endless or self.proven_none
 
     def is_exact(self, problem: Problem) -> bool:
-        """Whether the answer is an exact state of Coulomb friction, in space by the cone whatever it was
-        found by, under the joints' own flow rule."""
+        """Whether it is an exact Coulomb state under the joints' own flow rule, in space by the cone."""
         answer = self.answer
         if answer is None:
             return False
@@ -169,7 +166,6 @@ class Solution:
 
     def accepted(self) -> Self:
         """Itself where its certificate bears the answer out, else without it."""
-        failing = self.failing()
-        if not failing:
-            return self
-        return self.withdrawn(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)
+        if failing := self.failing():
+            return self.withdrawn(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)
+        return self

@@ -12,12 +12,10 @@ MOVES = 2e-3
 #: that opens less, the closing of an edge. A joint of blocks at rest in the loop's answers has twice 10⁻³ μ.
 SLIDES = HINGES = SEPARATES = CRUSHES = MOVES
 
-#: Share of its highest value from which on a limited force yields where it goes further: below it, contacts
-#: that give explain the motion.
+#: Share of its highest from which a force yields if it goes further: below, contacts that give explain it.
 AT_HIGHEST = 1 - MOVES
 
-#: Power of a mechanism of bounded velocities, in median block weights, below which no load drives it.
-#: (Solvers leave some 1e-9 of a zero.)
+#: Power of bounded velocities, in median block weights, below which no load drives them: solvers leave 1e-9.
 DRIVES = 1e-7
 
 IDLE = 1e-6  #: Share of the scene's largest normal force below which a joint carries nothing.
@@ -27,8 +25,7 @@ NAMED = 1e-2  #: Share of the largest from which a joint is named among those th
 #: by up to 2e-8 on the case files; different states by 8e-4 and more.
 SAME = 1e-6
 
-#: Relative difference from which on a load factor is lower, or a load missed, by more than rounding: the
-#: residual that exact states may leave.
+#: Relative difference from which a load factor is lower, or a load missed: the residual of exact states.
 LOWER = 1e-8
 
 ZERO = 1e-6  #: Load factors up to this, of either sign, are zero.

@@ -26,13 +26,11 @@ _LARGEST = 1e9
 
 @dataclass(frozen=True)
 class Assembly:
-    """Problem with the scene it came from, which gives results their names, the shapes of its blocks
-    (:class:`~masonry_opt.scene.geometry.Geometry`, in space :class:`~masonry_opt.scene.space.shapes.Shapes`),
-    and the joints found."""
+    """A problem with the scene it came from, the shapes of its blocks and the joints found."""
 
     problem: Problem
     scene: Scene
-    geometry: Any
+    geometry: Any  #: :class:`~masonry_opt.scene.geometry.Geometry`, in space ``Shapes``
     joints: Joints
     movable: np.ndarray  #: indices into the scene's blocks of the problem's blocks, shape (b,)
     #: Length of each edge load's line that meets no free edge of a movable block.
@@ -83,9 +81,8 @@ class Assembly:
 
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6). Raises CaseError if a block, joint, edge load
-    or fill of the scene is wrong (see ``geometry``, ``find_joints``, also for ``floating``, ``loaded_pieces``
-    and ``filled_pieces``, in space ``shapes``), loads differ by more than double precision carries, or a
-    force is limited by more than solvers can set beside them."""
+    or fill is wrong (see ``find_joints``, also for ``floating``, ``loaded_pieces``, ``filled_pieces``), loads
+    differ by more than double precision carries, or limits of forces by more than solvers can."""
     shapes = shapes_of(scene)
     joints = find_joints(scene, shapes, floating=floating)
     return _assembled(scene, shapes, joints, filled_pieces(scene, shapes))
@@ -96,13 +93,9 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     anything else differs. Raises CaseError as :func:`assemble` does."""
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _OF_GEOMETRY):
         return None
-    joints, before = assembly.joints, assembly.problem
+    joints, matrices = assembly.joints, assembly.problem.matrices
     joints = replace(joints, **joint_properties(scene, joints.first, joints.second))
-    found = _assembled(scene, assembly.geometry, joints, assembly.filled_pieces, before.matrices)
-    # The same array is the same load to what is kept of it.
-    loads = {name: getattr(before, name) for name in ("dead", "live")}
-    same = {name: load for name, load in loads.items() if np.array_equal(load, getattr(found.problem, name))}
-    return replace(found, problem=replace(found.problem, **same))
+    return _assembled(scene, assembly.geometry, joints, assembly.filled_pieces, matrices)
 
 
 def _assembled(
@@ -120,9 +113,8 @@ def _assembled(
 
 
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
-    # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
-    # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
-    # that a few odd blocks do not move it.
+    # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the centre
+    # that an interior-point solver finds (see docs/limits.md). A few odd blocks do not move a median.
     extents, across = joints.extent[joints.extent > 0], len(shapes.origin) - 1
     usual = np.median(extents) ** (1 / across) if len(extents) else np.median(shapes.width[movable])
     return float(usual) / 2
@@ -156,9 +148,9 @@ def _loaded(
 def with_supports_freed(
     assembly: Assembly, scene: Scene, push: np.ndarray, restraints: Sequence[LimitedForce]
 ) -> Assembly:
-    """Assembly of a scene that differs in that some fixed blocks can move, with the same joints (none between
-    these and other fixed blocks), dead loads (none on these) and limited forces, beside which restraints act.
-    A push at the centroid of each of these, shape (2,) or (3,), is the only live load."""
+    """Assembly of a scene in which some fixed blocks can move, with the same joints (none between these and
+    other fixed blocks), dead loads (none on these) and limited forces, beside which restraints act. A push at
+    the centroid of each of these, shape (2,) or (3,), is the only live load."""
     before, movable, joints = assembly.problem, np.flatnonzero(~scene.fixed), assembly.joints
     shapes = assembly.geometry
     limited = (*assembly.limited, *restraints)

@@ -16,10 +16,9 @@ class EdgeFactors:
     """Numbers of the factors of statics and of kinematics, and the rows that they meet.
 
     Statics: x₂ = n₁, x₃ = n₂ and z₀ (the shear s where a joint cannot slide) of each joint, then λ, then 1.
-    Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1, with u = 2 p of rocking rates p; only joints
-    that slide have p₀ and p₁. ``forces``, ``load_factor``, ``one`` and ``rates``, ``velocities``, ``unit``
-    number them. ``signed`` are the factors of statics that may be negative, ``at_rest`` pairs whose product
-    is zero in every Coulomb state.
+    Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1, with u = 2 p of rocking rates p; p₀ and p₁ where
+    it slides. ``forces``, ``load_factor``, ``one`` and ``rates``, ``velocities``, ``unit`` number them;
+    ``signed`` factors of statics may be negative, products of ``at_rest`` are zero in Coulomb states.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -54,9 +53,8 @@ class EdgeFactors:
 
     def pairs(self, first: int, second: int) -> Iterator[tuple[int, int]]:
         """Products of the forces of one joint and the rates of another that are not zero."""
-        for pair in every(self.forces_of(first), self.rates_of(second)):
-            if pair not in self.at_rest:
-                yield pair
+        products = every(self.forces_of(first), self.rates_of(second))
+        return (pair for pair in products if pair not in self.at_rest)
 
     def motion_of(self, joint: int) -> list[int]:
         """Velocities of the blocks of a joint."""

@@ -35,9 +35,8 @@ MISSED = 0.0065  #: The largest share of the moment that a chord misses: beside 
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Rates p ≥ 0 of all chords, shape (2, joints, chords), (+) and (−), that follow a motion and dissipate
-    least: only the chords whose normals enclose the motion have any. The motion is an opening, negative where
-    material is crushed, and a rotation times L/2, shape (joints,) each."""
+    """Rates p ≥ 0 of all chords, (+) and (−), shape (2, joints, chords), that follow a motion and dissipate
+    least: an opening, negative where material is crushed, and a rotation times L/2, shape (joints,) each."""
     slope, joints, turning = CHORDS.slope, np.arange(len(opening)), np.abs(rotation)
     p = np.zeros((2, len(opening), len(slope)))
     sense = (rotation > 0).astype(int)
@@ -55,8 +54,7 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 
 def parabola(n: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """Largest moment over L/2 under normal forces n, shape (joints,), which the chords approach: negative
-    where n exceeds ``whole``, f_c L of each joint."""
+    """Largest moment over L/2 under normal forces n, (joints,), negative beyond ``whole``, f_c L of each."""
     return n * (1 - n / whole)
 
 
@@ -143,17 +141,14 @@ Bounded = tuple[np.ndarray, np.ndarray]
 
 
 class Faces:
-    """Yield conditions of c joints, of which k can slide and l can crush, and of t limited forces, whatever
-    their friction and limits are.
+    """Yield conditions of c joints, k of which can slide and l crush, and t limited forces, of any law.
 
-    A *face* is one yield condition, and every array over faces has this order: sliding (+) of the k joints
-    that can slide, sliding (−) of them, rocking (n₁ ≥ 0) of all c joints, rocking (n₂ ≥ 0) of them, then
+    A *face* is one of them, its slack a force. Every array over faces has this order: sliding (+) of the k
+    joints that can slide, sliding (−) of them, rocking (n₁ ≥ 0) of all c joints, rocking (n₂ ≥ 0) of them,
     chords of crushing (``CHORDS``) at the first point and at the second of the joints of limited strength,
-    then T not below its lowest, and T not above its highest value of the limited forces that have one. The
-    slack of each is a force.
+    then T not below its lowest, and T not above its highest value of the limited forces that have one.
 
-    ``count`` is the number of faces; ``slides``, ``rocks``, ``chords`` and ``limits`` say where each of the
-    four kinds is, ``rest`` where all but those that slide are.
+    ``count`` counts them; ``slides``, ``rocks``, ``chords``, ``limits`` are slices, ``rest`` the last three.
     """
 
     def __init__(
@@ -183,10 +178,9 @@ class Faces:
 
     @cached_property
     def R(self) -> sp.csr_array:
-        """All faces but those of sliding, shape (2c + chords + limits, 3c + t): ``R q`` is 2 n₁ of every
-        joint, the paper's n L/2 − m over L/2, then 2 n₂; in space n. Of joints that can crush it is
-        2 n₁ − (1 − a) n for each chord of slope a, then 2 n₂ − (1 − a) n; then T of the limited forces
-        bounded below, −T of those bounded above."""
+        """All faces but those of sliding, shape (2c + chords + limits, 3c + t): 2 n₁ of every joint, the
+        paper's n L/2 − m over L/2, then 2 n₂; in space n; of joints that can crush 2 n₁ − (1 − a) n for each
+        chord of slope a, then 2 n₂ − (1 − a) n; T of forces bounded below, −T of those bounded above."""
         points, forces = self.layout.points, np.append(self.below, self.above)
         limited = selection(KINDS * self.joints + forces, self.width)
         limited.data[len(self.below) :] = -1.0
@@ -241,8 +235,7 @@ class Faces:
     @cached_property
     def bent(self) -> np.ndarray:
         """Chords of the joints that can crush, at the first and second point, shape (2, l, chords)."""
-        chords = np.arange(self.count)[self.chords]
-        return chords.reshape(self.layout.points, len(self.crushing), len(CHORDS.slope))
+        return np.arange(self.count)[self.chords].reshape(self.layout.points, -1, len(CHORDS.slope))
 
     @cached_property
     def turning(self) -> np.ndarray:

@@ -1,5 +1,4 @@
-"""Fill as forces on blocks: its weight on the edges below it, and the faces that it presses on; and the loads
-on a road above, which spread through it."""
+"""Fill as forces on blocks: its weight, its pressure, and loads on a road, which spread through it."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -58,9 +57,8 @@ def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
 
 
 def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
-    """The pieces of edges that fills of a scene touch, on fixed blocks too: the uppermost edges below the
-    road, and beside an edge that stands higher than the next its upright face. Raises CaseError if a fill
-    touches no movable block, and as :func:`profile_of` does."""
+    """The pieces of edges that fills of a scene touch, on fixed blocks too: the uppermost below the road, and
+    upright ones between. Raises CaseError if a fill touches no movable block, and as :func:`profile_of`."""
     found: list[FilledPiece] = []
     for number in range(len(scene.fills)):
         profile = profile_of(scene, shapes, number)
@@ -156,9 +154,8 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
 
 
 def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[LimitedForce]:
-    """What fills press with, horizontally, on each piece of edge of a movable block that is not level:
-    between K_a and m K_p times what stands above, summed over the piece's height, where that sum has its
-    centre (Rankine); both times the factor of the load case."""
+    """What fills press with, horizontally, on each piece of edge of a movable block that is not level: K_a to
+    m K_p times what stands above, over the piece's height (Rankine), times the factor of the load case."""
     for piece in pieces:
         fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
         if fill.pressure and not block.fixed and height:
@@ -177,13 +174,11 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
 class Road:
     """A road line over the blocks of a scene in the plane, and what lies under it.
 
-    A load acts straight down on the uppermost block under its place on the road; from where there is a fill
-    that spreads loads it acts on the line of that fill's road, and fans out below. On a fixed block, over
-    nothing, and beyond the ends of the road it does nothing.
+    A load acts straight down on the uppermost block below; above a fill that spreads loads it fans out from
+    that fill's road. On a fixed block, over nothing, and beyond the ends of the road it does nothing.
 
     ``line`` has its points from left to right in the scene's coordinates, shape (points, 2), ``ends`` the
-    abscissae of its two ends, and ``breaks`` those at which forces on blocks may jump as a load moves, the
-    ends among them, rising.
+    abscissae of its ends, ``breaks`` those at which forces on blocks may jump as a load moves, with the ends.
 
     Raises CaseError, which calls it as ``called``, if it runs through a block, or no movable one is under it.
     """
@@ -242,10 +237,9 @@ class Road:
 def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
     """Shares of vertical point loads on a line that reach each piece of the edges below it, and where.
 
-    A load fans out to both sides of the vertical, each ray to the first edge that it meets: rays whose
-    tangent to the vertical is t, |t| ≤ ``tangent``, carry equal shares for equal steps of t, so that pressure
-    on any level plane is uniform. A ray that meets an upright face, or the end of the fill, goes straight
-    down beside it. Shares of a load sum to 1.
+    A load fans out to both sides, each ray to the first edge that it meets: rays whose tangent to the
+    vertical is t, |t| ≤ ``tangent``, carry equal shares for equal steps of t, so that pressure on any level
+    plane is uniform. A ray that meets an upright face, or the end of the fill, goes straight down beside it.
 
     Loads lie at abscissae x within the profile, relative to the geometry's origin, shape (loads,). Returns
     shares, and their first moments about x = 0 over the load, shape (loads, pieces) each.
@@ -263,12 +257,15 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
     """Shares of the rays to one side and their first moments about the load, shape (loads, pieces) each, of
-    pieces one after another, whose near and far ends lie u aside and h below, shape (loads, pieces, 2)."""
+    successive pieces whose near and far ends lie u aside and h below, shape (loads, pieces, 2)."""
     (u0, u1), (h0, h1) = np.moveaxis(u, 2, 0), np.moveaxis(h, 2, 0)
     near = np.maximum(u0, 0.0)  # behind the load there is another half
     h0, u0, u1 = h0 + (near - u0) / (u1 - u0) * (h1 - h0), near, np.maximum(u1, near)
     du, dh = u1 - u0, h1 - h0
-    t0, t1 = (_tangents(each, below, tangent) for each, below in ((u0, h0), (u1, h1)))
+    u, h = np.stack([u0, u1]), np.stack([h0, h1])
+    # Tangents of the rays to both ends, up to that of the angle of spread.
+    within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
+    t0, t1 = np.where(u > 0, within, 0.0)
     # Up to which tangent rays have met what comes before each piece, and with it.
     after = np.maximum.accumulate(np.maximum(t0, t1), axis=1)
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
@@ -283,12 +280,6 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     stopped = np.pad(first - before, ((0, 0), (0, 1)))[:, 1:]
     stopped[:, -1] = tangent - after[:, -1]
     return (meets + stopped) / (2 * tangent), (meets * at + stopped * u1) / (2 * tangent)
-
-
-def _tangents(u: np.ndarray, h: np.ndarray, tangent: float) -> np.ndarray:
-    """Tangents of rays to points so far aside and below, up to the tangent of the angle of spread."""
-    inside = u < tangent * h
-    return np.where(u > 0, np.divide(u, h, out=np.full_like(u, tangent), where=inside), 0.0)
 
 
 def _centre(h0: np.ndarray, h1: np.ndarray) -> np.ndarray:

@@ -1,15 +1,12 @@
-"""Laws of joints: friction by senses of sliding or by the cone, strength by chords or by the parabola.
-
-Each has rows of its own among the faces (see :class:`~.faces.Faces`): of the cone and the parabola those of
-their sides and chords, while slacks and energy of a state are by the curve.
-"""
+"""Laws of joints: friction by senses of sliding or by the cone, strength by chords or by the parabola. Of the
+curves faces are the sides and chords (see :class:`~.faces.Faces`), slacks and energy of a state their own."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from masonry_opt.problem.faces import CHORDS, Layout, chord_rates, crushing_energy
+from masonry_opt.problem.faces import CHORDS, Layout, crushing_energy
 
 
 class _Limited:
@@ -22,10 +19,9 @@ class _Limited:
 
 
 class Sides(_Limited):
-    """Coulomb friction with cohesion by senses of sliding: the two of the plane, in space those of a polygon
-    inside the cone.
+    """Coulomb friction with cohesion by senses of sliding, in space sides of a polygon inside the cone.
 
-        factor (c + μ n) − e·s ≥ 0    for each sense e
+    factor (c + μ n) − e·s ≥ 0    for each sense e
     """
 
     @property
@@ -34,8 +30,7 @@ class Sides(_Limited):
         return self.layout.word
 
     def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
-        """Energy of sliding at rates (senses, k) without being at yield, given slacks of the rows of senses
-        (senses, k), normal forces (k,) and shears (shears, k)."""
+        """Energy of sliding short of yield: slacks and rates (senses, k), n (k,) and shears (shears, k)."""
         return float(np.abs(z * slides).sum())
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
@@ -69,16 +64,8 @@ class Chords(_Limited):
 
     word = "chords"
 
-    @staticmethod
-    def rates(opening: np.ndarray) -> np.ndarray:
-        """Rates p ≥ 0 of the chords, shape (2, l, chords), of joints that open so at their points, shape
-        (2, l): a joint that can crush follows every motion."""
-        first, second = opening
-        return chord_rates((first + second) / 2, (second - first) / 2)
-
     def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
-        """Energy of crushing at rates (2, l, chords) without being at yield, given slacks of the rows of
-        chords, of the same shape, and normal forces at the points (2, l)."""
+        """Energy of crushing short of yield: slacks and rates (2, l, chords), and n at points (2, l)."""
         return float(np.abs(z * p).sum())
 
 
@@ -102,7 +89,7 @@ class Parabola(Chords):
 
 
 class Forms(NamedTuple):
-    """By which laws joints are held: friction, and strength."""
+    """The laws of friction and of strength."""
 
     friction: type[Sides] = Sides
     strength: type[Chords] = Chords

@@ -1,8 +1,5 @@
-"""Limited forces: each a column of B on a line of its own, with a lowest and a highest value.
-
-They have no friction, so they add nothing that is hard: two faces, ``T − lowest ≥ 0`` and
-``highest − T ≥ 0``, with rates of their own.
-"""
+"""Limited forces: each a column of B on a line of its own, with two faces, ``T − lowest ≥ 0`` and
+``highest − T ≥ 0``, and no friction."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -42,7 +39,7 @@ class Action:
 class LimitedForce:
     """A force T within limits, in the scene's unit of force."""
 
-    role: Role  #: what exerts it: a tie (T > 0 is tension), a prop (compression), earth, a support
+    role: Role  #: T > 0 is tension of a tie, compression of a prop
     name: str  #: what results call it
     actions: tuple[Action, ...]  #: on each of its blocks
     lowest: float = -inf  #: limits of T
@@ -52,8 +49,7 @@ class LimitedForce:
 def columns(
     limited: Sequence[LimitedForce], centroid: np.ndarray, movable: np.ndarray, length_unit: float
 ) -> sp.csr_array:
-    """Columns of B of limited forces, shape (3b, t), with lengths in the problem's unit, given the centroids
-    of all blocks of the scene and the indices of those that can move, shape (b,)."""
+    """Columns of B, shape (3b, t), from centroids of all blocks and indices of those that move, (b,)."""
     dimension = centroid.shape[1]
     rows = dimension + moments_in(dimension)
     row_of = {int(block): rows * row for row, block in enumerate(movable)}
@@ -70,10 +66,8 @@ def columns(
 
 def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
     """The ties and props of a scene. Raises CaseError if an end is not in its block, or both in one place."""
-    number_of = {block.name: number for number, block in enumerate(scene.blocks)}
-    # The ground reaches farther than a block that was drawn for it.
-    if GROUND in number_of and scene.blocks[number_of[GROUND]].fixed:
-        del number_of[GROUND]
+    # The ground reaches farther than a fixed block that was drawn for it.
+    number_of = {one.name: row for row, one in enumerate(scene.blocks) if not one.fixed or one.name != GROUND}
     found = []
     for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
         role = Role.TIE if isinstance(strut, Tie) else Role.PROP
@@ -81,9 +75,8 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
         points = [np.array(point) - shapes.origin for point in strut.at]
         for name, block, point, given in zip(strut.between, ends, points, strut.at, strict=True):
             if block >= 0 and shapes.away(block, point) > shapes.tolerance:
-                rows = range(len(scene.blocks))
-                inside = (row for row in rows if shapes.away(row, point) <= shapes.tolerance)
-                here = " and ".join(f"'{scene.blocks[row].name}'" for row in inside)
+                away = {one.name: shapes.away(row, point) for row, one in enumerate(scene.blocks)}
+                here = " and ".join(f"'{one}'" for one, far in away.items() if far <= shapes.tolerance)
                 raise CaseError(
                     f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
                     f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'none'}: give a "

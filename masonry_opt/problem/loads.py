@@ -156,8 +156,8 @@ class LoadedPiece:
 
 
 def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.ndarray]:
-    """Force and moment about the centroid that loads on edges give each of the scene's blocks, by kind "dead"
-    and "live", shape (blocks, 3), in the scene's units; in space, where there are none, (blocks, 6)."""
+    """Force and moment about the centroid that loads on edges give each of the scene's blocks, by kind, shape
+    (blocks, 3), in the scene's units; in space, where there are none, (blocks, 6)."""
     blocks, dimension = shapes.centroid.shape
     columns = dimension + moments_in(dimension)
     total: dict[str, np.ndarray] = {kind: np.zeros((blocks, columns)) for kind in KINDS}

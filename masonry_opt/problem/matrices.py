@@ -50,9 +50,8 @@ class Matrices:
         length_unit: float,
         limited: Sequence[LimitedForce] = (),
     ) -> "Matrices":
-        """B with lengths in ``length_unit``. Columns are wrenches of unit forces, s along a joint's tangent,
-        in space t along normal × tangent; they act on the first block as they are, on the second reversed.
-        Movable blocks are given by their indices in the scene, shape (b,)."""
+        """B with lengths in ``length_unit``, of the blocks with these indices. Columns are wrenches of unit
+        forces, s along a joint's tangent, in space t along normal × tangent, reversed on the second block."""
         layout = PLANE if joints.point.shape[1] == 2 else space(SIDES)
         joint, pressed = joints.parts
         at, count, (normal, *tangents) = joints.point[pressed], len(joint), joints.axes[:, joint]
@@ -100,8 +99,7 @@ class Matrices:
         return self.B[:, KINDS * self.joints :]
 
     def faces(self, sliding: np.ndarray, crushing: np.ndarray, bounded: Bounded) -> Faces:
-        """Table of the faces of joints of which these slide and these crush, and of limited forces of which
-        these are bounded; one for all laws that agree."""
+        """Faces where these joints slide, these crush and these forces are bounded: one for all laws."""
         key = tuple(of.tobytes() for of in (sliding, crushing, *bounded))
         if key not in self._tables:
             self._tables[key] = Faces(self.layout, self.joints, sliding, crushing, bounded)
@@ -129,23 +127,15 @@ class Matrices:
         return touched
 
     @cached_property
-    def touching(self) -> tuple[np.ndarray, np.ndarray]:
-        """Block and joint of every end of a joint on a movable block."""
-        entries = self.ends.tocoo()
-        return entries.row, entries.col
-
-    @cached_property
     def longest_arm(self) -> np.ndarray:
         """Longest arm of a joint's force on each block, shape (b,)."""
-        moments = self.by_block(np.arange(self.B.shape[0]))[:, self.layout.dimension :]
-        of_forces = abs(self.of_joints[moments.ravel()])
-        arms = of_forces.max(axis=1).toarray().reshape(moments.shape).max(axis=1)
+        largest = self.by_block(abs(self.of_joints).max(axis=1).toarray())
+        arms = largest[:, self.layout.dimension :].max(axis=1)
         # Where there is none, as of a block that ties alone hold, the unit of length.
         return np.where(arms > 0, arms, 1.0)
 
     @cached_property
     def part(self) -> np.ndarray:
-        """Number of the connected part of the scene that each joint belongs to, shape (c,). Parts
-        that share supports alone do not act on each other."""
+        """Number of the part of the scene, connected without supports, that each joint is in, shape (c,)."""
         _, part = connected_components(self.ends.T @ self.ends, directed=False)
         return part

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import structural_rank
 
-from masonry_opt.problem.faces import CHORDS, Faces, Layout
+from masonry_opt.problem.faces import CHORDS, Faces, Layout, chord_rates
 from masonry_opt.problem.laws import Chords, Cone, Forms, Law, Parabola, Sides
 from masonry_opt.problem.matrices import Matrices
 
@@ -20,27 +20,27 @@ class State:
     """Load factor, forces and motion, in the problem's dimensionless units."""
 
     load_factor: float  #: λ
-    q: np.ndarray  #: joint forces, n of all joints, then s, then m, shape (3c,)
+    q: np.ndarray  #: joint forces, in the order of the columns of B, shape (3c,)
     d: np.ndarray  #: block velocities vx, vy, ω in turn, scaled so that f_L·d = Σ|f_L|, shape (3b,)
     p: np.ndarray  #: rates ≥ 0 of the faces, shape (faces,)
 
 
-#: What problems of one program have in common, beside the limits of what crushes and of forces.
-_GIVEN = ("dead", "live", "compliance", "settled", "table")
+#: Arrays that problems of one program have in common.
+_GIVEN = ("dead", "live", "compliance", "settled", "crushing_force", "lowest", "highest")
 
 _T = TypeVar("_T")
 _ToArray = Callable[[np.ndarray], np.ndarray]
 
 
 class Of(property, Generic[_T]):
-    """An attribute of a part, such as of a problem's law, under the same name."""
+    """An attribute of a part, such as of a problem's law, by default under the same name."""
 
-    def __init__(self, part: str) -> None:
+    def __init__(self, part: str, name: str = "") -> None:
         super().__init__()
-        self._part = part
+        self._part, self._name = part, name
 
     def __set_name__(self, _: type, name: str) -> None:
-        self._get = attrgetter(f"{self._part}.{name}")
+        self._get = attrgetter(f"{self._part}.{self._name or name}")
 
     def __get__(self, whole: Any, _: type | None = None) -> _T:  # type: ignore[override]
         return cast(_T, self if whole is None else self._get(whole))
@@ -56,10 +56,9 @@ class Problem:
     matrices are ``dataclasses.replace(problem, law=…)``; what matrices and faces have computed is shared.
 
     Forces are in units of ``force_unit`` (the median dead load of a block), lengths in units of
-    ``length_unit`` (half the median joint length, in space half the root of the median area), so that the
-    numbers a solver sees are near one whatever units a case file uses. Shapes (3b,) and (3c,) are those of
-    the plane; in space, where the c joints are contact points, (6b,) and (3c,) (see :class:`~.faces.Layout`).
-    What is read often of matrices and law has the same name here.
+    ``length_unit`` (half the median joint length, in space half the root of the median area): solvers see
+    numbers near one. Shapes (3b,) and (3c,) are those of the plane; in space, where the c joints are contact
+    points, (6b,) and (3c,) (see :class:`~.faces.Layout`). What is read often has the same name here.
     """
 
     matrices: Matrices
@@ -69,8 +68,7 @@ class Problem:
     force_unit: float  #: what a dimensionless force is multiplied by
     #: Motion of a joint per unit of each of its forces, shape (3c,); None where contacts are rigid.
     compliance: np.ndarray | None = None
-    #: Forces from which on contacts give, shape (3c,); None: from zero. Where contacts are rigid, those that
-    #: are known to carry the dead load from rest.
+    #: Forces (3c,) from which on contacts give; None: from zero. Of rigid ones: known to carry the dead load.
     settled: np.ndarray | None = None
 
     B = Of[sp.csr_array]("matrices")
@@ -78,7 +76,6 @@ class Problem:
     layout = Of[Layout]("matrices")
     blocks = Of[int]("matrices")
     joints = Of[int]("matrices")
-    touching = Of[tuple[np.ndarray, np.ndarray]]("matrices")
     part = Of[np.ndarray]("matrices")
     of_forces = Of[_ToArray]("matrices")
     by_block = Of[_ToArray]("matrices")
@@ -88,7 +85,6 @@ class Problem:
     friction = Of[np.ndarray]("law")
     cohesion = Of[np.ndarray]("law")
     dilatancy = Of[np.ndarray]("law")
-    dilatancy_force = Of[np.ndarray]("law")
     crushing = Of[np.ndarray]("law")
     crushing_force = Of[np.ndarray]("law")
     lowest = Of[np.ndarray]("law")
@@ -102,25 +98,22 @@ class Problem:
     limit_factors = Of[sp.csr_array]("table")
     bent = Of[np.ndarray]("table")
     face_joint = Of[np.ndarray]("table")
+    faces = Of[int]("table", "count")
 
     @cached_property
     def table(self) -> Faces:
-        """The table of faces, one for all problems of the same matrices in which the same joints slide and
-        crush, and the same forces are bounded."""
+        """The table of faces, one for all problems of the matrices that limit the same joints and forces."""
         bounded = np.isfinite(self.lowest), np.isfinite(self.highest)
         return self.matrices.faces(self.sliding, self.crushing, bounded)
 
     def same_program(self, other: "Problem") -> bool:
         """Whether another problem differs in friction, cohesion and dilatancy alone: programs' parameters."""
-        given = all(getattr(self, name) is getattr(other, name) for name in _GIVEN)
-        limits = ("crushing_force", "lowest", "highest")
-        same_strength = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in limits)
-        return given and self.forms == other.forms and same_strength
+        given = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in _GIVEN)
+        return given and self.table is other.table and self.forms == other.forms
 
     @property
     def recession_cone(self) -> "Problem":
-        """The same joints without cohesion and strength, and forces with limits of zero: its yield conditions
-        are those of forces that can be added without end."""
+        """The problem of forces that can be added without end: no cohesion or strength, limits of zero."""
         finite = {name: getattr(self, name) for name in ("cohesion", "crushing_force", "lowest", "highest")}
         none: dict[str, Any] = {name: np.where(np.isfinite(of), 0.0, of) for name, of in finite.items()}
         return replace(self, law=replace(self.law, **none))
@@ -131,14 +124,8 @@ class Problem:
         return bool(structural_rank(self.B) == self.B.shape[1])
 
     @property
-    def faces(self) -> int:
-        """Number of yield conditions, 2k + 2c, the chords of crushing and the limits of forces."""
-        return self.table.count
-
-    @property
     def live_norm(self) -> float:
-        """Σ|f_L|, by which objective and velocities are scaled (so that velocities are near 1): in the plane
-        over components, in space over the sizes of forces and of moments, which no axes change."""
+        """Σ|f_L| as the layout sums it, by which objective and velocities are scaled: these are near 1."""
         return self.layout.norm(self.by_block(self.live))
 
     @property
@@ -155,8 +142,7 @@ class Problem:
         return np.hypot.reduce(self.forces(load), axis=1)
 
     def moments(self, load: np.ndarray) -> np.ndarray:
-        """Moments about the centroids of the blocks (force × length unit), or rotations (by length unit),
-        shape (b, 1), in a load or motion, shape (3b,); in space (b, 3), about the axes, of (6b,)."""
+        """Moments (force × length unit) or rotations (by length unit) of blocks, (b, 1), in space (b, 3)."""
         return self.by_block(load)[:, self.layout.dimension :]
 
     @cached_property
@@ -239,8 +225,8 @@ class Problem:
         return np.maximum(self.limit_factors @ self.friction, 1.0)
 
     def slacks(self, q: np.ndarray) -> np.ndarray:
-        """Slack z of each face under forces q, the true friction and strength, eq. (4), shape (faces,):
-        negative is a violation. Of cone and parabola theirs, in place of those of sides and chords."""
+        """Slack z of each face under forces q, eq. (4), shape (faces,): negative is a violation. Of cone and
+        parabola theirs, in place of those of sides and chords."""
         z: np.ndarray = self.true_yield @ q + self.face_cohesion
         if isinstance(self.by_friction, Cone):
             self._by_sense(z)[:] = self.by_friction.slacks(*self._of_sliders(q))
@@ -259,21 +245,21 @@ class Problem:
         return sliding + crushing + float(others.sum())
 
     def rates(self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None) -> np.ndarray:
-        """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,): block
-        velocities d, shape (3b,), openings per unit slip, shape (k,), and forces q under which contacts give,
-        shape (3c,), if they do.
+        """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,): velocities d
+        (3b,), openings per unit slip (k,), and forces q (3c,) under which contacts give, if they do.
 
         Slip gives the sliding rates, of one sense only, in space of the two next to its direction; what
-        points open beyond what sliding explains gives the rocking rates. Where that is negative,
-        ``Bᵀd − D p`` is the violation of the flow rule. Rates of sliding are slips, as velocities are; of
-        rocking half the openings, in space openings.
+        points open beyond what sliding explains gives the rocking rates, in the plane half of it. Where that
+        is negative, ``Bᵀd − D p`` is the violation of the flow rule.
         """
         motion = self.motion(d, q)
         opening, slides = self.at_points(motion), self.layout.rates(self.shears(motion)[:, self.sliding])
         opening[:, self.sliding] -= slope * self.by_friction.speed(slides)
         crush = np.zeros(0)
         if len(joints := self.crushing):
-            crush = self.by_strength.rates(opening[:, joints]).ravel()
+            # A joint that can crush follows every motion.
+            first, second = opening[:, joints]
+            crush = chord_rates((first + second) / 2, (second - first) / 2).ravel()
             opening[:, joints] = 0.0
         rock = opening / self.layout.points
         gives = self.of_forces(motion)
@@ -287,8 +273,7 @@ class Problem:
     def departure(
         self, d: np.ndarray, p: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None
     ) -> np.ndarray:
-        """What velocities and rates leave of the flow rule with that slope, Bᵀd − D p, shape (3c,), and what
-        elastic contacts give under forces q, shape (3c,)."""
+        """What velocities, rates and soft contacts under forces q leave of a flow rule, Bᵀd − D p, (3c,)."""
         flow = self.true_yield if slope is self.friction else self.C(slope)
         left = self.motion(d, q) - flow.T @ p
         if self.by_friction.conic:
@@ -356,20 +341,18 @@ def in_units_of_live_load(problem: Problem) -> Scaled:
 
 
 def in_units_of_load(problem: Problem) -> Scaled:
-    """The problem, which has a live load, with forces in units of the dead load of the blocks that carry it,
-    and a live load whose entries sum to one.
+    """The problem with a live load that sums to one, and forces in units of the dead load on what carries it.
 
-    The largest forces of a large scene are a thousand block weights. A solver starts from forces near one
-    and takes its tolerances relative to the largest: in these units it ends a hundred times nearer the
-    optimum (façades of 6000 blocks: 4e-8 instead of 4e-6), in a third more iterations; and what is solved
-    roughly is equally rough at every size (in block weights, 4 % off at 2 × 6 openings and 17 % at 8 × 24).
+    The largest forces of a large scene are a thousand block weights, from which solvers take tolerances: in
+    these units they end a hundred times nearer the optimum (façades of 6000 blocks: 4e-8 instead of 4e-6), in
+    a third more iterations, and rough solutions are as rough at every size (else 4 to 17 % off on façades).
     """
     dead = np.abs(problem.by_block(problem.dead)).sum(axis=1)
     loaded = problem.by_block(problem.live).any(axis=1)
     weights = (float(dead[loaded].sum()), float(dead.sum()), problem.live_norm)
     force = next(weight for weight in weights if weight)
     forces = ("cohesion", "dilatancy_force", "crushing_force", "lowest", "highest")
-    law = replace(problem.law, **{name: getattr(problem, name) / force for name in forces})
+    law = replace(problem.law, **{name: getattr(problem.law, name) / force for name in forces})
     dead, live = problem.dead / force, problem.live / problem.live_norm
     scaled = replace(problem, law=law, dead=dead, live=live, force_unit=problem.force_unit * force)
     return Scaled(scaled, force, force / problem.live_norm)

@@ -1,5 +1,4 @@
-"""Whether a scene stands under its dead load, why a program of statics or kinematics has no optimum, and what
-would hold a scene that falls: friction, and how much of it, strength, or support.
+"""Whether a scene stands under its dead load, why a program has no optimum, and what would hold what falls.
 
 No solver's verdict counts: forces and mechanisms are borne out by what they leave of their conditions.
 """
@@ -30,8 +29,7 @@ from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 
 DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"  #: What a solver does here, as a result tells it.
 
-#: Programs after which it is left undecided whether a load drives a mechanism. (Of small random scenes each
-#: took 5 at most; 14 where no program of cones ended.)
+#: Programs after which it is left open whether a load drives a mechanism. (Small random scenes took 14.)
 _MOST_PROGRAMS = 40
 
 #: Joints up to which simplex is tried, which takes half a minute for each program there.
@@ -80,8 +78,7 @@ def falling_mechanism(
 
     The scene stands if eq. (9) without live load has a state. Else the mechanism is the bounded dual ray.
     Every analysis asks first, since a largest λ may exist where λ = 0 is no equilibrium. A scene stands at
-    its limit, and beyond it by as little as ``DRIVES``. The solver is that of the analysis (see
-    :func:`~masonry_opt.solvers.registry.in_cvxpy`). Raises DeadLoadUndecided if neither is borne out.
+    its limit, and beyond it by as little as ``DRIVES``. Raises DeadLoadUndecided if neither is borne out.
     """
     by_cone, kept = problem.by_cone, kept or Kept()
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
@@ -106,8 +103,7 @@ def falling_mechanism(
 
 def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
     """Whether forces (3c,) carry the dead load: they leave no more out of balance, in all, and beyond yield;
-    by default than a mechanism may have of power. (By duality the greatest is the least that forces leave.)
-    """
+    by default than a mechanism may have of power. (By duality the greatest is the least that these leave.)"""
     beyond = -float(problem.by_cone.slacks(q).min(initial=0.0))
     return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= most
 
@@ -123,8 +119,8 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
-    """Block velocities (3b,) with which a scene begins to fall; the given ones, of most power, which may lift
-    blocks off corners that they turn about, if the solver fails."""
+    """Block velocities (3b,) with which a scene begins to fall; if the solver fails the given ones, of most
+    power, which may lift blocks off corners that they turn about."""
     problem = assembly.problem
     low, high = assembly.geometry.boxes
     square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
@@ -141,12 +137,11 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
 
 def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
     """Status and reason where eq. (9) or (10) has no optimum, of a scene that stands: unlimited if the live
-    load drives no mechanism; else the solver failed, whatever its own status. The effort is told the solver,
-    and no programs."""
+    load drives no mechanism; else the solver failed. The effort is told the solver, and no programs."""
     effort.begins("why there is no load factor")
-    with suppress(DeadLoadUndecided), effort.beside() as own:
+    with suppress(DeadLoadUndecided):
         own_flow, associative = (
-            _driven(_of_live_load(problem, slope), solver, own, DIAGNOSIS)
+            _driven(_of_live_load(problem, slope), solver, effort.beside(), DIAGNOSIS)
             for slope in (problem.dilatancy, problem.friction)
         )
         if associative is None and own_flow is not None:
@@ -160,10 +155,9 @@ def locking_joints(
     problem: Problem, status: Status, q: np.ndarray | None, solver: Solver, effort: Effort
 ) -> np.ndarray:
     """Indices of the joints that keep the live load from causing collapse, most important first; empty if
-    the solver fails. Locked: joints that slide in the mechanism under the joints' own flow rule, by how far
-    they cannot open as associative flow demands. Unlimited, jammed: joints that carry the live load alone,
-    with shear limited by dilatancy or by friction, by normal force; if none do in a jammed scene, those whose
-    force ``q`` grew."""
+    the solver fails. Locked: those that slide in the mechanism under the joints' own flow rule, by how far
+    they cannot open as associative flow demands. Unlimited, jammed: those that carry the live load alone,
+    with shear limited by dilatancy or friction, by normal force; if no forces do, when jammed, of ``q``."""
     none = np.array([], dtype=int)
     if status is Status.LOCKED:
         d = None
@@ -196,8 +190,7 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Block velocities (3b,) of a mechanism that the dead load drives; None if forces carry that load. Raises
-    DeadLoadUndecided if neither is borne out.
+    """Motion (3b,) that the dead load drives; None if forces carry it. DeadLoadUndecided if neither is shown.
 
     By the solver first, then by simplex, in space with polygons in place of the circles of friction: inside
     them, which bears out forces, and round them, which bears out mechanisms, in turn. Each gets corners and
@@ -221,8 +214,7 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
 
 
 def _finer(problem: Problem, found: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None) -> Senses:
-    """Senses all round by default, and those of the slips in a motion (3b,) and against the shears in forces
-    (3c,); inside and round in turn."""
+    """Senses all round by default, and of the slips in a motion (3b,) and against shears in forces (3c,)."""
     if senses is None:
         every, points = problem.layout.senses, np.arange(len(problem.sliding))
         senses = Senses(np.tile(points, len(every)), np.repeat(every.T, len(points), axis=1), inside=False)
@@ -237,10 +229,9 @@ def _finer(problem: Problem, found: tuple[np.ndarray, np.ndarray] | None, senses
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Reasons that tell what would hold a scene that falls under its dead load, with block velocities (3b,):
-    HANGS, if any of the blocks that fall do; then NO_FRICTION_HOLDS, FRICTION_WOULD_HOLD or
-    STRENGTH_WOULD_HOLD, if the solver, which decided that the scene falls, can tell. To hold means that
-    eq. (9) without live load has a state, perhaps of wedging alone."""
+    """Reasons that tell what would hold a scene that falls with block velocities (3b,): HANGS, if any of the
+    blocks does; then NO_FRICTION_HOLDS, FRICTION_WOULD_HOLD or STRENGTH_WOULD_HOLD, if the solver can tell.
+    To hold means that eq. (9) without live load has a state, perhaps of wedging alone."""
     problem = assembly.problem
     hanging = _hanging(assembly, moving_blocks(assembly, falling))
     found = [reason(Code.HANGS, blocks=assembly.names(assembly.movable[hanging]))] if len(hanging) else []

@@ -1,5 +1,4 @@
-"""Why an analysis ended without a load factor: proof that there is none, certified from the matrices, and
-reasons with the names of blocks and joints.
+"""Why an analysis ended without a load factor: proof that there is none, and reasons with names.
 
 That no mechanism goes with a state of equilibrium is shown by branch and cut on which faces move. In a
 Coulomb state with λ ≥ 0 each face moves and is at yield, or does not move. Linear programs refute choices,
@@ -33,9 +32,8 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.standing.diagnosis import locking_joints
 
-#: Joints up to which rays are looked for, and up to which mechanisms are excluded by branching; and the
-#: linear programs times joints after which branching is given up (most random scenes that jam take 5 to 400
-#: programs, some 1400 to 3300).
+#: Joints up to which rays are looked for, and up to which mechanisms are excluded by branching; and linear
+#: programs times joints after which that is given up (random scenes that jam take 5 to 400, some 3300).
 _RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
 _MOST_WORK = 120_000
 
@@ -169,13 +167,12 @@ class Cuts:
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
     """Proof for a scene that stands, as far as there is one; None if it has too many joints. Mechanisms are
-    excluded too where the load factor depends on the joints' own flow rule. (An associative one depends on
-    statics alone.) The effort is told the solver, and neither programs nor iterations."""
+    excluded too if asked for: an associative load factor depends on statics alone."""
     if problem.joints > _RAYS_UP_TO:
         return None
     effort.begins("is there a load factor at all?")
-    with effort.beside() as own:
-        found = _found(in_units_of_load(problem).problem, own, of_mechanism)
+    own = effort.beside()
+    found = _found(in_units_of_load(problem).problem, own, of_mechanism)
     effort.add("solve", own.seconds["solve"])
     return found
 
@@ -225,8 +222,7 @@ def _ray(
 def explained(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
 ) -> Solution:
-    """A solution without a load factor, with status and reasons: that none exists is proven as far as
-    possible, and the joints that carry the load are named."""
+    """A solution without a load factor, with what is proven of that, and names of joints that carry it."""
     found = solution.infeasibility
     if found is None:
         found = InfeasibilityCertificate(Existence.UNDECIDED)
@@ -246,8 +242,7 @@ def explained(
 
 def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
     """A solution without its load factor, which is below zero, or of a scene that does not carry its dead
-    load from rest: ``rests`` tells whether it does, and would fall with the forces found alone, or is held by
-    wedging alone."""
+    load from rest: ``rests`` tells whether it does, or is held by wedging alone."""
     if rests:
         # The way to an end below zero may lead over a load that the scene carries.
         ends = (said for said in solution.reasons if said.code in (Code.RAY, Code.LEVEL))
@@ -262,8 +257,7 @@ def _as_proven(solution: Solution, found: InfeasibilityCertificate) -> Solution:
     if found.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
         return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
     if found.existence is Existence.NO_STATE:
-        counts = {"static_cuts": found.static_cuts, "kinematic_cuts": found.kinematic_cuts}
-        status = solution.status if found.equilibrium is None else Status.JAMMED
-        return replace(solution, status=status).telling_first(reason(Code.NO_COLLAPSE, **counts))
+        why = reason(Code.NO_COLLAPSE, static_cuts=found.static_cuts, kinematic_cuts=found.kinematic_cuts)
+        return replace(solution, status=Status.JAMMED).telling_first(why)
     unbounded = found.existence is Existence.UNBOUNDED
     return solution.telling(reason(Code.CARRIES_ANY)) if unbounded else solution
