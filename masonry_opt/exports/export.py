@@ -1,5 +1,4 @@
-"""``export``: the program that a method declares, as a file for other solvers, through Pyomo's writers, whose
-rows and columns are named by kind and by joint or block; solids as files for other programs."""
+"""``export``: the program that a method declares as a file for other solvers, through Pyomo's writers."""
 
 import io
 import re
@@ -65,10 +64,10 @@ def _global(assembly: Assembly) -> Declared:
     problem = assembly.problem
     associative = solve(assembly.scene, "static").required()
     if associative < 0:
-        raise NoLoadFactorError(
-            f"{assembly.scene.origin}: the program of 'global' looks for load factors from 0 on, and none is "
-            f"above {associative:g}: turn the live load round"
+        none = (
+            f"looks for load factors from 0 on, and none is above {associative:g}: turn the live load round"
         )
+        raise NoLoadFactorError(f"{assembly.scene.origin}: the program of 'global' {none}")
     highest = a_little_above(associative)
     known = solve(assembly.scene, "refined").solution.d
     of = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
@@ -104,16 +103,12 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "mcp": _mcp,
 }
 
-
 #: Parts of a complementary pair, as Pyomo's transformations name them: the slack, the row that defines it,
 #: its product with the rate, and the row paired with the rate.
 _PAIR = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-
 #: What LP files of some solver do not take in names, beside what names here are made of.
 _ILLEGAL = r"[^A-Za-z0-9_.]"
-
 _LONGEST = 200  #: LP and MPS files have names of at most 255 characters, kinds among them.
-
 #: Names of what a joint and a block have, by component, in the plane and in space, and of faces that rock.
 _OF_JOINTS: dict[int, dict[str, tuple[str, ...]]] = {
     2: {"q": ("n1", "n2", "s"), "compatibility": ("opening_1", "opening_2", "slip")},
@@ -124,20 +119,15 @@ _OF_BLOCKS: dict[int, dict[str, tuple[str, ...]]] = {
     3: {"d": ("vx", "vy", "vz", "wx", "wy", "wz"), "equilibrium": ("fx", "fy", "fz", "mx", "my", "mz")},
 }
 _ROCKS = {2: ("rock_1", "rock_2"), 3: ("open",)}
-
 #: What a limited force is called among the joints' of a component; kinds of what there is one of a face.
 _OF_LIMITED = {"q": "T", "compatibility": "length"}
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
-
 _SINGLE = ("load_factor", "live_work", "raising", "objective")  #: What there is one of.
-
-Files = dict[str, str]  #: The files of a program, by the ends of their names.
 
 
 def _labels(assembly: Assembly, legal: bool) -> list[list[str]]:
     """How joints (in space contact points), movable blocks and limited forces are written in names after the
-    kind, in the order of a result's frames, no two the same: ``[A|ground]``, names of blocks as the scene has
-    them, or ``{A|ground}``, legal in LP files: with ``_`` for what these do not take."""
+    kind, in the order of a result's frames: ``[A|ground]``, or legal in LP files: ``{A|ground}``."""
 
     def written(name: str) -> str:
         return re.sub(_ILLEGAL, "_", name) if legal else name
@@ -153,8 +143,7 @@ def _labels(assembly: Assembly, legal: bool) -> list[list[str]]:
 
 
 def unique(labels: Iterable[str]) -> list[str]:
-    """The labels, cut where too long, with ``~2``, ``~3``, ... after those that come again: of several joints
-    of two blocks, of blocks whose names differ in what is not legal."""
+    """The labels, cut where too long, with ``~2``, ``~3``, ... after those that come again."""
     cut = [label[:_LONGEST] for label in labels]
     taken, different = {*cut}, dict[str, None]()
     for label in cut:
@@ -167,8 +156,7 @@ def unique(labels: Iterable[str]) -> list[str]:
 
 
 def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dict[int, str]:
-    """A name for every variable, constraint and objective of a declared program, by its identity, legal in LP
-    files or not. No two are the same, and none is of a row and of a column."""
+    """Names, all different, of variables, constraints and objective of a declared program, by identity."""
     dimension, (joints, blocks, limited) = assembly.scene.dimension, _labels(assembly, legal)
     faces = [*_faces(assembly.problem, joints, limited)]
     of_components: dict[str, list[str]] = {name: [name] for name in _SINGLE}
@@ -203,14 +191,14 @@ def _faces(problem: Problem, joints: list[str], limited: list[str]) -> Iterator[
     yield from (f"most{limited[force]}" for force in problem.table.above)
 
 
-def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> Files:
+def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
     """An LP file, as CPLEX began them."""
     text = io.StringIO()
     LPWriter().write(program, text, labeler=lambda data: names[id(data)])
     return {".lp": _comments("\\", header) + text.getvalue()}
 
 
-def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> Files:
+def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
     """A free MPS file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.mps"
@@ -219,7 +207,7 @@ def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -
         return {".mps": _comments("*", header) + path.read_text(encoding="utf-8")}
 
 
-def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> Files:
+def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
     """AMPL's NL file, and the names of its rows (then the objective) and columns, one a line."""
     # Comments have their place on the first line alone, where Pyomo writes the program's name.
     program.name = "; ".join(header)
@@ -238,7 +226,8 @@ def _comments(mark: str, lines: list[str]) -> str:
     return "".join(f"{mark} {line}\n" for line in lines)
 
 
-_WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}  #: Writers by the end of a file's name.
+#: Writers by the end of a file's name, which give what all their files hold by the ends of theirs.
+_WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}
 
 
 def export(
@@ -298,10 +287,8 @@ def export(
     ends = (".nl",) if method in ("mpec", "mcp") else tuple(_WRITERS)
     if end not in ends:
         others = f"{end} carries linear programs" if end in _WRITERS else f"solids to {', '.join(SOLID_ENDS)}"
-        raise OptionError(
-            f"{path}: a program of method '{method}' is written to a file whose name ends in "
-            f"{', '.join(ends)} ({others})"
-        )
+        named = f"is written to a file whose name ends in {', '.join(ends)} ({others})"
+        raise OptionError(f"{path}: a program of method '{method}' {named}")
     refuse_unwritable(path, force)
     for beside in (".row", ".col") if end == ".nl" else ():
         refuse_replacing(path.with_suffix(beside), force)

@@ -22,21 +22,16 @@ from masonry_opt.scene.solids import Polyhedron, Solid
 from masonry_opt.scene.tables import library
 
 SOLID_ENDS = (".json", ".obj", ".glb", ".gltf")  #: Ends of names of files of solids.
-
 _SUPPORT = "fixed"  #: Supports are known in meshes by how their names begin.
-
-#: A block as files have it: its name, whether it is fixed, its corners, and faces as their indices, looking
-#: outwards.
+#: Name of a block, whether it is fixed, its corners, and faces as their indices, looking outwards.
 _Body = tuple[str, bool, np.ndarray, list[list[int]]]
-
 #: Turns z upwards into y upwards, as glTF has it.
 _Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
 def solid_file(what: Scene | Result, end: str, share: float | None) -> str | bytes:
-    """The content of a file of solids with this end of its name, of ``SOLID_ENDS``. In meshes blocks are
-    moved by a share of the full motion, by default the one that pictures show. Raises OptionError if the
-    scene is not in space, the share no number or of what stays, or without trimesh."""
+    """The content of a file of solids with this end of its name, meshes moved by a share of the full motion.
+    Raises OptionError if the scene has no solids, the share is wrong, or trimesh is missing."""
     result, scene = (what, what.assembly.scene) if isinstance(what, Result) else (None, what)
     if scene.dimension == 2:
         raise OptionError(f"{scene.origin}: files of solids are of scenes in space: see masonry_opt.extrude")
@@ -44,8 +39,7 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
         if share is not None:
             raise OptionError("COMPAS data has blocks at rest and motions beside: leave 'moved' to meshes")
         return _compas(result.assembly if result else assemble(scene), result)
-    number = isinstance(share, int | float) and not isinstance(share, bool) and math.isfinite(share)
-    if share is not None and not number:
+    if isinstance(share, bool) or not isinstance(share, int | float | None) or not math.isfinite(share or 0):
         raise OptionError(f"'moved' is a share of the full motion, a number (found {share!r})")
     elements = result_elements(result) if result else None
     if share and not (elements and elements.movement):
@@ -97,12 +91,11 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
         # Faces of convex parts are convex.
         fans = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
         mesh = trimesh.Trimesh(corners, fans, process=False)
-        colour = [int((FIXED if fixed else BLOCK)[at : at + 2], 16) for at in (1, 3, 5)]
-        look = {"baseColorFactor": [*colour, 255], "metallicFactor": 0.0, "roughnessFactor": 1.0}
+        colour = trimesh.visual.color.hex_to_rgba(FIXED if fixed else BLOCK)
+        look = {"baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 1.0}
         material = trimesh.visual.material.PBRMaterial(**look)
         mesh.visual = trimesh.visual.TextureVisuals(material=material)
         scene.add_geometry(mesh, node_name=name, geom_name=name, transform=_Y_UP)
-
     signed = {"tree_postprocessor": lambda tree: tree["asset"].update(generator=WRITER)}
     if end == ".glb":
         return scene.export(file_type="glb", **signed)

@@ -91,9 +91,9 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
             continue
         rings[one] = whole
         piece_at |= dict.fromkeys(steps_round(rings.pop(other)), one)
-    pieces = [corners[ring] for ring in rings.values()]
-    drawn = ((piece, shapely.Polygon(piece)) for piece in pieces)
-    return [piece for piece, polygon in drawn if 2 * polygon.area > tolerance * polygon.length]
+    pieces = [shapely.Polygon(corners[ring]) for ring in rings.values()]
+    thick = (piece for piece in pieces if 2 * piece.area > tolerance * piece.length)
+    return [shapely.get_coordinates(piece)[:-1] for piece in thick]
 
 
 def _from(ring: list[int], corner: int) -> list[int]:

@@ -36,8 +36,7 @@ class FacingEdges(sides.Facing):
     def of(cls, corners: "PlaneCorners", pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> "FacingEdges":
         """Those of edges i of the pairs' first and j of their second blocks, longer than the tolerance."""
         tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
-        one, other = tip[i] - tail[i], tail[j] - tip[j]
-        one, other = (edge / np.hypot(*edge.T)[:, None] for edge in (one, other))
+        one, other = (edge / np.hypot(*edge.T)[:, None] for edge in (tip[i] - tail[i], tail[j] - tip[j]))
         kept = (one * other).sum(axis=1) > 0
         pair, i, j, along = pair[kept], i[kept], j[kept], (one + other)[kept]
         along /= np.hypot(*along.T)[:, None]

@@ -22,7 +22,7 @@ _ROUNDING = 1e-7  #: Sine of an angle that is rounding.
 
 @dataclass(frozen=True)
 class FacingFaces(sides.Facing):
-    """Polygons onto which two faces project, in the planes that bisect them."""
+    """Polygons onto which two faces project."""
 
     frame: Frames  #: bisecting planes; normals point out of the first block, first axes are its face's
     polygon: np.ndarray  #: connected, without straight corners, shape (polygons,)
@@ -35,14 +35,13 @@ class FacingFaces(sides.Facing):
         flat, ring = flat[~closing], ring[~closing]
         count = np.bincount(ring, minlength=len(rings))
         outer = np.diff(polygon, prepend=-1) != 0
-        length = np.hypot(*side.T)
-        longest = np.zeros(len(self.pair))
-        np.maximum.at(longest, polygon[ring], length * outer[ring])
+        length = np.hypot(*side.T) * outer[ring]
+        _, longest = bounds(polygon[ring], length, len(self.pair))
         # Of sides of one length that most along the first axis, then the second: it turns with the scene.
-        as_long = np.flatnonzero(outer[ring] & (length >= longest[polygon[ring]] * (1 - 1e-6)))
+        as_long = np.flatnonzero(length >= longest[polygon[ring]] * (1 - 1e-6))
         direction = side[as_long] / length[as_long, None]
         rank = np.round(direction @ [1.0, 1e-3], 6)
-        best = np.lexsort((as_long, -rank, polygon[ring[as_long]]))
+        best = np.lexsort((-rank, polygon[ring[as_long]]))
         best = best[np.unique(polygon[ring[as_long[best]]], return_index=True)[1]]
         frame, along, chosen = self.frame, direction[best], as_long[best]
         tangent = along[:, :1] * frame.u + along[:, 1:] * frame.v
@@ -58,10 +57,8 @@ class FacingFaces(sides.Facing):
 
 
 def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> FacingFaces:
-    """The polygons that faces of pairs of blocks share, nowhere farther apart than ``far``, shape (pairs,).
-
-    Each connected piece is one polygon; pieces, and ends of them, narrower than ten tolerances are left out.
-    """
+    """The polygons that faces of pairs of blocks share, nowhere farther apart than ``far``, shape (pairs,):
+    connected ones, without pieces, and ends of them, narrower than ten tolerances."""
     faces, frame = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame
     pair, i, j = near_items(shapes, pairs, far, (faces, faces))
     cosine = -dots(frame.normal[i], frame.normal[j])
@@ -147,11 +144,10 @@ class SolidCorners(sides.BlockCorners):
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
         """Edges in faces, corners on faces, and edges that cross."""
-        on_faces = (
-            find(self, pairs, 1).then(find(self, pairs[:, ::-1], -1))
-            for find in (_edges_in_faces, _corners_on_faces)
-        )
-        return [*on_faces, _crossings(self, pairs)]
+        back = pairs[:, ::-1]
+        edges = _edges_in_faces(self, pairs, 1).then(_edges_in_faces(self, back, -1))
+        corners = _corners_on_faces(self, pairs, 1).then(_corners_on_faces(self, back, -1))
+        return [edges, corners, _crossings(self, pairs)]
 
 
 def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
@@ -165,9 +161,15 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
     kept &= np.hypot(*(flat[1] - flat[0]).T) > narrowest
     pair, j, start, end, low, high = (column[kept] for column in (pair, j, *flat, *height))
     lines = shapely.linestrings(np.stack([start, end], axis=1))
-    pieces, number = shapely.get_parts(shapely.intersection(lines, faces.polygon[j]), return_index=True)
+    # Most run along outlines: an overlay of each would take long.
+    face, own = np.unique(j, return_inverse=True)
+    within = shapely.buffer(faces.polygon[face], -narrowest / 2, join_style="bevel")
+    shapely.prepare(within)
+    through = np.flatnonzero(shapely.intersects(within[own], lines))
+    common = shapely.intersection(lines[through], faces.polygon[j[through]])
+    pieces, number = shapely.get_parts(common, return_index=True)
     kept = shapely.length(pieces) > narrowest
-    pieces, number = pieces[kept], number[kept]
+    pieces, number = pieces[kept], through[number[kept]]
     face = j[number]
     inner = shapely.line_interpolate_point(pieces[:, None], [0.25, 0.5, 0.75], normalized=True)
     border = shapely.boundary(faces.polygon[face])[:, None]

@@ -74,9 +74,8 @@ class Joints:
 
     @property
     def parts(self) -> tuple[np.ndarray, np.ndarray]:
-        """The problem's joints, in the plane these, in space their contact points: the joint that each is
-        part of, rising, and the contact points at which it presses, shape (points, parts): start and end, the
-        same where a corner stands on an edge, or itself."""
+        """The problem's joints, in the plane these, in space their contact points: the joint of each, rising,
+        and the contact points at which it presses, its two ends or itself, shape (points, parts)."""
         if self.point.shape[1] == 2:
             return np.arange(len(self.first)), np.stack([self.first_point, self.last_point])
         return self.joint, np.arange(len(self.joint))[None]
@@ -102,8 +101,8 @@ class Joints:
         return np.stack([self.normal, self.tangent, *across])
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Sides of the outlines of all joints, in the plane the joints themselves: both ends of each, shape
-        (lines, 2, 2) or (lines, 2, 3), and the joint of each, rising. What has no length has equal ends."""
+        """Sides of all joints' outlines, in the plane the joints themselves: both ends, shape (lines, 2, 2)
+        or (lines, 2, 3), and the joint of each, rising. What has no length has equal ends."""
         lines, corner = outline_sides(np.bincount(self.ring), self.point)
         return lines, self.joint[corner]
 
@@ -123,9 +122,8 @@ def shapes_of(scene: Scene) -> Extents:
 def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joints:
     """Find the joints of a scene.
 
-    Two blocks share a joint wherever their sides face each other and stay within the tolerance (or the
-    contact tolerance) over all they share, at any angle: its line or plane is the sides' bisector. Two fixed
-    blocks share no joint.
+    Two blocks, not both fixed, share a joint wherever their sides face each other and stay within the
+    tolerance (or the contact tolerance) over all they share: its line or plane is the sides' bisector.
 
     In the plane sides are edges: they share lengths of ten tolerances or more, or of less, if they stay
     within a tenth of that length. Where a corner of one stands on an edge of the other, away from such a
@@ -136,8 +134,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     a corner on a face and two edges that cross are joints of one.
 
     Raises CaseError if blocks overlap, a movable block touches nothing or reaches no support (unless they are
-    ``floating``, to show them), an exception names two blocks that do not touch, or there are more pairs to
-    compare than memory holds.
+    ``floating``, to show them), an exception names two that do not touch, or too many pairs are near.
     """
     pairs = near_pairs(scene, shapes)
     both_fixed = scene.fixed[pairs].all(axis=1)
@@ -190,7 +187,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 
 def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
     """Properties as :class:`Joints` has them. Raises CaseError if an exception's two blocks do not touch."""
-    found = {name: np.tile(value, (len(first), 1)) for name, value in _values(scene.joints).items()}
+    found = {name: np.full((len(first), *np.shape(of)), of) for name, of in _values(scene.joints).items()}
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for exception in scene.exceptions:
         one, other = sorted(index[name] for name in exception.between)
@@ -202,7 +199,7 @@ def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dic
             raise CaseError(f"{scene.origin}: {where}: these blocks {why}, so there is no joint to describe")
         for name, value in _values(exception.over(scene.joints)).items():
             found[name][of_both] = value
-    return {name: values if name == "dilatancy_stress" else values[:, 0] for name, values in found.items()}
+    return found
 
 
 def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
@@ -235,10 +232,7 @@ _MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
 def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
     """Sorted index pairs (i < j) of blocks whose boxes come near. Raises CaseError if they are too many."""
     (low, high), far = shapes.boxes, shapes.reach
-    # Seen along the axis, if there are three, where blocks hide one another least.
-    share = (high - low) / (high.max(axis=0) - low.min(axis=0))
-    depth = [np.prod(np.delete(share, axis, axis=1), axis=1).sum() for axis in range(share.shape[1])]
-    across = np.sort(np.argsort(depth, kind="stable")[-2:])
+    across = np.argsort(np.ptp(low, axis=0))[-2:]  # in space seen where the scene is least deep
     tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
     grown = shapely.box(*(low[:, across] - far[:, None]).T, *(high[:, across] + far[:, None]).T)
     count = len(low)
@@ -255,8 +249,7 @@ def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
             many = f"the first {min(first + 100, count)} have {pairs} neighbours"
             why = f"blocks lie on one another: {many}; give each block a place of its own"
             raise CaseError(f"{scene.origin}: {why}")
-    every = np.concatenate(found)
-    return every[np.lexsort((every[:, 1], every[:, 0]))]
+    return np.unique(np.concatenate(found), axis=0)
 
 
 def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:

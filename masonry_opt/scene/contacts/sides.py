@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 
 from masonry_opt.scene.geometry import Extents
-from masonry_opt.scene.rows import Rows, chunks, combine, dots, first_alike, lengths, ranges
+from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
 #: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).
 #: From ten tolerances on they may lean by any angle that the tolerance allows, shorter ones by this share.
@@ -124,7 +124,7 @@ class BlockCorners(ABC):
         found, kind = found.where(off), kind[off]
         length = lengths(found.end - found.start)
         rank = np.round(length / max(float(length.max(initial=0.0)), near), 6)
-        order = np.lexsort((np.arange(len(rank)), -rank, kind, found.pair))
+        order = np.lexsort((-rank, kind, found.pair))
         accepted: defaultdict[int, list[int]] = defaultdict(list)
         for number in order.tolist():
             own = accepted[found.pair[number]]
@@ -147,21 +147,14 @@ class BlockCorners(ABC):
         for own in found:
             off = nearest(pair, point, own, own.pair) > self.apart * tolerance
             pair, point = pair[off], point[off]
-        at = np.round(point / tolerance)
-        once = np.unique(first_alike(np.column_stack([pair, at])))
-        pair, point, at = pair[once], point[once], at[once]
+        places = np.column_stack([pair, np.round(point / tolerance)])
+        _, once = np.unique(places, axis=0, return_index=True)
+        pair, point = pair[once], point[once]
         held = np.ones(len(pair), dtype=bool)
-        for side in (0, 1):
-            block = pairs[pair, side]
-            one, number = np.unique(first_alike(np.column_stack([block, at])), return_inverse=True)
-            apart = np.full(len(one), np.inf)
-            for own in found:
-                # Once for either block.
-                doubled = own.where(np.tile(np.arange(len(own.pair)), 2)), pairs[own.pair].T.ravel()
-                apart = np.minimum(apart, nearest(block[one], point[one], *doubled))
-            held &= (apart <= 2 * tolerance)[number]
-        order = np.argsort(pair[~held], kind="stable")
-        return pair[~held][order], point[~held][order]
+        for block in pairs[pair].T:
+            away = [nearest(block, point, own, either) for own in found for either in pairs[own.pair].T]
+            held &= np.min(away, axis=0) <= 2 * tolerance
+        return pair[~held], point[~held]
 
 
 def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:

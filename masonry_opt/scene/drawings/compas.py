@@ -1,5 +1,4 @@
-"""COMPAS JSON, of assemblies, block models, and lists of meshes or polygons, to a scene: in space, or in the
-plane of prisms along one direction, seen along it."""
+"""COMPAS JSON to a scene: in space, or in the plane of prisms along one direction, seen along it."""
 
 import ast
 import re
@@ -85,7 +84,7 @@ def read_compas(
         space = np.size(live) == 3
     if space and along is not None:
         raise CaseError(f"{path}: 'along' is of scenes in the plane: leave it out, or give a 'live' of two")
-    given = locals() | {"along": _AXES.get(along, along) if isinstance(along, str) else along}
+    given = locals() | {"along": _AXES.get(str(along), along)}
     supports = stones.Supports(fixed=list(fixed), fixed_below=fixed_below)
     with stones.naming(f"{path}:"):
         meshes = stones.with_supports(_meshes(data), supports)
@@ -103,17 +102,18 @@ def read_compas(
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
     """The solids seen along the direction that is asked for, or along the only one there is."""
-    asked, views, whys = drawing.along is not None, {}, []
-    if asked and not any(drawing.along or ()):
-        raise ValueError("'along' needs a direction, such as y")
-    for direction in [np.array(drawing.along)] if asked else _directions(meshes):
-        name = _said(direction)
+    if drawing.along is not None:
+        if not any(drawing.along):
+            raise ValueError("'along' needs a direction, such as y")
+        asked = np.array(drawing.along)
+        with stones.naming(f"'along' {_said(asked)}:"):
+            return _seen_along(meshes, asked / np.linalg.norm(asked), drawing)
+    views, whys = {}, []
+    for unit in _directions(meshes):
         try:
-            views[name] = _seen_along(meshes, direction, drawing)
+            views[_said(unit)] = _seen_along(meshes, unit, drawing)
         except ValueError as error:
-            if asked:
-                raise ValueError(f"'along' {name}: {error}") from None
-            whys.append(f"along {name} {error}")
+            whys.append(f"along {_said(unit)} {error}")
     if not views:
         instead = "Name the direction by 'along' if it is another, or their middles need not lie in one plane"
         raise ValueError(f"the blocks are not prisms of one wall: {'; '.join(whys[:3])}. {instead}")
@@ -138,10 +138,9 @@ def _blocks(meshes: Sequence[Mesh], view: _SideView, drawing: CompasDrawing) -> 
     return blocks
 
 
-def _axes(direction: np.ndarray) -> np.ndarray:
+def _axes(unit: np.ndarray) -> np.ndarray:
     """Axes of the plane across a direction, shape (2, 3): z upwards is its second, or along z itself y.
     Raises ValueError if the direction is neither level nor z, so that weights do not act in the plane."""
-    unit = direction / np.linalg.norm(direction)
     if abs(abs(unit[2]) - 1) < 1e-9:
         return np.eye(3)[:2]
     if abs(unit[2]) > 1e-6:
@@ -167,11 +166,9 @@ def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     return found
 
 
-def _seen_along(meshes: Sequence[Mesh], direction: np.ndarray, drawing: CompasDrawing) -> _SideView:
+def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing) -> _SideView:
     """The solids as prisms along a direction; ValueError, naming the block, if one is none, or lies apart."""
-    plane = _axes(direction)
-    unit = direction / np.linalg.norm(direction)
-    outlines = []
+    plane, outlines = _axes(unit), []
     flat = all(mesh.flat for mesh in meshes)
     for mesh in meshes:
         if mesh.flat and not flat:
@@ -215,9 +212,8 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
 
 
 def _meshes(data: Any) -> list[Mesh]:
-    """Blocks that the content of a file holds: an assembly (of compas_assembly or compas_cra, new or old), a
-    block model of compas_dem or a problem that holds one, or a list of meshes, polyhedra, boxes or polygons.
-    Raises ValueError if it is none of these, or a block cannot be read; the message names the block."""
+    """Blocks of an assembly (of compas_assembly or compas_cra, new or old), a block model of compas_dem or a
+    problem that holds one, or a list of meshes, polyhedra, boxes or polygons. Raises ValueError elsewhere."""
     found: dict[str, Mesh] = {}
     for key, shape, fixed, matrix in _drawn(data):
         name = stones.block_name(_text(key)) or "block"

@@ -19,8 +19,7 @@ _UNIT_BOX = [np.insert(_SQUARE, axis, at, axis=1) for axis in range(3) for at in
 
 
 class _Pieces(NamedTuple):
-    """Convex pieces of the sides of a polyhedron that lie in a cell: the corners of each, shape (corners, 3),
-    and the number of its side."""
+    """Convex pieces of sides in a cell: corners of each, shape (corners, 3), and the numbers of the sides."""
 
     rings: list[np.ndarray]
     side: np.ndarray
@@ -69,10 +68,11 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
     if not found:
         raise ValueError("has no volume: give the faces of a solid, all outwards")
     off, edge = abs(sum(part.volume for part in found) - block.volume), block.unclosed()
-    if edge is not None and off > tolerance * block.area:
+    rounding = tolerance * sum(side.area for side in block.sides)
+    if edge is not None and off > rounding:
         one, other = map(place, edge)
         raise ValueError(f"is not closed at its edge from {one} to {other}: give each edge in two faces")
-    if off > _THIN_PARTS * abs(block.volume) + tolerance * block.area:
+    if off > _THIN_PARTS * abs(block.volume) + rounding:
         raise ValueError("has faces that cross or lie in one another: make one closed surface of them")
     return found
 
@@ -95,10 +95,9 @@ def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: floa
     """The side to cut along."""
     planes = np.unique(pieces.side)
     low, high = pieces.heights(base[planes], normal[planes])
-    ahead = (high > tolerance).any(axis=0)
-    cut = ((high > tolerance) & (low < -tolerance)).sum(axis=0)
-    within = ((high <= tolerance) & (low >= -tolerance)).sum(axis=0)
-    return int(planes[np.lexsort((-within, cut, ahead))[0]])
+    ahead, behind = high > tolerance, low < -tolerance
+    cut, within = (ahead & behind).sum(axis=0), (~ahead & ~behind).sum(axis=0)
+    return int(planes[np.lexsort((-within, cut, ahead.any(axis=0)))[0]])
 
 
 def _divided(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> list[_Pieces]:

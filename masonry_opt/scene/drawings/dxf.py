@@ -17,7 +17,7 @@ from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.solids import PlaneOrSpaceVector
+from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid
 from masonry_opt.scene.tables import as_path, write_file
 
 WINDOWS = ("window", "door", "opening")  #: Openings have one of these words in the names of their layers.
@@ -127,16 +127,14 @@ def read_dxf(
         own = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # The live load of each block, over its weight.
         pushes = [own.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
-        blocks = _blocks(found, _names(found, shown, scale), drawing, pushes)
-        scene = stones.scene_of(blocks, drawing, path)
-        if drawing.thickness is None:
-            return scene
-        solids = extrude(scene.replace(thickness=drawing.thickness)).in_space()
-        for number, push in enumerate(pushes):
-            if not solids[number].fixed:
-                in_space = push if len(push) == 3 else (push[0], 0.0, push[1])
-                solids[number] = solids[number].replace(live_per_weight=in_space)
-        return stones.scene_of(solids, drawing, path)
+        blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing)
+        if drawing.thickness is not None:
+            flat = stones.scene_of(blocks, drawing, path)
+            blocks = extrude(flat.replace(thickness=drawing.thickness)).in_space()
+            pushes = [push if len(push) == 3 else (push[0], 0.0, push[1]) for push in pushes]
+        pushed = zip(blocks, pushes, strict=True)
+        loaded = [one if one.fixed else one.replace(live_per_weight=push) for one, push in pushed]
+        return stones.scene_of(loaded, drawing, path)
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
@@ -175,15 +173,11 @@ def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[
     return [own.get(block, name) for block, name in enumerate(drawn)]
 
 
-def _blocks(
-    found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing, pushes: Sequence[tuple[float, ...]]
-) -> list[Block]:
+def _blocks(found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing) -> list[Block]:
+    """The blocks without their live load."""
     words = [word.casefold() for word in drawing.fixed_layers]
-    blocks = []
-    for shape, name, push in zip(found, names, pushes, strict=True):
-        # What is extruded gets its live load in space.
-        own = {} if drawing.thickness else {"live_per_weight": push}
-        blocks.append(drawing.block(name, shape.polygon, _has(shape.curve, words), **own))
+    drawn = zip(names, found, strict=True)
+    blocks = [drawing.block(name, shape.polygon, _has(shape.curve, words)) for name, shape in drawn]
     loaded = {shape.curve.layer.casefold() for shape in found if not _has(shape.curve, words)}
     layers = f"layers of blocks: {stones.listed(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:

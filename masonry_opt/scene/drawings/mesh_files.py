@@ -18,7 +18,6 @@ from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 
 MESHES = (".obj", ".ply", ".stl")  #: Files that are read, by the end of their names.
 _LARGEST_MESH = 200_000_000  #: Bytes; some 100 a triangle.
-
 #: Axes x, y, z of a scene, by the axis of the file that points upwards.
 _AXES = {
     "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
@@ -102,8 +101,8 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
 
 
 def _objects(data: bytes, name: str) -> list[Mesh]:
-    """Objects of an OBJ file, or its groups if it has no objects; of a file without either all of it, by the
-    name given. Polygons stay whole, which readers of triangles lose: a notched one has no fan."""
+    """Objects of an OBJ file, else its groups, else all of it, by the name given. Polygons stay whole, which
+    readers of triangles lose: a notched one has no fan."""
     points: list[list[float]] = []
     faces: dict[tuple[int, str], list[list[int]]] = {}
     layers: dict[tuple[int, str], str] = {}

@@ -36,17 +36,17 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Side:
-    """A plane piece of a block's surface: its rings of corners, an outer one and those of its holes, the
-    surface to the left seen from outside; a point and unit normal of its plane, shape (3,) each; and its area
-    over half the length round it, which is some width of it."""
+    """A plane piece of a block's surface: its outer ring of corners, then holes, the surface to the left seen
+    from outside; a point and unit normal of its plane; its area, and this over half the length round it."""
 
     rings: list[list[int]]
     base: np.ndarray
     normal: np.ndarray
+    area: float
     width: float
 
     def flat(self, points: np.ndarray) -> list[np.ndarray]:
-        """The rings in the plane's own axes (see :func:`across`), each of shape (corners, 2)."""
+        """The rings in the plane's own axes, each of shape (corners, 2)."""
         return [(points[ring] - self.base) @ across(self.normal).T for ring in self.rings]
 
 
@@ -58,20 +58,11 @@ class MeshSolid:
     sides: list[Side]
 
     @property
-    def _areas(self) -> np.ndarray:
-        """Normals of the sides as long as their areas, shape (sides, 3)."""
-        return np.array([sum(area_vector(self.points[ring]) for ring in side.rings) for side in self.sides])
-
-    @property
     def volume(self) -> float:
         """Inside the sides, if they close."""
         # Seen from the middle of a side, which lies in no other: one that is missing is missed.
-        base = np.array([side.base for side in self.sides])
-        return float(np.sum(self._areas * (base - base[0]))) / 3
-
-    @property
-    def area(self) -> float:
-        return float(np.linalg.norm(self._areas, axis=1).sum())
+        middle = self.sides[0].base
+        return sum(side.area * float((side.base - middle) @ side.normal) for side in self.sides) / 3
 
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
         """The ends of an edge that sides have more often in one direction than in the other, if any."""
@@ -108,9 +99,8 @@ def area_vector(corners: np.ndarray) -> np.ndarray:
 
 
 def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
-    """The block with corners nearer than the tolerance joined, faces turned one way, outwards, those that are
-    not flat cut into triangles, and those of one plane merged, within the tolerance. Raises ValueError if no
-    face is left."""
+    """The block with corners nearer than the tolerance joined, faces turned outwards, those that are not flat
+    cut into triangles, and those of one plane merged. Raises ValueError if no face is left."""
     points, faces = mesh.points, outwards(mesh.points, _joined(mesh.points, mesh.faces, tolerance))
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
     if not faces:
@@ -119,8 +109,7 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
 
 
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
-    """The faces of a closed surface turned one way, counter-clockwise seen from outside: two that share an
-    edge run along it in opposite directions, as far as they can."""
+    """The faces of a surface counter-clockwise seen from outside: along an edge two run opposite ways."""
     directed = [set(steps_round(face)) for face in faces]
     mates = {edge: having for edge, having in _by_edge(faces).items() if len(having) == 2}
     one, other = np.array(list(mates.values()), dtype=int).reshape(-1, 2).T
@@ -219,8 +208,7 @@ def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[in
 
 def _volume(points: np.ndarray, faces: list[list[int]]) -> float:
     """Inside the faces, negative if they are inside out."""
-    inside = points[faces[0][0]] if faces else np.zeros(3)
-    corners = (points[face] - inside for face in faces)
+    corners = (points[face] - points[faces[0][0]] for face in faces)
     return float(sum(own[0] @ area_vector(own) for own in corners)) / 3
 
 
@@ -231,14 +219,12 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
             beside[mates[0]].append(mates[1])
             beside[mates[1]].append(mates[0])
     alone = [_ringed(points, [face]) for face in faces]
-    normal = np.array([side.normal for side in alone])
-    thin = np.array([side.width <= tolerance for side in alone])
-    size = np.array([np.linalg.norm(area_vector(points[face])) for face in faces])
-    left = dict.fromkeys(np.argsort(-np.round(size, 12), kind="stable").tolist())
+    area = np.array([side.area for side in alone])
+    left = dict.fromkeys(np.argsort(-np.round(area, 12), kind="stable").tolist())
     found = []
     while left:
         seed = next(iter(left))
-        base = points[faces[seed]].mean(axis=0)
+        plane = alone[seed]
         # A narrower reach where what was merged bends too much to be one plane.
         for reach in (_OFF_TRIANGLE, 0.5, 0.0):
             own, waiting = {seed}, [seed]
@@ -246,16 +232,16 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
                 for other in beside[waiting.pop()]:
                     if other in own or other not in left:
                         continue
-                    off = np.abs((points[faces[other]] - base) @ normal[seed]).max()
-                    alike = thin[other] or abs(normal[other] @ normal[seed]) > _ALIKE
-                    if alike and off <= reach * tolerance:
+                    off = np.abs((points[faces[other]] - plane.base) @ plane.normal).max()
+                    alike = abs(alone[other].normal @ plane.normal) > _ALIKE
+                    if (alike or alone[other].width <= tolerance) and off <= reach * tolerance:
                         own.add(other)
                         waiting.append(other)
             side = _side(points, [faces[number] for number in own], tolerance)
             if side is not None:
                 break
         else:
-            own, side = {seed}, alone[seed]
+            own, side = {seed}, plane
         for number in own:
             del left[number]
         found.append(side)
@@ -265,14 +251,10 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
 def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side | None:
     """The faces as one, None if they are in no plane, or have no outline or one that touches itself."""
     # Triangles of a notched polygon may lie outside of it, turned round: their edges cancel all the same.
-    following: dict[int, int] = {}
     edges = {side for face in faces for side in steps_round(face)}
-    for tail, tip in edges:
-        if (tip, tail) not in edges:
-            if tail in following:
-                return None
-            following[tail] = tip
-    if sorted(following) != sorted(following.values()) or not following:
+    outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
+    following = dict(outline)
+    if not outline or sorted(following) != sorted(tip for _, tip in outline):
         return None
     rings = rings_of(following)
     side = _ringed(points, rings)
@@ -301,4 +283,4 @@ def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
     around = sum(float(np.linalg.norm(own, axis=1).sum()) for own in steps)
     area = float(np.linalg.norm(vectors.sum(axis=0)))
     normal = vectors[outer] / sizes[outer] if sizes[outer] > 0 else np.array([0.0, 0.0, 1.0])
-    return Side(rings, points[rings[0]].mean(axis=0), normal, 2 * area / around)
+    return Side(rings, points[rings[0]].mean(axis=0), normal, area, 2 * area / around)

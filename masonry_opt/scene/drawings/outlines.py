@@ -1,5 +1,4 @@
-"""Curves and texts of a DXF file, and outlines of blocks from its curves: closed ones with their holes, and
-the cells of a net."""
+"""Curves and texts of a DXF file, and outlines of blocks: closed ones with holes, and the cells of a net."""
 
 import logging
 import math
@@ -52,7 +51,7 @@ class Curve(NamedTuple):
 
 
 class Outline(NamedTuple):
-    """An outline with its holes, and the curve that is its outline."""
+    """A polygon with its holes, and the curve that is its outline."""
 
     polygon: shapely.Polygon
     curve: Curve
@@ -101,9 +100,8 @@ def _attribute(entity: Any, name: str, default: object) -> Any:
 
 
 def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[list[Curve], float]:
-    """Outlines among entities of a drawing, as chains of straight lines; and the diagonal round them. All
-    lengths are multiplied by a scale, and chords are no farther from a curve than the sagitta (None: 10⁻⁴ of
-    the diagonal). Raises ValueError if an entity cannot be read as an outline; the message names it."""
+    """Outlines among entities of a drawing, as chains of straight lines, all lengths times a scale; and the
+    diagonal round them. Raises ValueError, naming the entity, if one cannot be read as an outline."""
     from ezdxf.edgesmith import is_closed_entity
 
     drawn = [entity for entity in entities if entity.dxftype() not in _IGNORED]
@@ -122,8 +120,7 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
 
 
 def _chain(entity: Any, sagitta: float) -> np.ndarray:
-    """Points along an entity, shape (points, 2), whose chords are no farther from it than the sagitta. Raises
-    ValueError, naming the entity, if there are none or too many, or it does not lie in the plane."""
+    """Points along an entity, shape (points, 2), whose chords are no farther from it than the sagitta."""
     kind = entity.dxftype()
     if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
         what = _HIDING.get(kind, "of a kind that is not read")
@@ -247,17 +244,16 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
 
 def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Outline]:
     """Blocks with their holes: an outline inside one other, but for an overlap, is a hole of it, one inside a
-    hole a block, and so on in turns. Of two outlines that are the same the first is the outer one. Raises
-    ValueError, naming the outlines, if one has no area or crosses itself, or is drawn twice."""
+    hole a block, and so on in turns. Of two that are the same the first is the outer one. Raises ValueError,
+    naming it, if one has no area, crosses itself, or is drawn twice."""
     polygons = np.array([_polygon(curve, tolerance) for curve in outlines], dtype=object)
     area = shapely.area(polygons)
     inner, outer = shapely.STRtree(polygons).query(shapely.point_on_surface(polygons), predicate="within")
     same = np.abs(area[inner] - area[outer]) <= _SAME * area[outer]
     inside = np.where(same, inner > outer, area[inner] < area[outer])
-    inner, outer = inner[inside], outer[inside]
     rest = shapely.area(shapely.difference(polygons[inner], polygons[outer]))
-    covered = rest <= overlap * shapely.length(polygons[inner])
-    inner, outer = inner[covered], outer[covered]
+    inside &= rest <= overlap * shapely.length(polygons[inner])
+    inner, outer = inner[inside], outer[inside]
     depth = np.bincount(inner, minlength=len(polygons))
     holes: defaultdict[int, list[shapely.LinearRing]] = defaultdict(list)
     for index in np.flatnonzero(depth % 2).tolist():
@@ -271,12 +267,11 @@ def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: fl
 
 
 def _polygon(curve: Curve, tolerance: float) -> shapely.Polygon:
-    points = curve.points
-    step = np.hypot(*(points - np.roll(points, 1, axis=0)).T)
-    points = points[step > tolerance]
-    if len(points) < 3 or shapely.Polygon(points).area <= tolerance**2:
+    step = np.hypot(*(curve.points - np.roll(curve.points, 1, axis=0)).T)
+    points = curve.points[step > tolerance]
+    polygon = shapely.Polygon(points if len(points) > 2 else None)
+    if polygon.area <= tolerance**2:
         raise ValueError(f"{curve.where} has no area: delete it")
-    polygon = shapely.Polygon(points)
     if not polygon.is_valid:
         raise ValueError(f"{curve.where} crosses itself: draw its corners in order round the block")
     return shapely.orient_polygons(polygon)

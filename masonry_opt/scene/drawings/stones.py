@@ -46,8 +46,8 @@ class FlatDrawing(Drawing):
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
         """The block of an outline with holes: a support, or of this unit weight, which ``keys`` override."""
-        rings = [ring.coords[:-1] for ring in (outline.exterior, *outline.interiors)]
-        outer, *holes = [[(float(x), float(y)) for x, y in ring] for ring in rings]
+        rings = outline.exterior, *outline.interiors
+        outer, *holes = (list(map(tuple, shapely.get_coordinates(ring)[:-1].tolist())) for ring in rings)
         loads = {"unit_weight": self.unit_weight} | keys
         return Block(name=name, vertices=outer, holes=holes, **({"fixed": True} if fixed else loads))
 
@@ -99,9 +99,8 @@ def listed(names: Sequence[str]) -> str:
 
 
 def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] = ()) -> list[Mesh]:
-    """The blocks, those a support that are one already, are named, reach down to a height, or have one of the
-    words in their name or that of their layers. Raises ValueError if a name is none of theirs, or nothing is
-    a support."""
+    """The blocks, supports also those that are named, reach down to a height, or have one of the words in
+    their names or layers. Raises ValueError if a name is none of theirs, or nothing is a support."""
     names = [mesh.name for mesh in meshes]
     if unknown := [name for name in which.fixed if name not in names]:
         raise ValueError(f"'fixed': no block '{unknown[0]}' (blocks: {listed(names)})")
@@ -127,8 +126,7 @@ class SolidDrawing(Drawing):
     live: Vector = (0.0, 0.0, 0.0)
 
     def solid(self, mesh: Mesh, tolerance: float) -> Solid:
-        """The solid of a closed mesh: a support, or one with this unit weight and live load. Raises
-        ValueError if it cannot be cut into convex parts."""
+        """The solid of a closed mesh. Raises ValueError if it cannot be cut into convex parts."""
         whole = polyhedron(mesh, tolerance)
         parts = [whole] if whole.convex(tolerance) else convex_parts(whole, tolerance)
         shape = _keys(parts[0]) if len(parts) == 1 else {"parts": [_keys(part) for part in parts]}
@@ -142,8 +140,7 @@ def _keys(shape: MeshSolid) -> dict[str, Any]:
 
 
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
-    """The scene that closed meshes make; a support of one face is taken for the top of a slab. Raises
-    ValueError if there is no support, a block is no solid, or they make no scene."""
+    """The scene of closed meshes; a support of one face is a slab's top. Raises ValueError without one."""
     standing = [mesh.points for mesh in meshes if not mesh.fixed]
     if not standing:
         names = listed([mesh.name for mesh in meshes])
@@ -173,8 +170,7 @@ def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
 
 
 def _tolerance(standing: Sequence[np.ndarray]) -> float:
-    """Twice the last decimal of the coordinates of blocks where these seem rounded: where all have a few
-    decimals, and that is little beside the blocks. Else that of a scene."""
+    """Twice the last decimal of rounded coordinates, if little beside the blocks; else that of a scene."""
     points = np.concatenate(standing)
     usual = RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(points, axis=0)))
     smallest = min(float(np.cbrt(np.prod(np.ptp(own, axis=0)))) for own in standing)
