@@ -111,7 +111,8 @@ IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
 #: and their new values, or functions of their old ones.
 ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "small-cohesion-of-a-block": ("nonassociative", {"loop.steps:_DWARFS": inf}),
-    "end-at-the-surer-mechanism": ("nonassociative", {_RUN + "_SHARE": 1e-4}),
+    "end-at-the-larger-mechanism": ("nonassociative", {_RUN + "_SHARES": (1e-4,)}),
+    "end-at-the-surer-mechanism": ("nonassociative", {_RUN + "_SHARES": (1e-6,)}),
     "divergence": ("nonassociative", {_RUN + "_DOUBLINGS": 999, _RUN + "_RISES": 999}),
     "slow-divergence": ("nonassociative", {_RUN + "_RISES": 999}),
     "cycles": ("nonassociative", {_RUN + "_STEADY": 0.0}),

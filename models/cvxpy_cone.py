@@ -10,9 +10,7 @@ from masonry_opt.models.cvxpy_terms import Mechanism, Statics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Factor on the energy that a mechanism leaves, which is next to nothing: solvers end at an absolute gap, and
-#: unscaled leave more than an exact state may on façades of 231 blocks.
-_ENERGY_SCALE = 100.0
+_ENERGY_SCALE = 100.0  #: Factor on the energy that a mechanism leaves: solvers end at an absolute gap.
 
 
 class Senses(NamedTuple):
@@ -20,9 +18,8 @@ class Senses(NamedTuple):
 
     point: np.ndarray  #: the points, shape (m,)
     along: np.ndarray  #: unit vectors in their planes, shape (2, m)
-    #: Whether these are opposite to corners of polygons inside the circle of shears, not to the points where
-    #: sides of polygons round it touch it. Inside, all forces are within the cones; round them, all
-    #: mechanisms follow the cones.
+    #: Whether opposite to corners of polygons inside the circle of shears (forces are within the cones), or
+    #: to where sides of polygons round it touch it (mechanisms follow the cones).
     inside: bool
 
 

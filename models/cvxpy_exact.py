@@ -2,8 +2,7 @@
 forces; and their Farkas alternatives, which show that they are empty.
 
 Each leaves the least energy z·p in faces that move without being at yield. Where nothing is left, forces and
-mechanism satisfy complementarity, eq. (8): they are a collapse state. Of states with all faces of a mechanism
-at yield another program finds the one of the nearest λ.
+mechanism satisfy complementarity, eq. (8): they are a collapse state.
 """
 
 from dataclasses import replace
@@ -20,8 +19,8 @@ class CvxpyForces:
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
-    Costs are a, and b of shape (3c,), zeros by default. ``room`` is infinite here. A solver that stays loaded
-    is given other costs, and room 0 on the faces that are held at yield.
+    Costs are a, and b of shape (3c,), zeros by default. ``room`` is infinite here; a solver that stays loaded
+    is given 0 on the faces that are held at yield.
     """
 
     def __init__(
@@ -44,8 +43,8 @@ class CvxpyMotion:
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
     The cost, shape (faces,), is such as the slacks z ≥ 0 of a state, zeros by default; the slope, opening per
-    unit slip, shape (k,), by default the joints' own. ``most`` is infinite here. A solver that stays loaded
-    is given other costs, and most 0 on the faces that must not move.
+    unit slip, shape (k,), by default the joints' own. ``most`` is infinite here; a solver that stays loaded
+    is given 0 on the faces that must not move.
     """
 
     def __init__(
@@ -120,10 +119,6 @@ class CvxpyNoForces:
 
 
 def energy_costs(problem: Problem, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
-    """Costs a and b of λ Σ|f_L| + weight z·p for rates p, shape (faces,), without the constant weight c·p.
-
-    Energy is counted as the certificate counts it. With a large weight λ decides only among forces that leave
-    nearly the same energy. The cost is bounded below where the live load drives the mechanism and the weight
-    is above one.
-    """
+    """Costs a and b of λ Σ|f_L| + weight z·p for rates p, shape (faces,), without the constant weight c·p:
+    bounded below where the live load drives the mechanism and the weight is above one."""
     return problem.live_norm, weight * (problem.true_yield.T @ (p / problem.steep))

@@ -27,8 +27,7 @@ class CvxpyKinematic:
         self.program = cp.Problem(cp.Minimize(work), [*mechanism.rows, mechanism.live_work])
 
     def read(self) -> State:
-        """The state at the optimum: forces and load factor are the duals of compatibility and of
-        the live work (CVXPY's sign of an equality's dual turned)."""
+        """The state at the optimum: forces and λ are minus CVXPY's duals of compatibility and live work."""
         mechanism = self.mechanism
         load_factor, q = -mechanism.live_work.dual_value, -self.compatibility.dual_value
         return State(float(load_factor), q, mechanism.d.value, mechanism.rates(self.limits.slope.value))

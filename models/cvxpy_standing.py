@@ -39,13 +39,13 @@ class CvxpyFalling:
         max  scale (f_D·d − c·p) − ½ Σ wᵢ |dᵢ|²    s.t.    Bᵀ d = D(slope) p,    p ≥ 0
 
     over the blocks i, with wᵢ = |f_D,i| in place of masses, and in |dᵢ| rotations times radii of gyration,
-    shape (b, rotations): Gauss's principle of least constraint. Blocks that can stay in touch do. Velocities
-    are ``scale`` times those that go with free fall at 1: of what hardly falls they would be rounding.
+    shape (b, rotations): Gauss's principle of least constraint. Velocities are ``scale`` times those that go
+    with free fall at 1: of what hardly falls they would be rounding.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, gyration: np.ndarray, scale: float) -> None:
         mechanism = self.mechanism = _mechanism(problem, limits)
-        # In the unit of force the median block's is one. Without weight there is no inertia: a little.
+        # In the unit of force the median block's is one. Without weight there is a little inertia.
         size = np.maximum(problem.force_sizes(problem.dead), 1e-2)
         of_velocity = np.ones((len(size), problem.layout.dimension))
         root = np.sqrt(size)[:, None] * np.column_stack([of_velocity, gyration])

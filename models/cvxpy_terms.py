@@ -9,8 +9,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class ShearParameters:
-    """Shear limits as parameters ``slope`` and ``cohesion``, shape (k,) each: all that changes between the
-    sub-problems of the loop."""
+    """Shear limits as parameters ``slope`` and ``cohesion``, shape (k,) each."""
 
     def __init__(self, limits: ShearLimits) -> None:
         self.slope, self.cohesion = (cp.Parameter(limits.slope.size, name=name) for name in ("slope", "c"))
@@ -79,16 +78,14 @@ class Mechanism:
         #: Energy that the chords of crushing and limits of forces dissipate.
         self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
-        # With 0 to the right: Python may swap the sides of == between expressions (when the right
-        # one's class is derived from the left one's), and with them the sign of the dual.
+        # With 0 to the right: Python may swap the sides of == between expressions, and the dual's sign.
         self.compatibility = problem.B.T @ self.d - flow == 0
         #: Its conditions, but that the live load does work.
         self.rows: list[cp.Constraint] = [self.compatibility]
         self.live_work = problem.live @ self.d == problem.live_norm
 
     def power(self, cohesion: cp.Parameter | np.ndarray) -> cp.Expression:
-        """Power of the dead load less what the mechanism dissipates, f_D·d − c·p, c of the joints that can
-        slide, shape (k,), being ``cohesion``."""
+        """Power of the dead load less what the mechanism dissipates, f_D·d − c·p, for cohesion (k,)."""
         return self._problem.dead @ self.d - cohesion @ self.slip - self.resisted
 
     def rates(self, slope: np.ndarray) -> np.ndarray:

@@ -22,8 +22,7 @@ class PyomoKinematic:
         model.objective = pyo.Objective(expr=raising + dissipated + mechanism.resisted)
 
     def read(self) -> State:
-        """The state at the optimum: forces and load factor are the duals of compatibility and of
-        the live work."""
+        """The state at the optimum: forces and λ are the duals of compatibility and of the live work."""
         mechanism = self.mechanism
         load_factor, q = self.program.dual[mechanism.live_work], duals(mechanism.compatibility)
         return State(float(load_factor), q, values(mechanism.d), values(mechanism.p))

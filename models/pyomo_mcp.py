@@ -16,8 +16,7 @@ class PyomoMcp:
         B q + λ f_L + f_D = 0,    Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face
 
-    There are as many equations and complementary pairs as unknowns λ, q, d, p, and no objective: several λ
-    may meet them.
+    There is no objective: several λ may meet them.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -42,17 +41,16 @@ class PyomoMcp:
 
 
 def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
-    """Write complementarity, in place, by a transformation of Pyomo's that makes each slack a variable,
-    z = C(μ) q + c with z ≥ 0, and return these variables."""
+    """Write complementarity, in place, by a transformation of Pyomo's with variables z = C(μ) q + c ≥ 0, and
+    return these."""
     conditions = model.program.complementarity
     pyo.TransformationFactory(transformation).apply_to(model.program)
     for condition in conditions.values():
-        # The row p ≥ 0, which is the rate's own bound.
-        condition.c.deactivate()
+        condition.c.deactivate()  # p ≥ 0, which is the rate's own bound
     return pyo.Reference(conditions[:].v)
 
 
 def with_pairs(model: PyomoMcp) -> None:
-    """Write complementarity, in place, as Pyomo's writer of NL files takes it (other writers drop it): for
-    each face a free variable z = C(μ) q + c, and a row z ≥ 0 that is complementary to the bound p ≥ 0."""
+    """Write complementarity, in place, as Pyomo's writer of NL files alone takes it: for each face a free
+    variable z = C(μ) q + c, and a row z ≥ 0 that is complementary to the bound p ≥ 0."""
     pyo.TransformationFactory("mpec.nl").apply_to(model.program)

@@ -58,9 +58,9 @@ class PyomoGlobal(PyomoMpec):
 
         p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
 
-    Exact as long as the bounds P and Z cut nothing off. The last row bounds rates and cuts nothing off:
-    sliding dissipates, so what the live load does covers at least the raising of the blocks. Z and P have the
-    shape (faces,); Λ is an upper bound of λ ≥ 0, such as the associative load factor.
+    Exact as long as P and Z, shape (faces,), cut nothing off. The last row bounds rates and cuts nothing off:
+    sliding dissipates, so what the live load does covers the raising of the blocks. Λ is an upper bound of
+    λ ≥ 0, such as the associative load factor.
     """
 
     def __init__(

@@ -25,7 +25,6 @@ class PyomoStatic:
         model.objective = pyo.Objective(expr=-problem.live_norm * self.statics.load_factor)
 
     def read(self) -> State:
-        """The state at the optimum: velocities and rates are the duals of equilibrium and yield
-        (of a minimisation: negative)."""
+        """The state at the optimum: velocities and rates are minus the duals of equilibrium and yield."""
         d, p = -duals(self.statics.equilibrium), -duals(self.program.within_yield)
         return State(*self.statics.forces(), d, p)

@@ -14,8 +14,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 def rows(matrix: sp.csr_array, variables: Sequence[Any], together: int = 0) -> Iterator[Any]:
     """Each row of ``matrix @ variables`` as a linear expression, its terms in order, or ``together`` joint by
-    joint, given their number. The order of the terms is that of HiGHS's columns, and decides which of many
-    optimal vertices its simplex ends in."""
+    joint, given their number: HiGHS's columns follow it, and simplex ends in other optimal vertices."""
     for row in range(matrix.shape[0]):
         span = slice(matrix.indptr[row], matrix.indptr[row + 1])
         columns, entries = matrix.indices[span], matrix.data[span]
@@ -49,8 +48,7 @@ def put(variable: pyo.Var, numbers: np.ndarray) -> None:
 
 
 class ShearParameters:
-    """Shear limits as mutable parameters ``slope`` and ``cohesion`` of a model, over the k joints that can
-    slide: all that changes between the sub-problems of the loop."""
+    """Shear limits as mutable parameters ``slope`` and ``cohesion`` of the k joints that can slide."""
 
     def __init__(self, model: pyo.ConcreteModel, limits: ShearLimits) -> None:
         joints = range(len(limits.slope))

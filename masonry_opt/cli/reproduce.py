@@ -16,7 +16,7 @@ from masonry_opt.cli.command import Given, command
 from masonry_opt.drawing.figure import boxes, style
 from masonry_opt.errors import NoLoadFactorError, OptionError
 from masonry_opt.files import picture_metadata, refuse_unwritable, writing
-from masonry_opt.solvers.registry import find_entry
+from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.terminal import print_text
 
@@ -48,7 +48,7 @@ def reproduce(_: Given, example: str = "", out: Path = Path("results")) -> bool:
         none = f"nothing to reproduce is named '{unknown.pop()}'"
         raise OptionError(f"{none}; choose all, or one of:\n{listed}")
     if "table1" in names:
-        find_entry("pyomo", "casadi")  # a missing extra is said now, not after minutes
+        find_solver("pyomo", "casadi")  # a missing extra is said now, not after minutes
     # The folder is made before the minutes that filling it takes.
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)

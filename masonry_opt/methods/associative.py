@@ -8,15 +8,15 @@ from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, State
-from masonry_opt.solvers.driver import Driver, LpAnswer
+from masonry_opt.solvers.driver import LpAnswer
 from masonry_opt.solvers.registry import LpSize
 from masonry_opt.standing.diagnosis import no_optimum
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
     """Load factor, forces and mechanism under associative flow, by the "static" formulation, eq. (9), or the
-    "kinematic" one, eq. (10); by the dual program where the solver ends short in this one. Joints crush by
-    chords, as in every Coulomb answer, if so asked or the solver does not take the parabola."""
+    "kinematic" one, eq. (10); by the dual where the solver ends short in it. Joints crush by chords, as in
+    every Coulomb answer, if so asked or the solver does not take the parabola."""
     problem = task.problem
     if task.solver.entry.conic:
         problem = problem.by_cone if by_chords else problem.by_cone.by_parabola
@@ -38,16 +38,11 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:
     """What a solver ends with, with its certificate if it is a state, and the program's size."""
 
-    def declared() -> Driver:
-        return Driver(problem, formulation, task.solver, task.effort, of_load=True, repeats=task.kept.keeps)
-
     def certificate(state: State | None) -> Answer | None:
-        if state is None:
-            return None
-        return certified(problem, state.load_factor, state.q, state.d, problem.friction)
+        return certified(problem, state.load_factor, state.q, state.d, problem.friction) if state else None
 
-    key = ("associative", formulation, task.solver.key, problem.forms)
-    driver = task.kept.of(key, problem, task.effort, declared)
+    how = {"of_load": True, "repeats": task.kept.keeps}
+    driver = task.kept.driver(problem, formulation, task.solver, task.effort, **how)
     # A solver may reach the optimum but for its last digits.
     answer = driver.solve(nearly=True)
     found = certificate(answer.state)
@@ -70,8 +65,8 @@ def kinematic(task: Task) -> Solution:
 
 
 def with_associative(task: Task, of: Solution) -> Solution:
-    """A Coulomb answer with the associative load factor beside it, by the usual solver, unless it was looked
-    for before; that stays None where no answer is borne out."""
+    """A Coulomb answer with the associative load factor beside it, unless it was looked for before; None
+    where no answer is borne out."""
     if of.associative_ended is not None or of.associative is not None:
         return of
     own = Task(task.problem, kept=task.kept)

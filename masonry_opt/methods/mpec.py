@@ -109,8 +109,7 @@ class CasadiIpopt:
         self.multipliers: dict[str, Any] = {}  #: of the last solve, with which the next begins
 
     def solve(self, epsilon: float) -> tuple[bool, str, int]:
-        """Solve with z p ≤ ``epsilon``, from the variables' values and the last solve's multipliers: whether
-        IPOPT found a local optimum, its status and its iterations."""
+        """Solve with z p ≤ ``epsilon``: whether IPOPT found a local optimum, its status, its iterations."""
         self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])
         found = self._solver(x0=start, **self._bounds, **self.multipliers)
@@ -143,7 +142,7 @@ def mpec(task: Task) -> Solution:
 
 
 def _relaxed(task: Task, start: State | None) -> Solution:
-    """Series of solves for a falling ε, from a start or from rest: the first that comes to its end."""
+    """The first series of solves for a falling ε, from a start or from rest, that comes to its end."""
     problem, effort, smallest = task.problem, task.effort, task.options.epsilon_min
     scaled = in_units_of_live_load(problem)
     with effort.measure("build"):

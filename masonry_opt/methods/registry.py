@@ -40,10 +40,7 @@ METHODS = {method.name: method for method in _ALL}
 DEFAULT = "mcp"  #: The method of whoever names none.
 
 #: What is said with a method and is no option of it.
-_ARGUMENTS = (
-    *("scene", "method", "model", "solver", "tolerance", "expected"),
-    *("load_case", "progress", "phases"),
-)
+_BESIDE = ("scene", "method", "model", "solver", "tolerance", "expected", "load_case", "progress", "phases")
 
 
 @dataclass(frozen=True)
@@ -138,7 +135,7 @@ def _instead(option: str, known: Iterable[str]) -> str:
     """What to write in place of an option that a method does not have."""
     if homes := _homes(option):
         return f"; methods that have it: {', '.join(homes)}"
-    if close := difflib.get_close_matches(option, [*known, *_ARGUMENTS], n=1):
+    if close := difflib.get_close_matches(option, [*known, *_BESIDE], n=1):
         return f"; did you mean '{close[0]}'?"
     others = [other for has in METHODS.values() if has.options for other in has.options.model_fields]
     if close := difflib.get_close_matches(option, others, n=1):

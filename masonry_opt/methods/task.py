@@ -45,8 +45,7 @@ class Task:
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """Copy of a solution, for another method to start from. Raises OptionError if it is of another scene or
-    has no forces."""
+    """A solution to start from. Raises OptionError if it is of another scene or has no forces."""
     if solution.q is None or solution.d is None:
         raise OptionError("option 'start': the result has no forces to start from")
     if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):

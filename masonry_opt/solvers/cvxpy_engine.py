@@ -28,8 +28,8 @@ _TOO_LARGE = 3000
 
 
 class CvxpyEngine:
-    """A declared program and the solver that answers it, which the effort records under the purpose. What
-    ``repeats``, solved again and again with other parameters, is compiled only once."""
+    """A declared program and the solver that answers it, which the effort records under the purpose; compiled
+    only once if it ``repeats`` with other parameters."""
 
     size: LpSize  #: as last compiled
 
@@ -58,20 +58,17 @@ class CvxpyEngine:
         self.size = LpSize(rows, columns, nonzeros)
         effort.lp_solves += 1
         handed_over = partial(chain.solve_via_data, program, solver_opts=dict(options))
-        start = time.perf_counter()
+        status, start = "", time.perf_counter()
         try:
             raw: Any = solve_balanced(handed_over, data) if engine == cp.CLARABEL else handed_over(data)
-        except (cp.SolverError, ValueError) as error:  # ValueError: HiGHS's "unknown", without values
-            return Solved(Verdict.FAILED, str(error), 0.0)
-        elapsed = time.perf_counter() - start
-        of_highs = isinstance(raw, dict) and "model_status" in raw
-        status = str(raw["model_status"]) if of_highs else str(getattr(raw, "status", ""))
-        with effort.measure("read"), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # "may be inaccurate": the status says so and is read
-            try:
+            elapsed = time.perf_counter() - start
+            of_highs = isinstance(raw, dict) and "model_status" in raw
+            status = str(raw["model_status"] if of_highs else getattr(raw, "status", ""))
+            with effort.measure("read"), warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # "may be inaccurate": the status says so and is read
                 program.unpack_results(raw, chain, inverse)
-            except (cp.SolverError, ValueError):
-                return Solved(Verdict.FAILED, status, 0.0)
+        except (cp.SolverError, ValueError) as error:  # ValueError: HiGHS's "unknown", without values
+            return Solved(Verdict.FAILED, status or str(error), 0.0)
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
@@ -93,8 +90,8 @@ _LARGE = 1e3
 
 
 def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any]) -> Any:
-    """What a solver of min c·x + ½ x·P x with b − A x in cones ends with, in the program's own units. Of the
-    data it takes c, A, b, P, if any, and the cones' dimensions, as CVXPY has them for Clarabel."""
+    """What a solver of min c·x + ½ x·P x with b − A x in cones ends with, in the program's own units, from
+    data as CVXPY has it for Clarabel."""
     A, dims = data["A"], data["dims"]
     if not A.nnz or abs(A).max() <= _LARGE:
         return solve(data)

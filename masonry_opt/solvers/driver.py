@@ -12,8 +12,7 @@ from masonry_opt.solvers.registry import LpSize, Solved, Solver
 
 
 def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
-    """The engine, and the models by formulation. Each language takes a second or more to import: only the one
-    that is used is."""
+    """The engine, and the models by formulation. Only the language used is imported, which takes a second."""
     if language == "pyomo":
         from masonry_opt.models.pyomo_kinematic import PyomoKinematic
         from masonry_opt.models.pyomo_static import PyomoStatic
@@ -101,8 +100,8 @@ class Kept:
     dilatancy: their ``again_for(problem, effort)`` is the same for a problem of which
     :meth:`~.problem.Problem.same_program` holds, solved from a cold start and counted in another effort.
 
-    What is kept may change the time of an analysis, never its load factor: every solve begins cold. (Forces
-    kept of another scene may show that a scene stands, where a solver alone would not decide.)
+    They change the time of an analysis, never its load factor: every solve begins cold. (Forces kept of
+    another scene may show that a scene stands, where a solver alone would not decide.)
     """
 
     def __init__(self, keeps: bool = False) -> None:
@@ -112,11 +111,18 @@ class Kept:
     def of(
         self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T], own: bool = False
     ) -> _T:
-        """What is kept under a key, for this problem; built where there is nothing, or it is of other
-        matrices, loads or strengths. What is the problem's ``own`` is kept for it in any case."""
+        """What is kept under a key, built where that is nothing, or of other matrices, loads or strengths.
+        What is the problem's ``own`` is kept for it in any case."""
         before, held = self._held.get(key, (None, None))
         again = before is problem or (self.keeps and before is not None and problem.same_program(before))
         found = cast(_T, held.again_for(problem, effort)) if again else build()
         if self.keeps or own:
             self._held[key] = problem, found
         return found
+
+    def driver(
+        self, problem: Problem, formulation: str, solver: Solver, effort: Effort, **how: Any
+    ) -> Driver:
+        """A driver of the problem, kept by how it was made."""
+        key = (formulation, solver.key, problem.forms, *how.items())
+        return self.of(key, problem, effort, lambda: Driver(problem, formulation, solver, effort, **how))

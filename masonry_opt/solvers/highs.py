@@ -1,5 +1,4 @@
-"""Linear programs as arrays, the bounds that multipliers prove of them, and HiGHS, in which they stay loaded
-while their costs and bounds change."""
+"""Linear programs as arrays, what multipliers prove of them, and HiGHS, in which they stay loaded."""
 
 import time
 from collections.abc import Mapping
@@ -38,10 +37,8 @@ class LinearProgram:
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
         rhs, equations = np.asarray(data["b"], dtype=float), data["dims"].zero
         width, offset = len(data["c"]), data["param_prob"].var_id_to_col
-        low, high = (
-            np.full(width, default) if data[name] is None else np.asarray(data[name], dtype=float)
-            for name, default in (("lower_bounds", -np.inf), ("upper_bounds", np.inf))
-        )
+        bounds = (data["lower_bounds"], -np.inf), (data["upper_bounds"], np.inf)
+        low, high = (np.full(width, none if given is None else given, float) for given, none in bounds)
         # Equations come first, in the order of their declaration.
         declared = sorted(program.constraints, key=lambda row: not isinstance(row, cp.constraints.Zero))
         *ends, last = np.cumsum([row.size for row in declared])
@@ -119,9 +116,8 @@ _VERDICTS = {
 
 
 class HighsSession:
-    """A linear program in HiGHS, as declared in CVXPY or compiled before, and one of HiGHS's solvers, simplex
-    by default, with options beside its own; the effort records it under the purpose. After a change of costs
-    or bounds simplex starts from the last basis."""
+    """A linear program in HiGHS, as declared in CVXPY or compiled before, and one of its solvers, simplex by
+    default, with options beside its own. After a change simplex starts from the last basis."""
 
     def __init__(
         self, program: Any, effort: Effort, purpose: str, solver: Solver | None = None, **options: Any
@@ -130,7 +126,6 @@ class HighsSession:
         solver = solver or find_solver("cvxpy", "highs", tolerance=1e-10)
         effort.uses(solver.name, purpose)
         self.lp = lp = program if isinstance(program, LinearProgram) else LinearProgram.of(program)
-        self.size = lp.size
         self._highs = highspy.Highs()
         self._highs.silent()
         # Simplex may go round in circles for ever: runs that end take fewer iterations than rows and columns.
@@ -156,8 +151,8 @@ class HighsSession:
         self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
 
     def set_column(self, variable: Any, constraint: Any, entries: np.ndarray) -> None:
-        """Entries of a variable of one column in the rows of a constraint, in order. Bounds by multipliers
-        (``least``, ``contradiction``) are those of the program as it was declared."""
+        """Entries of a variable of one column in the rows of a constraint, in order (``least`` and
+        ``contradiction`` do not know them)."""
         column = int(self.columns(variable)[0])
         for row, entry in zip(self.rows(constraint).tolist(), entries.tolist(), strict=True):
             self._highs.changeCoeff(row, column, entry)
@@ -183,8 +178,8 @@ class HighsSession:
         return verdict
 
     def stop_if_iterations_restart(self) -> None:
-        """Interrupt runs whose count of iterations falls. HiGHS restarts a HiPO run that stalls by the older
-        interior point, and drops the multipliers of both if that fails; interrupted, it keeps HiPO's."""
+        """Interrupt runs whose count of iterations falls: HiGHS restarts a HiPO run that stalls by the older
+        interior point, and, not interrupted, drops the multipliers of both if that fails."""
         furthest = 0
 
         def look(_kind: Any, _message: str, out: Any, into: Any, _data: Any) -> None:
@@ -198,8 +193,7 @@ class HighsSession:
     def run(self, seconds: float) -> Verdict:
         """One run within so many seconds, without a second try."""
         start = self._highs.getRunTime()
-        # The limit is of all runs.
-        self._highs.setOptionValue("time_limit", start + seconds)
+        self._highs.setOptionValue("time_limit", start + seconds)  # of all runs
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
         self.effort.iterations += iterations_of(self._highs.getInfo())

@@ -18,8 +18,7 @@ _VERDICTS = {
 
 
 class PyomoEngine:
-    """A declared program, and a HiGHS that stays loaded with it between solves, ``repeats`` or not.
-    The interface is that of :class:`~.cvxpy_engine.CvxpyEngine`."""
+    """As :class:`~.cvxpy_engine.CvxpyEngine`, with a HiGHS that stays loaded, ``repeats`` or not."""
 
     def __init__(
         self, program: pyo.ConcreteModel, solver: Solver, effort: Effort, purpose: str, repeats: bool = False

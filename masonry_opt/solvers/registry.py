@@ -29,9 +29,7 @@ class SolverEntry:
     options: Options | None  #: its options by tolerance; None if it keeps tolerances of its own
     brought_by: str = ""  #: the module that brings it, if it need not be installed
     interior: bool = False  #: whether it ends inside the set of optimal states, not in a vertex
-    #: Whether it saves time at a rough tolerance. (At 1e-4 HiGHS's interior points end "unknown", and its
-    #: simplex ends in a vertex all the same.)
-    stops_early: bool = False
+    stops_early: bool = False  #: whether it saves time at a rough tolerance (HiGHS ends "unknown" at 1e-4)
     decides: bool = True  #: whether its verdicts "infeasible" and "unbounded" can be trusted
     conic: bool = False  #: whether it takes second-order cones
     nonlinear: bool = False  #: whether it solves such programs, and nothing else here
@@ -44,7 +42,7 @@ class SolverEntry:
 
 @dataclass(frozen=True)
 class Solver:
-    """A solver with its options, and the feasibility and gap asked of it, which they hold too."""
+    """A solver, its options, and the feasibility and gap that they ask of it."""
 
     entry: SolverEntry
     options: dict[str, Any]
@@ -75,8 +73,7 @@ def _clarabel(tolerance: float) -> dict[str, Any]:
     # Its own choice is faer from some hundred thousand joints on, which takes four times as long there.
     options["direct_solve_method"] = "qdldl"
     if tolerance >= 1e-5:
-        # A third of the time goes into refining search directions, which so rough an answer does not need.
-        options["iterative_refinement_enable"] = False
+        options["iterative_refinement_enable"] = False  # a third of the time, for digits that are not asked
     return options
 
 
@@ -101,14 +98,15 @@ def _first_order(**most: int) -> Options:
     return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **most}
 
 
+_highs_hipo = partial(_highs_interior, solver="hipo")
+
+
 @cache
 def _installed_for_cvxpy() -> frozenset[str]:
     import cvxpy as cp
 
     return frozenset(cp.installed_solvers())
 
-
-_highs_hipo = partial(_highs_interior, solver="hipo")
 
 _ENTRIES = (
     SolverEntry("clarabel", "cvxpy", "CLARABEL", _clarabel, interior=True, stops_early=True, conic=True),
@@ -141,17 +139,17 @@ def capable(language: str, of: Callable[[SolverEntry], bool]) -> tuple[str, ...]
     return tuple(entry.name for entry in _ENTRIES if entry.language == language and of(entry))
 
 
-def find_entry(language: str, name: str | None) -> SolverEntry:
-    """The solver of that name in that language, or the language's default. CVXPY drives any further solver
-    that it finds installed, with tolerances of its own. Raises OptionError if the language is unknown, or the
-    solver unknown there or not installed."""
+def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
+    """The solver of that name in that language, or its default, with a tolerance; any that CVXPY finds
+    installed, with its own. Raises OptionError if the language is unknown, the solver unknown there or not
+    installed, or the tolerance no number between 0 and 0.1."""
     if language not in MODELS:
         raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(MODELS)}")
     known = capable(language, lambda entry: not entry.nonlinear)
     name = (name or known[0]).lower()
     entry = SOLVERS.get((language, name))
     if entry is None and language == "cvxpy" and name.upper() in _installed_for_cvxpy():
-        return SolverEntry(name, language, name.upper(), None, decides=False)
+        entry = SolverEntry(name, language, name.upper(), None, decides=False)
     if entry is None:
         others = "; or any other that CVXPY finds installed" if language == "cvxpy" else ""
         raise OptionError(
@@ -159,13 +157,6 @@ def find_entry(language: str, name: str | None) -> SolverEntry:
         )
     if entry.brought_by and not importlib.util.find_spec(entry.brought_by):
         raise OptionError(f"solver '{name}' is not installed: CasADi brings IPOPT: pip install '.[mpec]'")
-    return entry
-
-
-def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
-    """The solver of that name in that language, or the language's default, with a tolerance. Raises
-    OptionError as :func:`find_entry`, or if the tolerance is no number between 0 and 0.1."""
-    entry = find_entry(language, name)
     if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):
         raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
     return Solver(entry, entry.options(tolerance) if entry.options else {}, tolerance)
@@ -177,9 +168,9 @@ def rougher(solver: Solver, tolerance: float) -> Solver:
 
 
 def in_cvxpy(solver: Solver, cones: bool = False) -> Solver:
-    """The same solver at its default tolerance, for programs that are declared in CVXPY alone; CVXPY's
-    default solver where CVXPY does not drive it, its verdicts cannot be trusted, or it takes no cones and
-    there are any."""
+    """The same solver at its default tolerance, for programs that are declared in CVXPY alone; CVXPY's own
+    where CVXPY does not drive it, its verdicts cannot be trusted, or there are cones, which it does not take.
+    """
     entry = SOLVERS.get(("cvxpy", solver.name))
     fit = entry is not None and entry.decides and (entry.conic or not cones)
     return find_solver("cvxpy", solver.name if fit else None)

@@ -72,8 +72,7 @@ def global_search(task: Task) -> Solution:
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:
-    """A solution with its bound raised, and on scenes of few joints the lowest state that the programs are
-    near."""
+    """A solution with its bound raised, on scenes of few joints with the lowest state near the programs."""
     problem, refiner, ends = task.problem, refiner_of(task), began + task.options.time_limit
     for step, size, forces in rising.programs(ends, began):
         task.progress(step)
@@ -90,7 +89,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Sol
 
 
 def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> Solution:
-    """A solution with its status, and the reason, from what was found."""
+    """A solution with its status, and the reason."""
     answer = solution.answer
     if answer is None:
         return solution.ended(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)

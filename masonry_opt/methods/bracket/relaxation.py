@@ -1,6 +1,5 @@
 """Lower bounds of λ from products of statics and kinematics, raised by programs of more and more of them,
-near ones first; and the largest forces and rates of all states with λ in an interval, which they are proven
-within, from multipliers and dual rays."""
+near ones first; and the largest forces and rates of all states with λ in an interval."""
 
 import time
 from collections.abc import Iterator
@@ -25,37 +24,34 @@ from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 _TIMES_LOADS = 10.0  #: Where statics set no limit, forces are assumed to be at most so many times all loads.
 _BEYOND = 1e9  #: A mechanism that only rates and velocities this large could make is none.
 
-#: Tolerance asked of the interior points, and the rows up to which HiGHS's older one is tried first: it is
-#: two to three times as fast there and nearer the optimum; above it mostly breaks off without multipliers.
+#: Tolerance of the interior points, and the rows up to which HiGHS's older one is tried first: it is two to
+#: three times as fast there and nearer the optimum; above it mostly breaks off without multipliers.
 _TOLERANCE, _FEW_ROWS = 1e-7, 20_000
 
-#: Tolerance asked of HiPO, over the share of λ that is still open: half of its iterations would go into the
-#: last hundredth of a proof, where a program of more products proves half as much again.
+#: Tolerance asked of HiPO, over the share of λ that is open: half of its iterations would go into the last
+#: hundredth of a proof, where more products prove half as much again.
 _COARSE = 0.05
 
 #: Largest velocity for the solver where there is no bound, in units of the live load's mean velocity: with
-#: free columns HiPO stalls or breaks off, the older interior point on few scenes. The proof from the
-#: multipliers does not use it.
+#: free columns HiPO stalls or breaks off, the older one on few scenes. The proof does not use it.
 _FASTEST = 20.0
 
 _MOVES = 1e-3  #: Rates and velocities below this are taken for none.
 _MOST_STEPS = 500  #: Iterations at most, for programs that no time ends.
 LEAST_TIME = 1.0  #: Seconds that a program is given at least.
 
-#: Largest distances, in blocks, of the factors of products: forces with rates, forces with velocities. The
-#: next are taken where the last leave a gap and time.
+#: Largest distances, in blocks, of forces and rates, and of forces and velocities, in products: in turn.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 _ABOVE = 1e-4  #: The programs take this share more than the best λ known, so that they have an interior.
 
-#: A program that closes more than this share of the gap is followed by another of the same products, with the
-#: limits of forces that it leaves; else by one of more products, which takes three to ten times as long.
+#: A program that closes more than this share of the gap is repeated with the limits of forces that it leaves,
+#: else followed by one of more products, which takes three to ten times as long.
 _WORTH_REPEATING = 0.5
+_MOST_PRODUCTS = 400_000  #: No program keeps more products than this (memory).
 
 #: What rates are assumed to sum to, at least, and over those of the state known (on walls 30 to 140).
 _LEAST_RATES, _OVER_KNOWN = 100.0, 10.0
-
-_MOST_PRODUCTS = 400_000  #: No program keeps more products than this (memory).
 
 
 @dataclass(frozen=True)
@@ -80,27 +76,24 @@ class StateBounds:
 
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
     """Bounds over all states with 0 ≤ λ ≤ ``highest``: the largest forces that statics allow, and the largest
-    rates that kinematics allow each face while raising the blocks takes no more than the live load gives;
-    sliding with the other sense at rest. Nothing is lost by that where dilatancy is not negative: at yield in
-    both senses a joint carries nothing and may open instead (without friction and cohesion it must not
-    dilate)."""
+    rates that kinematics allow each face while raising the blocks takes no more than the live load gives, the
+    other sense of sliding at rest. Nothing is lost where dilatancy is not negative: at yield in both senses a
+    joint carries nothing and may open instead (without friction and cohesion it must not dilate)."""
     normal, forces, derived = _force_limits(problem, (0.0, highest), effort)
     rates = _most_rates(problem, highest, effort)
     slips_either_way = (problem.dilatancy > 0) & (problem.friction == 0) & (problem.cohesion == 0)
     rates_derived = bool(np.isfinite(rates) and (problem.dilatancy >= 0).all() and not slips_either_way.any())
     rates = rates if rates_derived else assumed_rates
-    return StateBounds(0.0, normal, forces, rates, forces_derived=derived, rates_derived=rates_derived)
+    return StateBounds(0.0, normal, forces, rates, derived, rates_derived)
 
 
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """The same with the forces of the states with ``lowest`` ≤ λ ≤ ``highest`` alone: the nearer λ is to what
-    statics can carry, the less self-stress goes with it."""
+    """The same of states with ``lowest`` ≤ λ ≤ ``highest``: the higher λ, the less self-stress."""
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
-        # An assumption must not take the place of what is proven of more states.
-        return replace(of, lowest=lowest)
+        return replace(of, lowest=lowest)  # what is proven of more states goes before an assumption
     normal, forces = np.minimum(normal, of.normal), np.minimum(forces, of.forces)
     return replace(of, lowest=lowest, normal=normal, forces=forces)
 
@@ -170,7 +163,7 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
             if value > _BEYOND * lacks.sum():
                 continue  # at rest in every such mechanism: there is none
         if verdict is not Verdict.OPTIMAL:
-            return float(np.inf)
+            return inf
         least, lacks = session.least()
         values[face] = max(-least, 0.0)
         short[face], of_motion[face] = lacks[of_rates].max(), lacks[of_velocities]
@@ -190,17 +183,14 @@ class BoundStep:
     bound: float  #: lower bound of λ that its multipliers prove, below the rates assumed
     lowest: float  #: bound that the programs before it prove; this one is of states from there on
     load_factor: float  #: λ of the best state known
-    #: Largest distance, in blocks, of the joints whose products of forces and rates are kept, and of the
-    #: joints and blocks whose products of forces and velocities are.
-    rates_within: int
-    velocities_within: int
+    rates_within: int  #: largest distance, in blocks, of forces and rates whose products are kept
+    velocities_within: int  #: that of forces and velocities
     products: int
     seconds: float  #: since the method began
 
 
 def near(problem: Problem, radii: tuple[int, int]) -> Pairs:
-    """Whether joints, shape (c, c), and joints and blocks, shape (c, b), are no further apart than the first
-    and second radius, in blocks that touch."""
+    """Whether joints (c, c), and joints and blocks (c, b), are no further apart than the radii, in blocks."""
     touches = problem.matrices.ends.toarray()
     between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
     of_joint = [np.flatnonzero(column) for column in touches.T]
@@ -212,9 +202,8 @@ def near(problem: Problem, radii: tuple[int, int]) -> Pairs:
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
-    """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, joint forces (3c,) that may
-    be next to low states, and its program's size. The bound is what the solver's multipliers prove, however
-    far it came in its ``seconds``."""
+    """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, as the solver's multipliers
+    prove it after so many ``seconds``, joint forces (3c,) that may be next to low states, and the size."""
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)
     with effort.measure("compile"):
@@ -224,7 +213,7 @@ def relaxed(
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.unit + 1, _FASTEST)
     fastest[-1] = 1.0
-    # How large columns may be for the solver; rotations over the usual length of a joint, which is two.
+    # How large columns may be for the solver; rotations over the usual length of a joint, two.
     problem.moments(fastest[velocities.start : -1])[:] /= 2
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
@@ -246,8 +235,8 @@ def _for_each_rate(model: PyomoProducts, lacks: np.ndarray) -> float:
 
 
 def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
-    """Joint forces at values of the products: those alone, then those in the products with each rate and
-    velocity, over it. They may be of different states, and the first between them."""
+    """Joint forces at values of the products: alone, then in products with each rate and velocity, over it:
+    they may be of different states, and the first between them."""
     factors, (i, k) = model.factors, np.array(list(model.product)).T
     one, unit = factors.one, factors.unit
     products = np.full((one + 1, unit + 1), np.nan)
@@ -262,8 +251,7 @@ def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
 def _solved(
     lp: LinearProgram, reach: np.ndarray, within: tuple[float, float], seconds: float, effort: Effort
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The point (columns,) that the solvers reach in that time, and multipliers of the rows, shape (rows,);
-    zeros where they have none."""
+    """The point (columns,) that the solvers reach in that time, and multipliers (rows,); zeros for none."""
     lowest, highest = within
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
     scaled = replace(lp, cost=lp.cost / highest)
@@ -308,9 +296,8 @@ class Rising:
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
         """Programs of more and more products, until the bracket is closed or time is up: what each proved,
-        its size, and joint forces (3c,) that may lead to states lower than the best. Below what one proves
-        there is no state: the next looks above only, where forces have less room, and the same products prove
-        more. They are kept while that pays."""
+        its size, and joint forces (3c,) that may lead to states lower than the best. Each looks only above
+        what the last proved, where forces have less room: the same products prove more, while that pays."""
         before = 0
         for radii in RADII:
             kept = near(self._problem, radii)

@@ -148,7 +148,7 @@ class Refiner(StateFinder):
         # HiGHS drops entries below 1e-9 unless told: joints askew by as little then contradict each other.
         drops = 1e-12 if small else 1e-9
         self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=drops)
-        self.size = self._statics.size
+        self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._random = _RANDOM * small * np.random.default_rng(0).uniform(0.5, 1.5, problem.faces)
         self._random_of_forces = problem.true_yield.T @ (self._random / problem.steep)

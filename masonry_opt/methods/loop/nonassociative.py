@@ -1,9 +1,8 @@
 """Method "nonassociative": runs of the loop, and what is tried where one fails."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import partial
 from typing import Any
 
 from masonry_opt.answer.acceptance import BORNE_OUT
@@ -31,12 +30,14 @@ Failure = Status | Shortfall
 #: What to work with after a run that worked with this; None if that was tried.
 Remedy = Callable[[Attempt], Attempt | None]
 
+_Left = dict[Failure | None, Iterator[Remedy]]  #: What is left to try, by failure.
+
 
 def _accurately(last: Attempt) -> Attempt | None:
     """Sub-problems solved as exactly as any program: a rough answer proves little."""
     if last.parameters.tolerance is None:
         return None
-    parameters = last.parameters.model_copy(update={"tolerance": None, "early": False})
+    parameters = last.parameters.model_copy(update={"tolerance": None})
     return replace(last, parameters=parameters, remedy="sub_problems=accurate")
 
 
@@ -44,16 +45,16 @@ def less_slope(last: Attempt) -> Attempt | None:
     """A contracting limit |s| ≤ c − αμn also caps n at c / (αμ): a smaller slope raises the cap."""
     if last.parameters.alpha <= last.parameters.alpha_min:
         return None
-    return _with(last, alpha=last.parameters.alpha / 3)
+    return _with(last, "alpha", last.parameters.alpha / 3)
 
 
 def _more_damping(last: Attempt) -> Attempt | None:
-    return _with(last, beta=last.parameters.beta / 2)
+    return _with(last, "beta", last.parameters.beta / 2)
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
     """Section 6.3: a start that dilatancy cannot lock."""
-    return None if last.parameters.start == "cohesive" else _with(last, start="cohesive")
+    return None if last.parameters.start == "cohesive" else _with(last, "start", "cohesive")
 
 
 def _another_solver(last: Attempt) -> Attempt | None:
@@ -61,10 +62,10 @@ def _another_solver(last: Attempt) -> Attempt | None:
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
 
 
-def _with(last: Attempt, **changed: Any) -> Attempt:
-    words = {name: value if isinstance(value, str) else f"{value:.2g}" for name, value in changed.items()}
-    remedy = ", ".join(f"{name}={word}" for name, word in words.items())
-    return replace(last, parameters=last.parameters.model_copy(update=changed), remedy=remedy)
+def _with(last: Attempt, option: str, value: float | str) -> Attempt:
+    word = value if isinstance(value, str) else f"{value:.2g}"
+    parameters = last.parameters.model_copy(update={option: value})
+    return replace(last, parameters=parameters, remedy=f"{option}={word}")
 
 
 #: What is tried after each way to fail, in this order, each entry once: what answers a scene of the failure
@@ -110,7 +111,7 @@ def nonassociative(task: Task) -> Solution:
     attempt: Attempt | None = Attempt(options.parameters(given.joints, task.solver), task.solver)
     runs: list[_Ran] = []
     declared: tuple[Solver, float | None] | None = None
-    left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
+    left: _Left = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
     least: float | None = None  # of a sub-problem whose state bears it out under the joints' own flow rule
 
     def follow(step: Iteration) -> None:
@@ -141,17 +142,14 @@ def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | N
     # What is solved roughly is equally rough at every size in units of the load.
     of_load = tolerance is not None
     solver = solver if tolerance is None else rougher(solver, tolerance)
-    key, effort = ("sub-problems", solver.key, of_load), task.effort
-    declared = partial(Driver, problem, "static", solver, effort, of_load, "sub-problems", repeats=True)
-    return task.kept.of(key, problem, effort, declared)
+    how: dict[str, Any] = {"of_load": of_load, "purpose": "sub-problems", "repeats": True}
+    return task.kept.driver(problem, "static", solver, task.effort, **how)
 
 
-def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOptions) -> Attempt | None:
+def _next(runs: list[_Ran], left: _Left, options: LoopOptions) -> Attempt | None:
     """What to try after the last run, taken from what is left; None if nothing is, or need not."""
     last = runs[-1]
-    remedies = left.get(last.failure, []) if last.failure else []
-    while remedies:
-        remedy = remedies.pop(0)
+    for remedy in left.get(last.failure, ()):
         wanted = {"all": True, "slope": remedy is less_slope, "none": False}[options.remedies]
         following = remedy(last.attempt) if wanted or last.failure is Shortfall.ROUGH else None
         if following is not None:

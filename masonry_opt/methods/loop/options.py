@@ -11,24 +11,14 @@ from masonry_opt.solvers.registry import Solver
 
 #: The preset "paper": section 5, "unless stated otherwise", and neither an exact end nor remedies. A
 #: sub-problem without a state, which the paper does not mention, makes the loop begin again with less slope.
-PAPER: dict[str, Any] = {
-    "sub_problems": "accurate",
-    "alpha": 0.3,
-    "alpha_min": 0.001,
-    "beta": 0.6,
-    "tol": 1e-5,
-    "c0": 1e-5,
-    "finish": False,
-    "remedies": "slope",
-}
+PAPER: dict[str, Any] = {"alpha": 0.3, "alpha_min": 0.001, "beta": 0.6, "tol": 1e-5, "c0": 1e-5}
+PAPER |= {"sub_problems": "accurate", "finish": False, "remedies": "slope"}
 
 #: What a run with accurate or rough sub-problems works with, where nothing else is given.
 _ACCURATE: dict[str, Any] = {"alpha": 0.3, "shrink": 0.5, "beta": 0.6, "tolerance": None}
 _ROUGH: dict[str, Any] = {"alpha": 0.1, "shrink": 0.1, "beta": 0.8, "tolerance": 1e-4}
 
-#: From so many joints on sub-problems are solved roughly, with a solver that can: below, the paper's way
-#: takes about a second.
-ROUGH_FROM = 1000
+ROUGH_FROM = 1000  #: Joints from which on sub-problems are solved roughly, with a solver that can.
 
 
 class LoopOptions(Options):
@@ -91,7 +81,7 @@ class LoopOptions(Options):
         by_default = joints >= ROUGH_FROM and solver.entry.stops_early
         rough = self.sub_problems == "rough" or (self.sub_problems is None and by_default)
         given = self.model_dump(exclude={"preset", "sub_problems"}, exclude_none=True)
-        return LoopParameters(**(_ROUGH if rough else _ACCURATE) | given, early=rough and self.finish)
+        return LoopParameters(**(_ROUGH if rough else _ACCURATE) | given)
 
 
 class LoopParameters(LoopOptions):
@@ -102,15 +92,13 @@ class LoopParameters(LoopOptions):
     shrink: float  #: factor on alpha from one sub-problem to the next (the paper: 1/2)
     #: Feasibility and gap asked of the solver of sub-problems; None: the solver's own.
     tolerance: float | None
-    early: bool  #: whether the run ends as soon as there is an exact state
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """What a run of the loop works with, the option that was changed for it, such as "beta=0.3", and its
-    number."""
+    """What a run of the loop works with."""
 
     parameters: LoopParameters
     solver: Solver
-    remedy: str = ""
+    remedy: str = ""  #: the option that was changed for it, such as "beta=0.3"
     number: int = 1

@@ -21,13 +21,12 @@ from masonry_opt.models.cvxpy_exact import CvxpyAtYield
 from masonry_opt.problem.problem import Problem, ShearLimits, State, in_units_of_live_load, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.registry import Solver, in_cvxpy
+from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
-#: Energy by which sliding joints are off the true law, over λ, from which on an early end is tried (on
-#: façades exact forces leave 3e-4 to 7e-4 of λ from there on, and 1e-3 takes two to three times the
-#: sub-problems); after a failure so many sub-problems pass before the next.
-_NEARLY_TRUE = 5e-3  # no gate: what the try finds must leave no more than MOST_ENERGY
-_PAUSE = 2
+#: Energy by which sliding joints are off the true law, over λ, below which an early end is tried (on façades
+#: 1e-3 takes two to three times the sub-problems; what is found must leave no more than MOST_ENERGY), and so
+#: many sub-problems pass before the next.
+_NEARLY_TRUE, _PAUSE = 5e-3, 2
 
 #: The loop diverges if λ more than doubles so often in a row; or rises by so much at a time, so often in a
 #: row, to so many times where it began.
@@ -38,10 +37,9 @@ _RISE, _RISES, _GROWN = 1e-2, 30, 1e3
 LONGEST_PERIOD = 6
 _STEADY = 0.05
 
-#: Share of the largest rate above which a face belongs to the mechanism, well above what the solver's
-#: tolerance leaves of a zero.
-_SHARE = 1e-6
-
+#: Of the largest rate: above the first, as no solver's zeros are, a face moves; the second where that leads
+#: to no end, as in cycles of the atlas.
+_SHARES = (1e-6, 1e-4)
 _PURPOSE = "exact end"  #: What a solver does here, as a result tells it.
 
 
@@ -64,13 +62,12 @@ class Iteration:
     seconds: float  #: the solver's time
     attempt: int  #: number of the run of the loop
     remedy: str  #: the option that was changed for it
-    #: The sub-problem itself; not kept in a history.
-    solved: SubProblem | None = field(default=None, repr=False)
+    solved: SubProblem | None = field(default=None, repr=False)  #: itself; not kept in a history
 
 
 def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt: Attempt) -> Iteration:
     """The record of a sub-problem, given the state before it."""
-    state, limits = last.optimum, last.limits
+    state, limits = last.state, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
     limit = limits.at(n[problem.sliding]) - last.small_cohesion
@@ -104,16 +101,19 @@ class Run:
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
         self.next_try = 0
+        #: Whether it ends as soon as there is an exact state.
+        self.early = self.parameters.finish and self.parameters.tolerance is not None
         #: Whether the first load factor is the associative one: rough sub-problems end up to .4 % from it.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
         """Follow the loop to its end."""
-        problem, parameters = self.problem, self.parameters
-        for last in islice(sub_problems(problem, self.driver, parameters), parameters.max_iterations):
-            if (state := last.state) is None:
+        problem, steps = self.problem, sub_problems(self.problem, self.driver, self.parameters)
+        for last in islice(steps, self.parameters.max_iterations):
+            if isinstance(last, Solved):
                 return self._without_optimum(last)
             entry = _recorded(problem, last, self.states[-1] if self.states else None, self.attempt)
+            state = last.state
             self.states.append(state)
             self.load_factors.append(state.load_factor)
             found = Found(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms)
@@ -127,15 +127,15 @@ class Run:
         told = {"count": len(self.load_factors), "lowest": min(late), "highest": max(late)}
         return self.ending.telling(reason(Code.STILL_CHANGES, **told))
 
-    def _without_optimum(self, last: SubProblem) -> Solution:
-        number, word, none = last.number, last.solved.status, replace(self.ending, found=Found())
-        if number == 1 or last.solved.failed:
-            return none.ended(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=word)
+    def _without_optimum(self, last: Solved) -> Solution:
+        number, none = len(self.load_factors) + 1, replace(self.ending, found=Found())
+        if number == 1 or last.failed:
+            return none.ended(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=last.status)
         return none.ended(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
 
     def _nothing_to_do(self, last: SubProblem) -> Solution | None:
         """The first answer where it is the last: the associative one obeys the joints' own flow rule."""
-        parameters, state = self.parameters, last.optimum
+        parameters, state = self.parameters, last.state
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
             return None
         found = certified(self.problem, state.load_factor, state.q, state.d)
@@ -146,13 +146,13 @@ class Run:
         """Step 3, and the other ways in which a run ends; None while it goes on."""
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
-            early = parameters.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
+            nearly = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
             # Only runs that may end early pause between their tries: the others end where λ stands still.
-            if (early or last.stands_still) and (last.number >= self.next_try or not parameters.early):
+            if (nearly or last.stands_still) and (last.number >= self.next_try or not self.early):
                 if exact := self._exact_end(last):
                     return exact
                 self.next_try = last.number + _PAUSE
-            if last.stands_still and not parameters.early:
+            if last.stands_still and not self.early:
                 return self._converged(last)
         if diverges(self.load_factors):
             values = {"load_factor": self.load_factors[-1], "count": len(self.load_factors)}
@@ -169,8 +169,7 @@ class Run:
         """The end with exact forces on the mechanism, or on one near it."""
         if not self.parameters.finish:
             return None
-        problem, state = self.problem, last.optimum
-        solver, effort = self.attempt.solver, self.driver.effort
+        problem, state, solver, effort = self.problem, last.state, self.attempt.solver, self.driver.effort
         effort.begins("exact forces")
         end, roughly = None, self.parameters.tolerance is not None or problem.layout.round
         if not roughly:
@@ -184,7 +183,7 @@ class Run:
 
     def _converged(self, last: SubProblem) -> Solution:
         """The end where λ stood still, with step 6's correction."""
-        state, ended, first = last.optimum, self.ending, self.load_factors[0]
+        state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
         # No state with less dilatancy exceeds the associative load factor, where that is known.
         if self.first_is_associative and load_factor > first:
@@ -195,8 +194,7 @@ class Run:
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
-    """Whether sliding takes no part in the energy of an associative mechanism: it then obeys the joints' own
-    flow rule, too."""
+    """Whether sliding takes no part in the energy of an associative mechanism, which then obeys it too."""
     n = problem.normal_forces(state.q)
     spared = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion).at(n[problem.sliding])
     energy = float(spared @ problem.slip(state.p))
@@ -216,8 +214,8 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Length of the cycle that the loop is in, or 0: load factors and normal forces came back twice, and the
-    swing hardly dies away. The normal forces are those of the last ``LONGEST_PERIOD`` + 1 sub-problems."""
+    """Length of the cycle that the loop is in, or 0: load factors came back twice, normal forces (of the last
+    ``LONGEST_PERIOD`` + 1 sub-problems) once, and the swing hardly dies away."""
     values = np.array(load_factors)
     largest = float(np.abs(normal[-1]).max())
     for length in range(2, LONGEST_PERIOD + 1):
@@ -234,22 +232,21 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """The exact state of λ nearest to ``near`` on the mechanism of an accurately solved sub-problem; None if
-    there is none."""
-    scaled, at_yield = in_units_of_live_load(problem), state.p > _SHARE * state.p.max()
-    model = CvxpyAtYield(scaled.problem, at_yield, near / scaled.load_factor)
-    if not has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE):
-        return None
-    load_factor, q = model.statics.forces()
-    return _belonging(problem, scaled.load_factor * load_factor, q, state.d)
+    """The exact state of λ nearest to ``near`` on the mechanism of an accurate sub-problem, if any."""
+    scaled = in_units_of_live_load(problem)
+    for share in _SHARES:
+        at_yield = state.p > share * state.p.max()
+        model = CvxpyAtYield(scaled.problem, at_yield, near / scaled.load_factor)
+        if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE):
+            load_factor, q = model.statics.forces()
+            if end := _belonging(problem, scaled.load_factor * load_factor, q, state.d):
+                return end
+    return None
 
 
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
-    """Exact forces and a mechanism near that of a sub-problem solved roughly, whose rates are zero nowhere.
-
-    First the forces of low λ that leave little energy z·p for its rates; then the mechanism of the true flow
-    rule that leaves least for those forces (the sub-problem's own if the solver finds none).
-    """
+    """Forces of low λ that leave little energy z·p for the rates of a sub-problem solved roughly, zero
+    nowhere; then the mechanism of the true flow rule that leaves least for them, or the sub-problem's."""
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
     solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE)

@@ -25,17 +25,11 @@ class SubProblem:
 
     number: int
     solved: Solved
-    state: State | None  #: the optimum; None if there is none
+    state: State  #: the optimum
     limits: ShearLimits
     alpha: float  #: α of its shear limits; NaN for the first, which has none
     small_cohesion: np.ndarray  #: c⁰ of them, shape (k,)
     stands_still: bool  #: whether λ changed by less than ``tol`` (step 3)
-
-    @property
-    def optimum(self) -> State:
-        """The state of a sub-problem that has one."""
-        assert self.state is not None
-        return self.state
 
 
 @dataclass(frozen=True)
@@ -62,9 +56,11 @@ class LimitUpdate:
         return ShearLimits(slope, problem.cohesion + added)
 
 
-def sub_problems(problem: Problem, driver: Driver, parameters: LoopParameters) -> Iterator[SubProblem]:
-    """Steps 1 to 5, until a sub-problem has no optimum or the caller stops (step 3). Of the driver's model
-    the shear limits alone are changed. Step 6 is :func:`corrected`."""
+def sub_problems(
+    problem: Problem, driver: Driver, parameters: LoopParameters
+) -> Iterator[SubProblem | Solved]:
+    """Steps 1 to 5, until the caller stops (step 3) or a sub-problem has no optimum, of which it is told how
+    it ended. Of the driver's model the shear limits alone are changed. Step 6 is :func:`corrected`."""
     alpha, next_alpha = float("nan"), parameters.alpha
     small_cohesion = np.zeros(len(problem.sliding))
     limits = ShearLimits.true(problem)  # step 1: Coulomb's limits, or a trial cohesion
@@ -83,12 +79,13 @@ def sub_problems(problem: Problem, driver: Driver, parameters: LoopParameters) -
             driver.set_shear_limits(limits)
             answer = driver.solve()
         state = answer.state
-        change = abs(state.load_factor - before.load_factor) if before and state else float("inf")
-        still = state is not None and change < parameters.tol * abs(state.load_factor)
+        if state is None:
+            yield answer.solved
+            return
+        change = abs(state.load_factor - before.load_factor) if before else float("inf")
+        still = change < parameters.tol * abs(state.load_factor)
         last = SubProblem(number, answer.solved, state, limits, alpha, small_cohesion, still)
         yield last
-        if state is None:
-            return
         if number == 1:
             small_cohesion = parameters.c0 * _largest_nearby(problem, state)[problem.sliding]
         elif still and alpha > parameters.alpha_min:
@@ -106,7 +103,7 @@ def sub_problems(problem: Problem, driver: Driver, parameters: LoopParameters) -
 
 def corrected(problem: Problem, last: SubProblem) -> float:
     """Step 6: λ less what the small cohesion dissipates."""
-    state = last.optimum
+    state = last.state
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
     dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)
     return state.load_factor - float(dissipated) / problem.live_norm

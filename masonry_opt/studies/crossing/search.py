@@ -132,7 +132,7 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
         loaded = replace(problem, live=live)
         program.set_column(statics.load_factor, statics.equilibrium, live / loaded.live_norm)
         verdict = program.solve()
-        solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=program.size)
+        solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=program.lp.size)
         if verdict is Verdict.OPTIMAL:
             q = scaled.force * program.values(statics.q)
             d = program.duals(statics.equilibrium)

@@ -17,7 +17,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.cvxpy_engine import solve_balanced
 from masonry_opt.solvers.highs import HighsSession
-from masonry_opt.solvers.registry import SOLVERS, Verdict, find_entry, find_solver, in_cvxpy, rougher
+from masonry_opt.solvers.registry import SOLVERS, Verdict, find_solver, in_cvxpy, rougher
 
 #: All solvers of linear programs: every extra is installed where the tests run.
 LINEAR = [pair for pair, entry in SOLVERS.items() if entry.linear]
@@ -156,9 +156,9 @@ def test_a_limit_is_of_one_run_whatever_those_before_took():
 
 
 def test_defaults_are_the_first_of_each_language():
-    assert find_entry("cvxpy", None).name == "clarabel"
-    assert find_entry("pyomo", None).name == "highs"
-    assert find_entry("cvxpy", "HIGHS") is SOLVERS["cvxpy", "highs"]
+    assert find_solver("cvxpy", None).name == "clarabel"
+    assert find_solver("pyomo", None).name == "highs"
+    assert find_solver("cvxpy", "HIGHS").entry is SOLVERS["cvxpy", "highs"]
 
 
 @pytest.mark.parametrize(
