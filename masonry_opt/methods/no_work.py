@@ -47,9 +47,8 @@ _LOAD_FACTORS = {"load_factor", "bound", "least", "most", "lowest", "highest"}
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
-    """What a method finds where the live load does no work, given what it found ``before`` of the scene as it
-    is, if it was asked: no load factor. None if it finds nothing, or the associative forces go with no such
-    mechanism."""
+    """What a method finds where the live load does no work, if the associative forces go with a mechanism of
+    that kind; given what it found ``before`` of the scene as it is, if it was asked: no load factor."""
     given = _associative_and_work(task)
     if given is None:
         return None
@@ -94,9 +93,8 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
 
 
 def _associative_and_work(task: Task) -> tuple[float, float] | None:
-    """The associative load factor, and the live load's work at it over the dead load's in a mechanism of the
-    joints' own flow rule that goes with its forces; None unless the dead load drives one in which the live
-    load does no work."""
+    """The associative load factor, and the live load's work there over the dead load's in a mechanism of the
+    joints' own flow rule that goes with its forces, if the dead load drives one without work."""
     problem = task.problem.by_cone
     upper = associative(Task(task.problem, kept=task.kept), by_chords=True)
     answer = upper.accepted().answer

@@ -11,7 +11,7 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, OutOfTime, StateFinder, refiner_of
-from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
+from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
 from masonry_opt.methods.push.push import elastic_of
 from masonry_opt.methods.task import Options, Task, of_same_scene
@@ -64,8 +64,8 @@ class Refinement:
 
 
 def refined(task: Task) -> Solution:
-    """The lowest of the exact states that a push and further starts, or a result, and the search lead to. The
-    search ends when its time is over or the user interrupts it, with the lowest state found so far."""
+    """The lowest of the exact states that a push and further starts, or a result, and the search lead to; it
+    ends when its time is over or the user interrupts it."""
     problem, options = task.problem, task.options or RefinedOptions()
     if options.start is None:
         first = mcp(task.with_options(None, find_solver(MATRICES, None)))
@@ -80,12 +80,12 @@ def refined(task: Task) -> Solution:
         refiner.deadline = time.perf_counter() + options.search
     try:
         if first.q is not None:
-            lowest.see(search.start(first.q))
+            lowest.see("start", search.start(first.q))
         if options.search is not None:
             candidates = search.endless(lowest.state, options.seed)
             until = -inf if options.until is None else options.until
             while lowest.state is None or lowest.state.load_factor > until:
-                lowest.see(next(candidates))
+                lowest.see(*next(candidates))
     except OutOfTime:
         lowest.missed = Code.NO_TIME
     except KeyboardInterrupt:
@@ -107,9 +107,8 @@ class _Lowest:
         self.history: list[Refinement] = []
         self.met = Met()  #: the states of all candidates
 
-    def see(self, candidate: Candidate) -> None:
+    def see(self, origin: str, state: ExactState | None) -> None:
         """Keep a candidate's state if it is the lowest."""
-        state = candidate.state
         if state is None or not elastic_of(self._task).tells(state.load_factor, state.d):
             return
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
@@ -119,14 +118,14 @@ class _Lowest:
         undecided = self._refiner.undecided
         self.stationary = None if undecided is None or state.below < 0 else undecided == 0
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
-        self.history.append(Refinement(state.load_factor, candidate.origin, *counts))
+        self.history.append(Refinement(state.load_factor, origin, *counts))
         self._task.progress(self.history[-1])
 
 
 def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: StateFinder) -> Solution:
     """The lowest state as a solution; the first solution where there is none."""
     best = lowest.state
-    if best is None or best.answer is None:
+    if best is None:
         return first.telling(reason(lowest.missed))
     same_law = first.found.forms == best.answer.forms
     # Programs begun anew from the first state may end above it.

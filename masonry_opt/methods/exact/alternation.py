@@ -1,8 +1,7 @@
 """Exact states of scenes of any size: the two programs in turn, by interior points.
 
 From forces near a state, the mechanism that leaves least energy z·p for them; then, for its rates, forces of
-low λ that leave little energy; and again. Interior points bring what is left to some 1e-8 of λ, on façades
-where simplex would take minutes.
+low λ that leave little; and again. What is left comes to some 1e-8 of λ, where simplex would take minutes.
 """
 
 from collections.abc import Callable, Iterable
@@ -26,15 +25,13 @@ from masonry_opt.solvers.registry import find_solver
 #: what that adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
 WEIGHT = 30.0
 
-#: Solves a program; whether there is an optimum to read, as :func:`~.cvxpy_engine.has_optimum` of a solver.
-Solves = Callable[[cp.Problem], bool]
+Solves = Callable[[cp.Problem], bool]  #: Whether there is an optimum to read: ``has_optimum`` of a solver.
 
 
 def forces_for(
     scaled: Scaled, p: np.ndarray, solves: Solves, weight: float = WEIGHT
 ) -> tuple[float, np.ndarray] | None:
-    """λ and forces (3c,) of a low λ that leave little energy for rates p (faces,) of a problem in units of
-    its load; None if the solver finds none."""
+    """λ and forces (3c,) of a low λ that leave little energy for rates p (faces,); None if none are found."""
     problem = scaled.problem
     statics: Statics
     if problem.by_friction.conic:
@@ -46,8 +43,7 @@ def forces_for(
 
 
 def motion_for(scaled: Scaled, q: np.ndarray, solves: Solves) -> np.ndarray | None:
-    """Velocities (3b,) of the true flow rule that leave least energy for forces (3c,) of a problem in units
-    of its load; None if the solver finds none."""
+    """Velocities (3b,) of the true flow rule that leave least energy for forces (3c,); None if none are."""
     problem = scaled.problem
     slope = problem.dilatancy_at(problem.normal_forces(q))
     if problem.by_friction.conic:
@@ -79,9 +75,8 @@ def alternated(
     effort: Effort,
     follow: Callable[[], None] = lambda: None,
 ) -> Answer | None:
-    """The state that forces (3c,) lead to, and the mechanism (3b,) where it is known; in space of the cone,
-    exact but for an energy z·p up to 1e-5 of λ; None if there is none. ``follow`` is called before each
-    program, and at the end."""
+    """The state that forces (3c,) lead to, and the mechanism (3b,) where it is known, in space of the cone,
+    exact but for an energy z·p up to 1e-5 of λ. ``follow`` is called before each program, and at the end."""
     effort.begins("exact state")
     problem = problem.by_cone
     conic = problem.by_friction.conic

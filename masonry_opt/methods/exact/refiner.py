@@ -12,6 +12,7 @@ least, may lower it.
 import time
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 
 import numpy as np
@@ -25,7 +26,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import WEIGHT, alternated
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_exact import energy_costs
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
 
@@ -40,17 +41,9 @@ _AT_WORK, _HARDLY_DILATES = 1e-6, 1e-4
 #: state is exact but for it.
 _SMALL_RATES, _LEFT = 10.0, 1e-6
 
-#: Share of random costs, of seed 0: of many optima, as aligned joints have, one is the least by more than
-#: rounding.
-_RANDOM = 1e-5
-
-_HOLDS = 1e-6  #: A face whose dual is above this share of the largest holds λ up.
+_RANDOM = 1e-5  #: Share of random costs, of seed 0: of many optima, as of aligned joints, one is the least.
 _REPAIRS = 2  #: Forces are replaced by nearer ones so often at most: more repairs seldom end low.
-
-#: Seconds that a program may take, for each joint: HiGHS may do nothing for ever, where others of 45 joints
-#: take hundredths of a second.
-_LONGEST = 0.2
-
+_LONGEST = 0.2  #: Seconds of a program for each joint: HiGHS may do nothing for ever, others take hundredths.
 _PURPOSE = "refinement"  #: What HiGHS does here, as a result tells it.
 
 
@@ -58,23 +51,20 @@ _PURPOSE = "refinement"  #: What HiGHS does here, as a result tells it.
 class ExactState:
     """A state under the joints' own flow rule, exact to the solver's rounding."""
 
+    problem: Problem
     load_factor: float
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
     rates: np.ndarray  #: of the mechanism, shape (faces,)
     strength: np.ndarray  #: how strongly each face at work holds λ up (the dual of its z = 0), shape (faces,)
-    answer: Answer | None = None  #: the state with its certificate, once that bears it out
     below: float = inf  #: λ of a state below zero that lies on the way down from here; infinite without one
 
-    @property
-    def holding(self) -> np.ndarray:
-        """Indices of the faces that hold λ up."""
-        return np.flatnonzero(self.strength > _HOLDS * self.strength.max())
+    exact = Of[bool]("answer")
 
-    @property
-    def exact(self) -> bool:
-        """Whether its certificate leaves nothing."""
-        return self.answer is not None and self.answer.exact
+    @cached_property
+    def answer(self) -> Answer:
+        """The state with its certificate."""
+        return certified(self.problem, self.load_factor, self.q, self.d)
 
 
 class OutOfTime(Exception):
@@ -174,37 +164,28 @@ class Refiner(StateFinder):
             return None
         load_factor, q = float(self._statics.values("load_factor")[0]), self._statics.values("q")
         strength = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
-        return ExactState(load_factor, q, d, rates, strength)
+        return ExactState(self.problem, load_factor, q, d, rates, strength)
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
         """The exact state that forces (3c,) lead to: on the mechanism that goes with them, then on others,
-        until λ falls no more, or would fall to zero.
-
-        None if they lead to none, or its certificate does not bear it out: a joint without normal force that
-        contracts in both senses at once meets every row of the programs, and no flow rule.
-        """
+        until λ falls no more, or would fall to zero; if its certificate bears it out: a joint without normal
+        force that contracts in both senses at once meets every row of the programs, and no flow rule."""
         state, lower = None, self.first(q)
         while lower is not None and (state is None or not lower.load_factor <= ZERO < state.load_factor):
             state, lower = lower, self._lower(lower)
         if state is None:
             return None
-        answer, below = self._certified(state), inf
-        left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-        failing = answer.failing(Kind.ONE_PASS if self._roughly and left <= _LEFT else Kind.EXACT)
-        if lower is not None and self._certified(lower).exact and not self._weightless(lower):
-            below = lower.load_factor
-        return None if failing else replace(state, answer=answer, below=below)
-
-    def _certified(self, state: ExactState) -> Answer:
-        return certified(self.problem, state.load_factor, state.q, state.d)
+        left = over_load_factor(state.answer.certificate.complementarity, state.load_factor)
+        if state.answer.failing(Kind.ONE_PASS if self._roughly and left <= _LEFT else Kind.EXACT):
+            return None
+        if lower and lower.exact and not self._weightless(lower):
+            return replace(state, below=lower.load_factor)
+        return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """(a) and (b) from forces (3c,); None if they lead to no exact state.
-
-        Where no statics bring the whole support to yield, (a) is tried again without random costs, which may
-        choose faces whose yield is one condition but for rounding, and then from the forces that come nearest
-        (least p·z).
-        """
+        """(a) and (b) from forces (3c,); where no statics bring the whole support to yield, without random
+        costs, which may choose faces whose yield is one condition but for rounding, and then from the forces
+        that come nearest (least p·z)."""
         for at_random in (*[True] * self._small, *[False] * _REPAIRS):
             cost = np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep
             found = self.mechanism(cost + cost.mean() * self._random if at_random else cost)
@@ -221,9 +202,8 @@ class Refiner(StateFinder):
 
     def _lower(self, state: ExactState) -> ExactState | None:
         """A lower state: on the mechanism among the faces at yield that moves least of those that hold λ up,
-        each weighed by how strongly it does (one program in place of one for each face), unless what moves
-        there weighs nothing; or else on the mechanism that goes with the state's forces. None if neither
-        lowers λ."""
+        each weighed by how strongly it does, unless what moves there weighs nothing; or else on the mechanism
+        that goes with the state's forces."""
         self.undecided = 0
         if state.strength.any():
             slack = self.problem.slacks(state.q) / self.problem.steep
@@ -276,4 +256,4 @@ class ConeRefiner(StateFinder):
         if answer is None or answer.failing(Kind.EXACT):
             return None
         nothing = np.zeros(self.problem.faces)
-        return ExactState(answer.load_factor, answer.q, answer.d, nothing, nothing, answer)
+        return ExactState(self.problem.by_cone, answer.load_factor, answer.q, answer.d, nothing, nothing)

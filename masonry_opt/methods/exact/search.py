@@ -1,7 +1,7 @@
 """The search for lower exact states: other starts, and the neighbourhood of the lowest found, in turn."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import cycle
 from math import inf
 from typing import TypeVar
@@ -25,7 +25,9 @@ _LOADS, _FRICTIONS = 0.5, (0.03, 0.3)
 #: with them, at three to five times the pass's time; with 10 in a row 0.7 %.
 _NOTHING_NEW = 15
 
-_LET_GO = 0.02  #: Share of the faces that hold λ up which a neighbour lets go of, one at least.
+#: A face whose dual is above this share of the largest holds λ up; and share of these which a neighbour lets
+#: go of, one at least.
+_HOLDS, _LET_GO = 1e-6, 0.02
 
 #: Displacements at which forces of a push are taken: in space softer contacts lead lower.
 _STIFF, _STIFF_IN_SPACE = 1e4, 1e2
@@ -33,13 +35,7 @@ _STIFF, _STIFF_IN_SPACE = 1e4, 1e2
 #: Programs of a fixed point at most, and the relative change of its costs at which it ends.
 _FIXED_POINT, _SETTLED = 15, 1e-7
 
-
-@dataclass(frozen=True)
-class Candidate:
-    """An exact state that was tried, None if its start led to none, and what led to it."""
-
-    origin: str
-    state: ExactState | None
+Candidate = tuple[str, ExactState | None]  #: What led to an exact state, and that; None if it led to none.
 
 
 class Met:
@@ -51,15 +47,14 @@ class Met:
         self.lowest = inf  #: least load factor of a state that tells of the load, kept or not
 
     def count(self, state: ExactState | Answer | None) -> None:
-        """Count a state, or a candidate without one."""
+        """Count a candidate, and its state if it has one."""
         self.candidates += 1
         if state is not None and not any(same(state.load_factor, known) for known in self.load_factors):
             self.load_factors.append(state.load_factor)
 
     @property
     def reasons(self) -> list[Reason]:
-        """The number of states above zero, if any is, and their range of load factors; and whether one at or
-        below it lies beneath them."""
+        """Number and range of the states above zero, if any is; and whether one at or below lies beneath."""
         found = [one for one in self.load_factors if one > ZERO] or self.load_factors
         told = {"candidates": self.candidates, "count": len(found), "least": min(found), "most": max(found)}
         beneath = self.lowest <= ZERO and self.lowest < min(found) - ZERO
@@ -73,25 +68,25 @@ class Search:
     def __init__(self, finder: StateFinder, elastic: Elastic, met: Met) -> None:
         self._finder, self._elastic, self.problem, self.met = finder, elastic, finder.problem, met
 
-    def start(self, q: np.ndarray | None, origin: str = "start") -> Candidate:
+    def start(self, q: np.ndarray | None) -> ExactState | None:
         """The state that forces (3c,) lead to, if there are any."""
         state = None if q is None else self._finder.state_near(q)
         self.met.count(state)
-        return Candidate(origin, state)
+        return state
 
-    def few(self, lowest: ExactState | None) -> Iterator[Candidate]:
-        """Further starts of a small scene, and neighbours of the lowest state known, until a number of them
-        bring nothing new."""
+    def few(self, lowest: ExactState | None) -> Iterator[ExactState | None]:
+        """States of further starts of a small scene, and neighbours of the lowest known, until a number of
+        them bring nothing new."""
         known, nothing_new = len(self.met.load_factors), 0
-        for candidate in self._series(lowest, 0, _FOR_A_FIRST if lowest is None else _ROUND_OF_SMALL):
-            yield candidate
+        for _, state in self._series(lowest, 0, _FOR_A_FIRST if lowest is None else _ROUND_OF_SMALL):
+            yield state
             before, known = known, len(self.met.load_factors)
             nothing_new = 0 if known > before else nothing_new + 1
             if nothing_new >= _NOTHING_NEW:
                 return
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Candidates without end: a start of each kind in turn, then some neighbours of the lowest state."""
+        """Without end: a start of each kind in turn, then some neighbours of the lowest state."""
         kinds = _ROUND_IN_SPACE if self.problem.layout.round else _ROUND
         return self._series(best, seed + 1, kinds)
 
@@ -100,9 +95,9 @@ class Search:
         for number, kind in enumerate(cycle(kinds)):
             rng = np.random.default_rng((seed, number))
             q = _STARTS[kind](self, rng) if kind in _STARTS else self._neighbour(best, rng)
-            candidate = self.start(q, kind)
-            best = lower_of(best, candidate.state)
-            yield candidate
+            state = self.start(q)
+            best = lower_of(best, state)
+            yield kind, state
 
     def _pushed(self, problem: Problem) -> np.ndarray | None:
         until = _STIFF_IN_SPACE if problem.layout.round else _STIFF
@@ -151,11 +146,12 @@ class Search:
     def _neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Forces between a state's and the lower ones allowed by letting go of a few faces that hold λ up."""
         assert isinstance(self._finder, Refiner)
-        if state is None or len(state.holding) == 0:
+        if state is None or not state.strength.any():
             return None
-        drawn = rng.random(self.problem.faces)[state.holding]
+        holding = np.flatnonzero(state.strength > _HOLDS * state.strength.max())
+        drawn = rng.random(self.problem.faces)[holding]
         rates = state.rates.copy()
-        rates[state.holding[drawn <= max(_LET_GO, drawn.min())]] = 0.0
+        rates[holding[drawn <= max(_LET_GO, drawn.min())]] = 0.0
         relaxed = self._finder.least(rates, state.d)
         if relaxed is None:
             return None
@@ -167,8 +163,8 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """The lower state, of even ones the exact or the first; None if there is neither. One at or below
-    zero, where a scene needs no load to move, is the lower of two such states alone."""
+    """The lower state, of even ones the exact or the first. One at or below zero, where a scene needs no load
+    to move, is the lower of two such states alone."""
     if one is None or other is None:
         return one or other
     if one.exact != other.exact and same(one.load_factor, other.load_factor):
@@ -190,8 +186,7 @@ _STARTS: dict[str, Callable[[Search, np.random.Generator], np.ndarray | None]] =
 #: 115 scenes, on one lower, and on the slope at its limiting friction in 7 s to what these missed in 120.
 _ROUND = tuple(kind for start in (_STRESS, _FIXED) for kind in (start, _NEIGHBOUR, _NEIGHBOUR))
 
-#: In space, by cones: of other self-stress states come down to λ = 0 there.
-_ROUND_IN_SPACE = ("friction", "loads")
+_ROUND_IN_SPACE = ("friction", "loads")  #: In space: of other self-stress states come down to λ = 0 there.
 
 #: Turns on small scenes: while no state is known, and then; a neighbour takes a tenth of a push's time.
 _FOR_A_FIRST = (_FIXED, _FIXED, _STRESS)

@@ -23,9 +23,7 @@ from masonry_opt.methods.task import Options, Task
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.standing.existence import existence
 
-#: Joints in the plane up to which simplex makes states exact and descends: beyond, it takes longer than all
-#: else, and in space there are cones.
-_SIMPLEX_UP_TO = 500
+_SIMPLEX_UP_TO = 500  #: Joints in the plane up to which simplex descends: beyond, it takes longest of all.
 
 #: Joints in the plane up to which the bracket's first program is asked for lower states: of 231 random scenes
 #: 3 ended more than 1e-3 above the lowest known without it, 1 with it, in 1.7 times the time (at most 5).
@@ -130,8 +128,8 @@ class _States:
         search, problem = self._search, self._problem
         if search is None or problem.joints > SMALL:
             return
-        for candidate in search.few(self._lowest):
-            self._keep(candidate.state)
+        for state in search.few(self._lowest):
+            self._keep(state)
         lowest, limited = self._lowest, problem.B.shape[1] > 3 * problem.joints or len(problem.crushing) > 0
         if lowest is None or lowest.load_factor <= ZERO or problem.joints > _PRODUCTS_UP_TO or limited:
             return
@@ -141,7 +139,7 @@ class _States:
         rising = Rising(problem, lowest.load_factor, assumed_rates(problem, lowest.d), self._effort)
         _, _, forces = next(rising.programs())
         for q in forces:
-            self._keep(search.start(q).state)
+            self._keep(search.start(q))
 
     def _keep(self, state: ExactState | None) -> None:
         if state is not None and self._tells(state, state.below):
@@ -167,10 +165,9 @@ def _by_loop(task: Task) -> Solution:
 
 
 def _without(task: Task, solution: Solution, lowest: float, expected: Solution) -> Solution:
-    """The end without a load factor: none was found, or all lie below zero, as the lowest; or friction jams
-    the blocks, which is not proven; but from rest no multiple of the load brings them down. What does not
-    carry its dead load from rest does not stand. Where none was found of a large scene, or of one with a load
-    to expect, the loop's."""
+    """The end without a load factor: from rest friction jams the blocks, though it is not proven; all states
+    lie below zero; the dead load is not carried from rest; else none was found, of a large scene or beside a
+    load to expect by the loop either."""
     found, stopped = solution.infeasibility, expected.values_of(Code.PUSH_STOPPED)
     grows = next((said for said in expected.reasons if said.code is Code.JAMS), None)
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
@@ -180,10 +177,9 @@ def _without(task: Task, solution: Solution, lowest: float, expected: Solution) 
     word, steps = stopped.get("word", "no exact state lies nearby"), len(expected.history)
     if elastic_of(task).settled is None:
         return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, word=word, steps=steps, looped=False)
-    by_loop: Solution | None = None
-    if task.problem.joints > _SIMPLEX_UP_TO or expected.answer is not None:
-        by_loop = _by_loop(task)
-    if by_loop is not None and by_loop.answer is not None and not by_loop.failing():
-        return by_loop
-    told = {"word": word, "steps": steps, "looped": by_loop is not None}
-    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, **told)
+    looped = task.problem.joints > _SIMPLEX_UP_TO or expected.answer is not None
+    if looped:
+        by_loop = _by_loop(task).accepted()
+        if by_loop.answer is not None:
+            return by_loop
+    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=word, steps=steps, looped=looped)

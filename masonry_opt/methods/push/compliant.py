@@ -1,9 +1,8 @@
 """Method "compliant": the load to expect of a scene that stands under its weight and is then pushed.
 
-Coulomb's problem has many states. Where contacts give a little, forces are unique: with a small elastic
-compliance E of each joint, Bᵀd in eqs (5) and (6) becomes Bᵀd + E (q - q₀), and all else stays: q₀ are the
-forces under the dead load alone, whose slip is past when the live load comes. Followed from rest, λ comes to
-where blocks move on for ever: on that ray contacts give no more, and the state is exact.
+Coulomb's problem has many states. Where contacts give a little, by an elastic compliance E of each joint,
+forces are unique: Bᵀd in eqs (5) and (6) becomes Bᵀd + E (q - q₀), with q₀ those of the dead load alone. From
+rest λ comes to where blocks move on for ever: on that ray contacts give no more, and the state is exact.
 """
 
 from collections.abc import Iterable
@@ -26,17 +25,13 @@ from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elas
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
 
-#: Joints, in space contact points, up to which the load to expect is told beside other methods' answers.
-PUSHED_UP_TO = 3000
-
-#: Displacement at which contacts are soft still: in space alone their forces lead to lower states at times.
-SOFT = 3e1
+PUSHED_UP_TO = 3000  #: Joints, in space contact points, up to which other methods tell the load to expect.
+SOFT = 3e1  #: Displacement at which contacts are soft still: in space their forces at times lead lower.
 
 #: How much softer contacts are with which a state is compared, and the states of a curve at most.
 _SOFTER, _ON_CURVE = 10.0, 100
 
 KEYFRAMES, _AGAIN = 60, 3.0  #: Keyframes, and how many times as far a path is shown as up to where λ stays.
-
 _STIFFNESS = 0.5  #: Standard deviation of the logarithm of a contact's stiffness.
 
 
@@ -66,9 +61,8 @@ class CompliantOptions(Options):
 
 
 def compliant(task: Task) -> Solution:
-    """Load factor at the ray that the path from rest ends in, or where it stays far from rest; where it comes
-    to neither, the largest that blocks come to rest under; where contacts are to give so much, of the state
-    there."""
+    """Load factor at the ray that the path from rest ends in, or where it stays far from rest, else the
+    largest that blocks come to rest under; where contacts are to give so much, of the state there."""
     options, effort = task.options or CompliantOptions(), task.effort
     effort.begins("pushed from rest")
     effort.uses(task.solver.name, "complementarity problem")
@@ -97,8 +91,7 @@ def compliant(task: Task) -> Solution:
 
 
 def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution:
-    """How a push ends: on a ray, where λ stays, in a jam, or in the state that it came to, or was asked for
-    at a u."""
+    """How a push ends, or the state that was asked for at a u."""
     solution, end = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT), pushed.answer
     growth, steps = pushed.growth, len(pushed.steps) + len(pushed.growth_steps)
     folds, deep_fall = (0, None) if growth else (pushed.folds, pushed.deep_fall)
@@ -143,8 +136,8 @@ def _with_curve(elastic: Elastic, pushed: Pushed, ending: Solution) -> Solution:
 
 
 def _spread(elastic: Elastic, draws: int) -> Reason:
-    """The ranges of the load to expect over so many draws of stiffness, and of self-stress (vertices of what
-    the dead load allows, and mixtures of two), if any come to a ray; and how many come to none."""
+    """Ranges of the load to expect over so many draws of stiffness, and of self-stress: vertices of what the
+    dead load allows, and mixtures of two."""
     rng = np.random.default_rng(0)
     stiffness, by_stiffness = _range(elastic.drawn(_STIFFNESS, rng) for _ in range(draws))
     stress, by_stress = _range(_stressed(elastic, number, rng) for number in range(draws))
@@ -161,8 +154,8 @@ def _stressed(elastic: Elastic, number: int, rng: np.random.Generator) -> Elasti
 
 
 def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
-    """Forces (3c + t,) in equilibrium with the dead load, a vertex of those within yield, in space of its
-    sides: of least random cost of its normal forces; None if there are none."""
+    """Forces (3c + t,) that carry the dead load within yield, in space by its sides, of least random cost of
+    normal forces; None if there are none."""
     cost = rng.exponential(1.0, problem.B.shape[1])
     cost[problem.layout.points * problem.joints :] = 0.0
     sides, most = -problem.true_yield, problem.face_cohesion
@@ -198,9 +191,8 @@ def _way(elastic: Elastic, pushed: Pushed) -> Way | None:
 
 
 def keyframes(u: np.ndarray, load_factor: np.ndarray) -> np.ndarray:
-    """Places of keyframes in a path of displacements u and λ, shape (points,) each, as fractional numbers of
-    its points, shape (k,): as far apart as the curve of λ over u is long, u beyond where λ is half its
-    highest by its logarithm; but at points of the path, first of all at folds and turns, if any are near."""
+    """Keyframes of a path of u and λ, shape (points,) each, as fractional numbers of its points: evenly along
+    the curve of λ over u, u beyond half the highest λ by its logarithm; at folds, turns and points nearby."""
     away = np.abs(load_factor - load_factor[-1]) > PLATEAU * np.abs(load_factor).max()
     stays, numbers = int(np.flatnonzero(away).max(initial=0)) + 1, np.arange(len(u))
     goal, end = _AGAIN * u[: stays + 1].max(), len(u) - 1.0

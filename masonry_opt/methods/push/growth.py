@@ -26,8 +26,8 @@ _APART, _JAMS = 2e-3, 0.25
 #: Damping at first, what it falls by after a step, and rises by where one fails; and steps at most.
 _DAMPING, _LESS, _MORE, _DAMPED = 1.0, 0.25, 4.0, 300
 
-#: Force out of balance, in mean forces, from which on rest is looked for. Motion from which on blocks move
-#: for ever, unless that force is halved on the way to ten times as far; and share of λ that is no growth.
+#: Force out of balance, in mean forces, from which on rest is looked for; motion from which on blocks move
+#: for ever; and share of λ that is no growth.
 _RESTS, _FAR, _STAYS = 1e-4, 1e3, 1e-6
 
 #: Roundings by which contacts are made sharp, over those of a load that grew; and by how much lower loads are
@@ -82,8 +82,8 @@ def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None
 
 
 def sharp_steps(growth: Growth) -> Iterator[tuple[Curve, np.ndarray]]:
-    """Contacts made sharp, which carry less where rounder ones hold by a corner, before a step to where they
-    come to rest under a load; displacements in it and the load, lower and lower."""
+    """The same as :func:`come_to_rest` of contacts made sharp, which carry less where rounder ones hold by a
+    corner, under lower and lower loads."""
     apart = _APART
     while apart <= _LOWEST and growth.carried > 0:
         here = growth.before.slipped(growth.at)
@@ -111,7 +111,7 @@ def come_to_rest(curve: Curve, load: float) -> tuple[Curve, np.ndarray] | None:
     """Contacts before the last step to where blocks come to rest under a load, displacements in it, and the
     load; None if they do not."""
     still = curve.still(load)
-    damping, eased, rests, gone, far, left = _DAMPING, True, np.inf, 0.0, _FAR, np.inf
+    damping, eased, rests, gone = _DAMPING, True, np.inf, 0.0
     size = curve.unbalanced(still)
     for _ in range(_DAMPED):
         if size < rests:
@@ -129,8 +129,4 @@ def come_to_rest(curve: Curve, load: float) -> tuple[Curve, np.ndarray] | None:
         else:
             damping *= _MORE
         eased = found is not None
-        if gone > far:
-            if size > left / 2:
-                return None
-            left, far = size, 10 * gone
     return None

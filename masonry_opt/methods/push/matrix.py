@@ -53,7 +53,9 @@ class BlockMatrix:
     def _matrix(self, values: np.ndarray) -> sp.csc_matrix:
         return sp.csc_matrix((values, self._rows, self._starts), shape=(self.size, self.size))
 
-    def factors(self, stiffness: np.ndarray, load: np.ndarray, row: np.ndarray | None) -> "BlockFactors":
+    def factors(
+        self, stiffness: np.ndarray, load: np.ndarray, row: np.ndarray | None
+    ) -> "SparseFactors | BandFactors":
         """Factors of the matrix under sliders' stiffnesses, shape (3, 3, m); without a row, of the other."""
         values = self._of_stiffness @ stiffness.ravel()
         values += _REGULARISATION * np.abs(stiffness).max() * self._of_springs
@@ -152,7 +154,3 @@ def _swapped(order: np.ndarray) -> int:
     n = len(order)
     to = sp.coo_array((np.ones(n), (np.arange(n), order)), shape=(n, n))
     return n - int(connected_components(to, return_labels=False))
-
-
-#: The factors of a matrix of the blocks.
-BlockFactors = SparseFactors | BandFactors

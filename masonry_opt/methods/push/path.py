@@ -26,14 +26,13 @@ _FIRST, _LEAST, _FURTHEST = 0.3, 1e-9, 1e14
 _ON_PATH, _DIGITS, _STATE, _EXACT = 1e-6, 1e-10, 1e-9, 1e-12
 
 _RIGID = 1e-9  #: Motion of contacts, over u, that is none but rounding.
+_ROUND = 2.0  #: Way round by tangents that meet, over the straight one, at most.
 
 #: Corrections of a step at most, and those up to which the next is four times, and twice as long.
 _CORRECTIONS, _QUICK, _EASY = 6, 2, 3
 
 #: Share of a step that goes along the tangent, and cosine of the tangents before and after, at least.
 _STRAIGHT, _TURNED = 0.1, 0.3
-
-_ROUND = 2.0  #: Way round by tangents that meet, over the straight one, at most.
 
 #: Newton's steps to a state at most, and as many uphill; and the shortest share of one of Newton's.
 _STEPS, _SHORTEST = 60, 1e-6
@@ -184,7 +183,7 @@ class Curve:
 
     def _across(self, at: np.ndarray, row: np.ndarray | None, short: float) -> np.ndarray | None:
         """The state where c·d is larger by what it is short of, or without c under the same load, by Newton's
-        steps, each as long as it lowers what is left; None if that ends before nothing is."""
+        steps as long as they lower what is left."""
         left, stiffness = self.balance(at)
         size, sizes = self._size(np.append(left, short)), list[float]()
         enough, found = (_ON_PATH, _ON_PATH) if self.damping else (_EXACT, _STATE)
@@ -234,25 +233,23 @@ class Curve:
             length *= 4 if point.corrections <= _QUICK else 2 if point.corrections <= _EASY else 1
 
     def top(self, point: Point) -> Point | None:
-        """Where λ turns, uphill from a point of another law's path; None if no point of this one is near, or
-        it does not turn soon."""
+        """Where λ turns, uphill from a point of another law's path, if this one is near and turns soon."""
         row, length = self._row(point), _FIRST
         near = self._across(point.at, row, 0.0)
         if near is None:
             return None
-        here, turned = self._point(near, self.balance(near)[1], row, point.sign), False
+        here = self._point(near, self.balance(near)[1], row, point.sign)
         for _ in range(_STEPS):
             if length * abs(here.along[-1]) <= _ON_PATH * (self.unit + abs(here.at[-1])):
                 return here
             way = 1 if here.along[-1] > 0 else -1
             row = self._row(here)
             found = self._stepped(here, row, way * length)
-            turned |= found is not None and way * found.along[-1] < 0
             if found is None or way * found.along[-1] < 0 or row @ found.along[:-1] < _TURNED:
                 length /= 3
             else:
                 here, length = found, 2 * length
-        return here if turned else None
+        return None
 
     def _row(self, point: Point) -> np.ndarray:
         """c at a point, shape (3b,)."""

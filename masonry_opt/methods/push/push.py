@@ -5,7 +5,6 @@ Contacts give: under the dead load blocks come to rest, from there the live load
 longer changes along it, on a ray, its direction is a collapse mechanism, and the state is exact.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -36,6 +35,7 @@ _ROUNDINGS, _ROUGHER, _LARGE, _GROWN, _SETTLING = (0.01, 0.1), (0.1, 0.01), 500,
 _BLURRED, _WELL = 1e-5, 1e-11
 
 _SHARP = 1e-4  #: Rounding to which the highest λ on the way is followed.
+_LEVEL = 10.0  #: How many times as far λ stays on a level.
 
 #: Points of a path at most, of large scenes too; how many times as far the end is looked for again, and how
 #: often: the stiffness that gives directions falls as 1/u². And displacement to which a load is drawn back.
@@ -50,17 +50,13 @@ _END_AND_FAR, _NO_EVENT, _LEFT = {2: (1e4, 1e3), 3: (1e6, 1.0)}, 1e-9, 0.1
 #: then, and what it may leave there, over the forces there.
 _GROWS, _FAR_AND_WIDE, _STRAIGHT = 0.5, 1e3, 1e-9
 
-_LEVEL = 10.0  #: How many times as far λ stays on a level.
-
-#: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, a growing load
-#: brings three down in contact dynamics at less than .92 of the highest λ; of 31 others none. And share of
-#: the largest λ below which no fall is.
+#: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, contact dynamics
+#: bring three down below .92 of the highest λ, of 31 others none. And share of that below which no fall is.
 _DEEP, _TRIFLE = 0.1, 1e-2
 
 
 class Ended(StrEnum):
-    """How a push ends: on a ray on which the scene collapses, or where λ stays, or friction jams, or the live
-    load is drawn back; without a state under the dead load; before an end is found."""
+    """How a push ends: on a ray of collapse, where λ stays, where friction jams, or without such an end."""
 
     RAY = "ray"
     LEVEL = "level"
@@ -88,8 +84,8 @@ class Pushed:
     steps: tuple[PushStep, ...] = ()
     points: tuple[Point, ...] = ()
     answer: Answer | None = None  #: the exact state at the ray, or that where λ stays
-    #: Largest λ on the way, to which a load comes that grows, if it is above the end by more than load
-    #: factors that are the same differ by, else λ there; None without a load factor.
+    #: Largest λ on the way, which a load that grows comes to, λ at the end if that is about the same; None
+    #: without a load factor.
     peak: float | None = None
     rounding: float = 0.0  #: of the law, in mean forces
     growth: Growth | None = None  #: of a load, where the path came to no end
@@ -132,8 +128,7 @@ class Elastic:
         return self if problem is self.problem else Elastic(problem, self._matrix)
 
     def drawn(self, deviation: float, rng: np.random.Generator) -> "Elastic":
-        """The same, the stiffness of each contact changed by a random factor, its logarithm's standard
-        deviation given."""
+        """The same, each contact's stiffness changed by a random factor of this logarithmic deviation."""
         c = self.problem.joints
         of_each = np.exp(deviation * rng.standard_normal(self.problem.B.shape[1] - 2 * c))
         factors = np.concatenate([of_each[:c], of_each[:c], of_each])
@@ -141,8 +136,7 @@ class Elastic:
 
     @cached_property
     def settled(self) -> np.ndarray | None:
-        """Forces under the dead load from rest, shape (3c + t,), which contacts give from; None if they do
-        not come to carry it."""
+        """Forces (3c + t,) under the dead load from rest; None if contacts do not come to carry it."""
         problem = self.problem
         if problem.settled is not None:
             return problem.settled
@@ -160,8 +154,7 @@ class Elastic:
 
     @cached_property
     def falls(self) -> Answer | None:
-        """The state in which the dead load, growing from nothing, brings the scene down before it is whole;
-        None if it does not, or that is not known."""
+        """The state in which the dead load, as it grows, brings the scene down, if it is known to."""
         if self.settled is not None:
             return None
         nothing, dead = np.zeros(self.problem.B.shape[1]), self.problem.dead
@@ -169,21 +162,19 @@ class Elastic:
         return Elastic(grows, self._matrix, self._compliance).pushed().answer
 
     def tells(self, load_factor: float, d: np.ndarray) -> bool:
-        """Whether a mechanism (3b,) at a load factor tells of the load. One of blocks that weigh nothing
-        there does so only where from rest these do not carry the dead load either."""
+        """Whether a mechanism (3b,) at a load factor tells of the load: one of blocks that weigh nothing
+        there does only where from rest these do not carry the dead load either."""
         return not weightless(self.problem, load_factor, d) or self.settled is None
 
     def pushed(self, follow: Progress = lambda _: None, until: float = inf, rougher: bool = False) -> Pushed:
-        """The push, followed to its end, or until it comes to a displacement; of rougher corners where only
-        its end counts."""
+        """The push to its end, or to a displacement; of rougher corners where only the end counts."""
         if self.settled is None:
             return Pushed(Ended.NOT_SETTLED)
         large = self.problem.joints > _LARGE
         most = _OF_LARGE if large and until == inf else _POINTS
         level: Pushed | None = None
         for rounding in _ROUGHER[:1] if large else _ROUGHER if rougher else _ROUNDINGS:
-            curve = self.curve.rounded_by(rounding)
-            found = self._followed(curve, curve.points(most), follow, until)
+            found = self._followed(self.curve.rounded_by(rounding), most, follow, until)
             level = level or (self._level(found) if until == inf else None)
             came = bool(found.steps) and found.steps[-1].displacement >= until
             if came or found.ended is not Ended.STOPPED:
@@ -195,8 +186,8 @@ class Elastic:
         return replace(found, peak=self._peak(self.curve.rounded_by(found.rounding), found))
 
     def _level(self, path: Pushed) -> Pushed | None:
-        """A path up to where λ stays as the displacement grows tenfold, far from rest; None if it does
-        nowhere. Beyond, joints that are askew by their last digits wedge or open."""
+        """A path up to where λ stays as the displacement grows tenfold, far from rest, if it does: beyond,
+        joints that are askew by their last digits wedge or open."""
         along = np.array([(step.displacement, step.load_factor) for step in path.steps]).reshape(-1, 2)
         for last in np.flatnonzero(along[:, 0] >= self._end_from):
             u, load_factor = along[last]
@@ -232,10 +223,10 @@ class Elastic:
         ended, answer = self._end(growth.before, Point(growth.at, along, 1), u)
         return replace(found, ended=ended, answer=answer)
 
-    def _followed(self, rounded: Curve, way: Iterator[Point], follow: Progress, until: float) -> Pushed:
+    def _followed(self, rounded: Curve, most: int, follow: Progress, until: float) -> Pushed:
         unit, points, steps = self.problem.live_norm, list[Point](), list[PushStep]()
         ended, answer, looks, next_look = Ended.STOPPED, None, 0, self._end_from
-        for point in way:
+        for point in rounded.points(most):
             points.append(point)
             u, grows = rounded.u(point.at), rounded.u(point.along) > 0
             steps.append(PushStep(len(steps) + 1, u, float(point.at[-1]) / unit, point.corrections))
@@ -289,8 +280,7 @@ class Elastic:
         return Ended.JAM if straight else Ended.STOPPED, None
 
     def _peak(self, rounded: Curve, pushed: Pushed) -> float | None:
-        """The highest λ of a path that ends in a state, uphill from where it turns above that, under laws as
-        sharp as have the turn; None of any other."""
+        """The highest λ, where a path that ends turns above its end, under laws as sharp as have the turn."""
         if pushed.answer is None:
             return None
         # At rest the load is none.
@@ -320,17 +310,16 @@ class Elastic:
             return None
         before, after = pushed.points[max(number - 1, 0)].at, pushed.points[number].at
         was, comes = self.curve.u(before), self.curve.u(after)
-        between = before + ((u - was) / (comes - was) if comes > was else 1.0) * (after - before)
-        states = (self.next_to(pushed, near, u) for near in (between, after))
-        return next((state for state in states if state is not None), None)
+        share = (u - was) / (comes - was) if comes > was else 1.0
+        return self.next_to(pushed, before + share * (after - before), u)
 
     def next_to(self, pushed: Pushed, near: np.ndarray, u: float) -> GivingState | None:
         """The state of a push at u near d and λ of its path, certified for its contacts."""
         return self._sharpened(self.curve.rounded_by(pushed.rounding), near, u - self.curve.u(near), u)
 
     def carried(self, growth: Growth) -> GivingState | None:
-        """The last state of a load that grows, certified for contacts that give from those before; of large
-        scenes else one of sharp contacts. None if none is found that holds."""
+        """The last state of a load that grows, of contacts that give from those before; of large scenes else
+        one of contacts made sharp."""
         sharp = self.problem.joints > _LARGE and growth.beyond is not None
         for curve, at in chain([(growth.before, growth.at)], sharp_steps(growth) if sharp else ()):
             state = self._sharpened(curve, at, 0.0, max(curve.moves(at), SMALLEST))
