@@ -71,13 +71,17 @@ def mcp(task: Task) -> Solution:
         known = with_associative(task, known)
         if known.associative is None:
             known = replace(known, infeasibility=existence(task.problem, task.effort))
-            if known.proven_none:
-                return known
-        else:
-            # Where a push stops, as where friction is so high that hardly anything slides, statics may lead.
-            by_statics = associative(Task(task.problem, kept=task.kept)).answer
-            if by_statics is not None:
-                states.near(by_statics)
+        if known.proven_none:
+            return known
+        for beside in elastic_of(task).beside():
+            states.near(beside)
+            if states.answer is not None:
+                break
+    if states.answer is None and known.associative is not None:
+        # Where a push stops, as where friction is so high that hardly anything slides, statics may lead on.
+        by_statics = associative(Task(task.problem, kept=task.kept)).answer
+        if by_statics is not None:
+            states.near(by_statics)
     if options.descent:
         if expected.softer is not None:
             effort.begins("softer contacts")
