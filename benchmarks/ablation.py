@@ -151,6 +151,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
             ("digits-of-trial-forces", "path:_DIGITS", 0.0),
         )
     },
+    "coarse-path-beside": ("mcp", {"push.push:Elastic.beside": lambda old: lambda elastic: None}),
     "one-alternation": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
     "light-energy-first": ("mcp", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),
     "a-heavier-energy": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),

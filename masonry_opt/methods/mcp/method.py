@@ -73,10 +73,8 @@ def mcp(task: Task) -> Solution:
             known = replace(known, infeasibility=existence(task.problem, task.effort))
         if known.proven_none:
             return known
-        for beside in elastic_of(task).beside():
+        if (beside := elastic_of(task).beside()) is not None:
             states.near(beside)
-            if states.answer is not None:
-                break
     if states.answer is None and known.associative is not None:
         # Where a push stops, as where friction is so high that hardly anything slides, statics may lead on.
         by_statics = associative(Task(task.problem, kept=task.kept)).answer
@@ -115,7 +113,7 @@ class _States:
         """Look for a state near forces: by simplex, or else by two programs in turn, beside those that are
         exact already."""
         if self._search:
-            self._keep(self._search.start(start.q).state)
+            self._keep(self._search.start(start.q))
         if self._lowest is None:
             # What is exact of contacts that give may be none of rigid ones.
             start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)

@@ -5,7 +5,6 @@ Contacts give: under the dead load blocks come to rest, from there the live load
 longer changes along it, on a ray, its direction is a collapse mechanism, and the state is exact.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -32,8 +31,8 @@ from masonry_opt.problem.problem import Problem
 #: but where it folds its highest λ is lower. And of a load that grows, and of settling.
 _ROUNDINGS, _ROUGHER, _LARGE, _GROWN, _SETTLING = (0.01, 0.1), (0.1, 0.01), 500, 0.03, 0.01
 
-#: Roundings under which hardly any path stops; and how many times as far as ends are looked for it leads.
-_COARSE, _OUT = (1.0, 0.7, 0.5, 0.35), 1e2
+#: A rounding under which hardly any path stops, and how many times as far as ends are looked for it leads.
+_COARSE, _OUT = 1.0, 1e2
 
 #: Rounding above which λ is blurred; and what a certificate leaves at most that needs no other beside it.
 _BLURRED, _WELL = 1e-5, 1e-11
@@ -227,18 +226,18 @@ class Elastic:
         ended, answer = self._end(growth.before, Point(growth.at, along, 1), u)
         return replace(found, ended=ended, answer=answer)
 
-    def beside(self) -> Iterator[Answer]:
-        """States to which contacts of much rounder corners lead where a push stops, exact or the last ones:
-        from rest others may be come to."""
-        for rounding in _COARSE if self.settled is not None else ():
-            coarse = self.curve.rounded_by(rounding)
-            path = self._followed(coarse, _POINTS, lambda _: None, _OUT * self._end_from)
-            if path.answer is not None:
-                yield path.answer
-            elif path.points:
-                at = path.points[-1].at
-                load_factor = float(at[-1]) / self.problem.live_norm
-                yield certified(self.problem.by_cone, load_factor, coarse.forces(at), at[:-1])
+    def beside(self) -> Answer | None:
+        """The state to which contacts of much rounder corners lead where a push stops, exact or the last one:
+        from rest another may be come to."""
+        if self.settled is None:
+            return None
+        coarse = self.curve.rounded_by(_COARSE)
+        path = self._followed(coarse, _POINTS, lambda _: None, _OUT * self._end_from)
+        if path.answer is not None or not path.points:
+            return path.answer
+        at = path.points[-1].at
+        load_factor = float(at[-1]) / self.problem.live_norm
+        return certified(self.problem.by_cone, load_factor, coarse.forces(at), at[:-1])
 
     def _followed(self, rounded: Curve, most: int, follow: Progress, until: float) -> Pushed:
         unit, points, steps = self.problem.live_norm, list[Point](), list[PushStep]()
