@@ -27,7 +27,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: Joints up to which the associative load factor is computed beside: beyond, in 15 seconds to minutes.
+#: Joints up to which the associative load factor is computed beside: beyond, it takes 15 seconds to minutes.
 _BESIDE_UP_TO = 40_000
 
 #: Joints up to which a live load is asked for that does no work, where a method finds no load factor; and
@@ -49,8 +49,8 @@ class Session:
     """A way to solve, to which scenes are given one after the other."""
 
     how: HowToSolve  #: with which method, solver and options
-    #: Compiled programs, if it keeps them for scenes that differ in joint properties alone; of those that
-    #: differ in loads matrices. No answer depends on earlier scenes; their forces may show that one stands.
+    #: Compiled programs for scenes that differ in joint properties alone, matrices for those that differ in
+    #: loads, if it keeps any. No answer depends on earlier scenes; their forces may show that one stands.
     kept: Kept = field(default_factory=Kept)
     _last: Assembly | None = None
 
@@ -116,8 +116,9 @@ class Session:
 
         problem, solver = assembly.problem, self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
+        solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
         # The result names the solver; its programs and time count as those of the check.
-        solution, own = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE), effort.beside()
+        own = effort.beside()
         with effort.measure("dead_load"):
             try:
                 if self._comes_to_rest(problem, own):

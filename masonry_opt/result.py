@@ -142,9 +142,14 @@ class Result(Outcome):
         warnings = zip(self.warnings, self.warning_sentences, strict=True)
         told["warnings"] = [{"sentence": words, **warning.as_dict()} for warning, words in warnings]
         told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
-        frames: dict[str, Any] = {"history": self.history, "block_results": self.blocks}
-        frames |= {"joint_results": self.joints, "tie_results": self.ties if len(self.ties) else None}
-        frames |= {"contact_results": self.contacts, "curve": self.curve}
+        frames = {
+            "history": self.history,
+            "block_results": self.blocks,
+            "joint_results": self.joints,
+            "tie_results": self.ties if len(self.ties) else None,
+            "contact_results": self.contacts,
+            "curve": self.curve,
+        }
         return plain(told | {name: of.to_dict("records") for name, of in frames.items() if of is not None})
 
     def to_json(self) -> str:

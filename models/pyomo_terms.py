@@ -14,7 +14,8 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 def rows(matrix: sp.csr_array, variables: Sequence[Any], together: int = 0) -> Iterator[Any]:
     """Each row of ``matrix @ variables`` as a linear expression, its terms in order, or ``together`` joint by
-    joint, given their number: HiGHS's columns follow it, and simplex ends in other optimal vertices."""
+    joint, given their number. The order of terms is that of HiGHS's columns, and decides in which optimal
+    vertex simplex ends."""
     for row in range(matrix.shape[0]):
         span = slice(matrix.indptr[row], matrix.indptr[row + 1])
         columns, entries = matrix.indices[span], matrix.data[span]

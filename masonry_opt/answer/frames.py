@@ -64,7 +64,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
-    """A row a contact point in space: its joint and blocks, forces and rates, as of joints; else None."""
+    """A row a contact point: joint and blocks, forces and rates (NaN if not known); None in the plane."""
     if assembly.scene.dimension == 2:
         return None
     joints, problem, (q, u, _) = assembly.joints, assembly.problem, _known(assembly, solution)

@@ -62,12 +62,16 @@ class Outcome:
     expected: load factor to expect of a scene that stands and is then pushed by a load that grows: by method
         "compliant" the highest on the path to its ray, or without a path that of its state; None where there
         is none, it was not asked for, and of an associative answer.
-    end: load factor at that ray, of an exact state: what the scene carries once it moves on; None without.
+    end: load factor at that ray, of an exact state: what the scene carries once it moves on; None if the path
+        ends in none.
     expected_reasons: in codes whether it depends on how stiff contacts are, or why there is none.
-    at_expected: the result of the state to expect, with seconds and solvers of all; None if not asked for.
+    at_expected: the result of the state to expect; seconds and solvers are of the whole analysis; None if not
+        asked for.
     associative: load factor with associative flow, which no Coulomb answer exceeds; None where unlimited.
-    exact: whether residuals under the joints' own flow rule, in space by the cone, are as of exact answers.
-    bound: of method "global" a lower bound of λ, below any rates and forces that ``reasons`` say it assumes.
+    exact: whether all residuals under the joints' own flow rule, in space by the cone, are within the limits
+        of exact answers.
+    bound: of method "global", a lower bound of λ below the rates and forces that ``reasons`` say it assumes;
+        None for other methods.
     seconds: by part (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by what they did: "dead load", "load factor", "sub-problems", ...
     size: of scene and linear program.
@@ -107,7 +111,8 @@ class Outcome:
     def joints(self) -> "pd.DataFrame":
         """A row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on the first block
         ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the second ``slip``,
-        ``opening``, ``rotation``, ``utilisation`` (force over limit, NaN where idle), in the case's units.
+        ``opening``, ``rotation``, ``utilisation`` (force over limit, NaN where idle).
+        Forces and lengths in the case's units.
 
         In space, where vectors have three columns in the scene's coordinates: ``first``, ``second``, ``x``
         (centroid), ``area`` (0 of an edge or a point), ``nx`` (unit normal into the first block), resultant
@@ -227,7 +232,8 @@ class Outcome:
 
     @property
     def crushing(self) -> str:
-        """How joints of limited strength crush: "parabola", or "chords" up to 0.65 % inside; "" without."""
+        """How joints of limited strength crush: by the "parabola", or "chords" inside it (moments up to
+        0.65 % less); "" if none is."""
         return self._law.by_strength.word if len(self.assembly.problem.crushing) else ""
 
     @property

@@ -1,7 +1,6 @@
 """Warnings: what is allowed in a scene and looks unintended. They refuse nothing."""
 
 from collections.abc import Callable, Iterator
-from operator import itemgetter
 
 import numpy as np
 
@@ -132,22 +131,26 @@ def _loads(assembly: Assembly) -> Iterator[Reason]:
 def _far_away(assembly: Assembly) -> list[Reason]:
     """Groups of blocks that touch none of the others and are far from the box round these."""
     group = linked(len(assembly.scene.blocks), assembly.joints.first, assembly.joints.second)
-    low, high = assembly.geometry.boxes
-    far = {}
-    # The largest group is the scene.
-    for one in np.delete(np.arange(group.max() + 1), np.bincount(group).argmax()):
-        own = group == one
-        (start, end), (start_of_rest, end_of_rest) = (
-            (low[which].min(axis=0), high[which].max(axis=0)) for which in (own, ~own)
-        )
-        apart = np.maximum(0.0, np.maximum(start - end_of_rest, start_of_rest - end))
-        distance, size, size_of_rest = map(np.hypot.reduce, (apart, end - start, end_of_rest - start_of_rest))
-        if distance > _FAR * max(size, size_of_rest):
-            far[one] = {"distance": float(distance), "size": float(size_of_rest)}
-    if not far:
+    if (groups := group.max() + 1) == 1:
         return []
-    blocks = assembly.names(np.flatnonzero(np.isin(group, list(far))))
-    return [reason(Code.FAR_AWAY, blocks=blocks, **min(far.values(), key=itemgetter("distance")))]
+    low, high = assembly.geometry.boxes
+    bounds, axes = np.column_stack([low, -high]), low.shape[1]
+    lowest = np.full((groups, 2 * axes), np.inf)
+    np.minimum.at(lowest, group, bounds)
+    # Of the box round all other groups: the least bound, or the second least where the group has the least.
+    least, second = np.sort(lowest, axis=0)[:2]
+    others = np.where(lowest == least, second, least)
+    size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
+    apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
+    distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
+    far = distance > _FAR * np.maximum(size, size_of_rest)
+    # The largest group is the scene.
+    far[np.bincount(group).argmax()] = False
+    if not far.any():
+        return []
+    nearest = np.flatnonzero(far)[distance[far].argmin()]
+    values = {"distance": float(distance[nearest]), "size": float(size_of_rest[nearest])}
+    return [reason(Code.FAR_AWAY, blocks=assembly.names(np.flatnonzero(far[group])), **values)]
 
 
 def _acting_outside(assembly: Assembly) -> Iterator[Reason]:

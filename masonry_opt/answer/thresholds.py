@@ -12,10 +12,11 @@ MOVES = 2e-3
 #: that opens less, the closing of an edge. A joint of blocks at rest in the loop's answers has twice 10⁻³ μ.
 SLIDES = HINGES = SEPARATES = CRUSHES = MOVES
 
-#: Share of its highest from which a force yields if it goes further: below, contacts that give explain it.
+#: Share of its highest value from which a limited force that goes further yields: below, contacts give.
 AT_HIGHEST = 1 - MOVES
 
-#: Power of bounded velocities, in median block weights, below which no load drives them: solvers leave 1e-9.
+#: Power of bounded velocities, in median block weights, below which no load drives them. (Solvers leave 1e-9
+#: of a zero.)
 DRIVES = 1e-7
 
 IDLE = 1e-6  #: Share of the scene's largest normal force below which a joint carries nothing.

@@ -6,6 +6,7 @@ import re
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
+from functools import partial
 from inspect import Parameter
 from json import loads as parse_json
 from pathlib import Path
@@ -30,7 +31,8 @@ _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 
 def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
-    """The same function of a text, but for what it raises ValueError it raises OptionError: the refusal."""
+    """What reads a text by a function; where that raises ValueError it raises OptionError: the refusal, with
+    the text in it."""
 
     def parse(text: str) -> T:
         try:
@@ -46,8 +48,13 @@ def numbers(refusal: str) -> Callable[[str], tuple[float, ...]]:
     return reader(lambda text: tuple(map(float, text.split(","))), refusal)
 
 
+@partial(reader, refusal="--view {}: write azimuth and elevation as in --view=-60,22")
+def _angles(text: str) -> tuple[float, float]:
+    azimuth, elevation = map(float, text.split(","))
+    return azimuth, elevation
+
+
 _VIEW = "Of solids: from where they are seen, in degrees."
-_angles = numbers("--view {}: write azimuth and elevation as in --view=-60,22")
 _DRAW = "Draw the answer (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
 
@@ -120,7 +127,7 @@ def command(
                 value, parse = typed.pop(name), parsers[name] or (lambda text: text)
                 if ctx.get_parameter_source(name).name != "DEFAULT":  # type: ignore[union-attr]
                     given[name] = [*map(parse, value)] if isinstance(value, list) else parse(value)
-            if own(given, **typed) is False:
+            if own(given, **typed) not in (None, True):
                 raise typer.Exit(1)
 
         context = Parameter("ctx", Parameter.KEYWORD_ONLY, annotation=typer.Context)

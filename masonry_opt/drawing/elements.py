@@ -66,7 +66,7 @@ class Elements:
         return [*self.layers.get(kind, ()), *(self.loads if kind in ("scene", "mechanism") else ())]
 
     def box(self, marks: Iterable[Marks], share: float) -> np.ndarray:
-        """Lower left and upper right of movable blocks and marks, at rest and moved by a share."""
+        """Lower left and upper right of movable blocks and marks, at rest and after a share, shape (2, 2)."""
         movable, size = self.assembly.movable, size_of(self.assembly)
         shapes = self.assembly.geometry.polygons[movable]
         corners, number = shapely.get_coordinates(shapes, return_index=True)
@@ -125,7 +125,7 @@ def _still(assembly: Assembly) -> np.ndarray:
 
 
 def motion_of(assembly: Assembly, d: np.ndarray, full: np.ndarray) -> np.ndarray:
-    """Displacements d, shape (3b,), as motions of the scene's blocks, to the scale that makes others full."""
+    """Displacements d (3b,) as motions of the scene's blocks, in the scale in which ``full`` is full."""
     problem, motion = assembly.problem, _still(assembly)
     centroid = assembly.geometry.centroid[assembly.movable]
     d = FULL * size_of(assembly) / fastest(assembly, full) * d

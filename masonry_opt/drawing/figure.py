@@ -180,7 +180,8 @@ def _line(marks: Marks) -> dict[str, Any]:
 
 
 def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float, **look: Any) -> None:
-    """Write a block's name at a point, in letters so many points high, with a white rim over that height."""
+    """Write a block's name at a point, in letters so many points high, with a white rim, ``rim`` times
+    their height wide."""
     # To find in a layout what room thousands take is slow.
     look |= {"fontsize": letters, "ha": "center", "zorder": 7, "parse_math": False, "in_layout": False}
     written = axes.annotate(printable(name), (at[0], at[1]), **look)

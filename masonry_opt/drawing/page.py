@@ -202,7 +202,7 @@ def _json(data: dict[str, Any]) -> str:
 
 
 def _rounded(values: np.ndarray, beside: float = 0.0) -> list[float | None]:
-    """Five digits of each number; None for NaN, 0 for what is nothing beside the largest or a given one."""
+    """Five digits of each number; None for NaN, 0 for what is nothing beside the largest, or ``beside``."""
     nothing = IDLE * np.nan_to_num(np.abs([*values, beside])).max()
     shown = (0 if abs(value) <= nothing else float(f"{value:.5g}") for value in values)
     return [None if np.isnan(value) else value for value in shown]
@@ -215,7 +215,7 @@ def way_of(result: Outcome) -> Way | None:
 
 
 def way_motions(result: Outcome, way: Way) -> np.ndarray:
-    """Motions of the movable blocks at each keyframe, shape (k, b, 3) or (k, b, 6); the last is full."""
+    """Motions of movable blocks at each keyframe, (k, b, 3) or (k, b, 6), the last as large as a full one."""
     assembly = result.assembly
     return np.stack([motion_of(assembly, d, way.d[-1])[assembly.movable] for d in way.d])
 
@@ -299,14 +299,14 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
         whole: list[int] = np.rint(points * scale).astype(int).ravel().tolist()
         return whole
 
-    def motion_of(motion: np.ndarray) -> tuple[float, ...]:
+    def in_figure(motion: np.ndarray) -> tuple[float, ...]:
         moved = np.round(motion[:3] * scale, 1) + 0.0
         return (*moved.tolist(), *(np.round(motion[3:], 6) + 0.0).tolist())
 
     def drawn_as(marks: Marks) -> dict[str, Any]:
         motion = None
         if marks.motion is not None:
-            motion = [table.setdefault(motion_of(each), len(table)) for each in marks.motion]
+            motion = [table.setdefault(in_figure(each), len(table)) for each in marks.motion]
         half = marks.width * (_RADIUS_THROUGH * _UNITS if marks.through else radius)
         placed = {"shape": marks.shape, "points": at(marks.points), "motion": motion}
         look = {"radius": round(half, 2), "colour": marks.colour, "dashes": marks.dashes}
@@ -314,8 +314,8 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
 
     corners = np.concatenate([drawn.triangles.reshape(-1, 3), drawn.edges.reshape(-1, 3)])
     block = np.concatenate([np.repeat(drawn.of_triangle, 3), np.repeat(drawn.of_edge, 2)])
-    placed = np.column_stack([block, np.reshape(at(corners), (-1, 3))])
-    rows, number = np.unique(placed, axis=0, return_inverse=True)
+    numbered = np.column_stack([block, np.reshape(at(corners), (-1, 3))])
+    rows, number = np.unique(numbered, axis=0, return_inverse=True)
     triangles, edges = np.split(number, [3 * len(drawn.triangles)])
     middle = (rows[:, 1:].min(axis=0) + rows[:, 1:].max(axis=0)) / 2
     lines, joint = contacts.lines()
@@ -334,7 +334,7 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
             "edges": edges.tolist(),
             "hatching": at(drawn.hatching),
         },
-        "motions": [motion_of(motion) for motion in elements.motion],
+        "motions": [in_figure(motion) for motion in elements.motion],
         "outlines": {"points": at(lines), "of": joint.tolist()},
         "layers": {name: [drawn_as(each) for each in marks] for name, marks in layers.items()},
         "table": list(table),

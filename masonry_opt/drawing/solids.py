@@ -278,7 +278,7 @@ class Solids:
         """Draw faces, edges, marks and axes, and names on blocks that are seen; what lies behind faces is
         left out, but what lies inside blocks. The axes' size must be set."""
         seen = self.raster
-        (left, bottom), (high, wide) = seen.corner, (seen.pixel * count for count in seen.depth.shape)
+        (left, bottom), (high, wide) = seen.corner, seen.pixel * np.array(seen.depth.shape)
         reach = (left, left + wide, bottom, bottom + high)
         look: dict[str, Any] = {"origin": "lower", "zorder": 1, "interpolation": "antialiased"}
         self.axes.imshow(self._faces(), extent=reach, **look)
@@ -307,7 +307,8 @@ class Solids:
 
     def _faces(self) -> np.ndarray:
         """Colours of the pixels, shape (rows, columns, 4)."""
-        normal = np.cross(*np.moveaxis(np.diff(self.triangles, axis=1), 1, 0))
+        sides = np.diff(self.triangles, axis=1)
+        normal = np.cross(sides[:, 0], sides[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
         light = np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
         own = ~np.isin(self.surface.of_triangle, self.elements.supports)

@@ -22,8 +22,8 @@ _HEAD = 0.24  #: Length of an arrow's head over the arrow.
 
 
 class Canvas:
-    """A picture in SVG of part of a scene, whole numbers, y downwards. A script moves it by ``data-motion``,
-    full motions as ``marks.moved`` takes them. Points of the scene are relative to the geometry's origin."""
+    """A picture in SVG of part of a scene: whole numbers, y downwards; those of the scene are relative to the
+    geometry's origin. A script moves it by ``data-motion``, the full motion as ``marks.moved`` takes it."""
 
     def __init__(self, elements: Elements, marks: Iterable[Marks]) -> None:
         (self.left, bottom), (right, self.top) = elements.box(marks, 1.0).tolist()

@@ -64,10 +64,10 @@ def _global(assembly: Assembly) -> Declared:
     problem = assembly.problem
     associative = solve(assembly.scene, "static").required()
     if associative < 0:
-        none = (
-            f"looks for load factors from 0 on, and none is above {associative:g}: turn the live load round"
+        raise NoLoadFactorError(
+            f"{assembly.scene.origin}: the program of 'global' looks for load factors from 0 on, and none is "
+            f"above {associative:g}: turn the live load round"
         )
-        raise NoLoadFactorError(f"{assembly.scene.origin}: the program of 'global' {none}")
     highest = a_little_above(associative)
     known = solve(assembly.scene, "refined").solution.d
     of = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
@@ -226,7 +226,7 @@ def _comments(mark: str, lines: list[str]) -> str:
     return "".join(f"{mark} {line}\n" for line in lines)
 
 
-#: Writers by the end of a file's name, which give what all their files hold by the ends of theirs.
+#: Writers by the end of a file's name: each gives the texts of its files by their ends.
 _WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}
 
 

@@ -39,7 +39,8 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
         if share is not None:
             raise OptionError("COMPAS data has blocks at rest and motions beside: leave 'moved' to meshes")
         return _compas(result.assembly if result else assemble(scene), result)
-    if isinstance(share, bool) or not isinstance(share, int | float | None) or not math.isfinite(share or 0):
+    number = isinstance(share, int | float) and not isinstance(share, bool) and math.isfinite(share)
+    if share is not None and not number:
         raise OptionError(f"'moved' is a share of the full motion, a number (found {share!r})")
     elements = result_elements(result) if result else None
     if share and not (elements and elements.movement):

@@ -28,8 +28,9 @@ _LOOKS, _AHEAD = 2000, 1e-6  #: Angles to a quarter turn looked at; a small angl
 
 
 class EdgePath:
-    """As :class:`~.path.HingingPath` in space, poses a shift and a rotation vector of each block, shape
-    (blocks, 6). Raises OptionError if joints slide, blocks move on each other, or no edge stays."""
+    """The path in space, attributes as of :class:`~.path.HingingPath`; poses are a shift and a rotation
+    vector of each block, shape (blocks, 6). Raises OptionError if joints slide, blocks move on each other, or
+    no edge stays."""
 
     def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
         self.assembly, self.forces, self.effort = result.assembly, forces, Effort()
@@ -44,7 +45,7 @@ class EdgePath:
             self.end = reason(Code.NOT_HINGING, associative=result.associative, pairs=[])
 
     def _find_edge(self, result: Result) -> None:
-        """What turns, the joints round it, of each joint the block that does, the edge's points and line."""
+        """The blocks that turn, joints round them, of each the one that turns, the edge's points and line."""
         assembly, d = self.assembly, result.solution.d
         problem, joints, corners = assembly.problem, assembly.joints, assembly.geometry.corners
         assert d is not None
@@ -83,7 +84,8 @@ class EdgePath:
         """Ties and props there, and their forces as the body turns on."""
         found = []
         for force in self.assembly.limited:
-            blocks, at = (np.array([getattr(one, of) for one in force.actions]) for of in ("block", "point"))
+            blocks = np.array([one.block for one in force.actions])
+            at = np.array([one.point for one in force.actions])
             ends = [placed(at, self._poses(turn)[blocks]) for turn in (0.0, angle, angle + _AHEAD)]
             rest, now, ahead = np.diff(ends, axis=1)[:, 0]
             sense = 1.0 if force.role is Role.TIE else -1.0

@@ -25,7 +25,7 @@ class KinematicCheck:
         d* = d_k Σ P δ² / (δ_k Σ P δ) where the control point has moved by d_k.
     complete: whether the curve comes down to λ = 0; if not, ``displacement`` is too small, on the safe side.
     ultimate: d*_u, the share of d*_0 that may be used.
-    secant: d*_s, at which ``secant_acceleration`` is a*_s (g), and ``period`` T_s = 2π √(d*_s / a*_s) (s).
+    secant, secant_acceleration: d*_s and a*_s (g), a point of the curve; period: T_s = 2π √(d*_s / a*_s) (s).
     demand_acceleration: S_e(0) / q, in g; ``demand_displacement``: S_e(T_s) (T_s / 2π)².
     linear, non_linear: whether a*_0 is at least the first, and d*_u the second.
     """

@@ -104,8 +104,10 @@ def overlapping(shapes: Any, poses: np.ndarray, body: np.ndarray) -> list[int]:
     """The two blocks of different bodies that lie deepest in one another, if any, the higher body's first."""
     there = displaced(shapes, poses)
     low, high = there.boxes
-    near = (low[:, None] < high).all(axis=2)
-    pairs = np.argwhere(near & near.T & (body[:, None] > body))
+    boxes = shapely.box(*low[:, :2].T, *high[:, :2].T)
+    one, other = shapely.STRtree(boxes).query(boxes)
+    near = ((low[one] < high[other]) & (low[other] < high[one])).all(axis=1)
+    pairs = np.column_stack([one, other])[near & (body[one] > body[other])]
     found = max(there.overlaps(pairs), key=lambda found: found[1].depth, default=None)
     return pairs[found[0]].tolist() if found else []
 
@@ -164,7 +166,7 @@ class MovedBlocks:
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """Whose edges corners touch, both where two corners meet: by joint, corner and block."""
+        """Which blocks' edges corners touch, both where two meet: (joints, 2, 2), joint, corner, block."""
         points, block = self.geometry.corners
         corners = shapely.multipoints(points, indices=block)[self.blocks]
         away = shapely.distance(shapely.points(self.corner)[..., None], corners[:, None])
@@ -172,9 +174,9 @@ class MovedBlocks:
         return own[..., ::-1] | ~own  # a corner of the second block alone touches the first one's edge
 
     def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
-        """With the joints of which any corner touches, shape (joints, 2). Closed joints are as at rest. A
-        corner that touches alone has no cohesion, and the edge that it touches is the joint's; where two
-        corners meet their bisector is, and friction that of the forces which both edges bear."""
+        """The problem of the joints of which any corner touches, shape (joints, 2). Closed joints are as at
+        rest. A corner that touches alone has no cohesion, and the edge that it touches is the joint's; where
+        two corners meet their bisector is, and friction that of the forces which both edges bear."""
         kept = np.flatnonzero(touch.any(axis=1))
         touch, blocks, at_rest = touch[kept], self.blocks[kept], self.joints
         closed, corner = np.logical_and(*touch.T), touch.argmax(axis=1)
@@ -203,7 +205,7 @@ class MovedBlocks:
     def optimum(
         self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
     ) -> ForceOptimum | None:
-        """The greatest load factor, eq. (9), or by how much forces miss a given one; None without optimum."""
+        """The greatest load factor, eq. (9), or how much forces under a given one miss at least, if found."""
         problem = self.problem(touch, poses)
         if load_factor is None:
             solver = find_solver("cvxpy", "highs")

@@ -22,7 +22,7 @@ _ENCLOSED = 1e-13  #: Width to which events are enclosed.
 _MOVES = 1e-7  #: Speed of the fastest corner, of a direction whose length is 1, below which nothing moves.
 _PROBE = 1e-5  #: Step that shows in which sense a motion is possible.
 _MOST, _MOST_EVENTS = 2000, 20  #: Most steps, and most events in one place.
-#: Share of singular values: below, equations depend on each other, as those of joints that share a hinge.
+#: Share of the largest singular value below which one is zero: joints that share a hinge repeat equations.
 _DEPENDENT = 1e-8
 _STEPS, _SOLVED = 12, 1e-13  #: Newton steps of one correction, and the residual at which it ends.
 _ROUNDING = 1e-10  #: Residual up to which a correction that comes no nearer is one: rounding.
@@ -34,13 +34,13 @@ class Step:
 
     poses: np.ndarray  #: (x, y, θ) of all blocks, shape (blocks, 3): a turn about the origin, then a shift
     load_factor: float  #: λ in equilibrium
-    #: Contact points that touch from here on, shape (points,); while followed corners, shape (joints, 2).
+    #: Contact points that touch from here on, (points,); while a path is followed corners, (joints, 2).
     touch: np.ndarray
     event: Reason | None = None  #: what happens here, if anything
 
 
 class Chain:
-    """The bodies, whose joints are closed, and the hinges between them, where one corner of a joint touches.
+    """Bodies of blocks whose joints are closed, and hinges between them, where one corner of a joint touches.
 
     Unknowns are the poses (x, y, θ) of the bodies, the force in each hinge, and λ:
         Q(θ, λ) + G(θ)ᵀ f = 0,    g(poses) = 0,
@@ -73,7 +73,7 @@ class Chain:
         return np.vstack([point[: 3 * self.count].reshape(-1, 3), np.zeros(3)])[self.body]
 
     def tangents(self, point: np.ndarray) -> np.ndarray:
-        """Directions of poses and λ, (k, unknowns): none where bodies jam, several where it branches."""
+        """Directions in which the line goes on, (k, unknowns): none where jammed, several at a branch."""
         _, slope = self._system(point)
         _, sizes, rows = np.linalg.svd(slope)
         rank = int((sizes > _DEPENDENT * sizes.max(initial=1.0)).sum())
@@ -144,11 +144,11 @@ class _PathEvent(NamedTuple):
 
 
 class _Stretch(NamedTuple):
-    """Bodies, a point of their line, and a way from it, by the scene's size for the fastest corner."""
+    """Where the bodies stay the same."""
 
-    chain: Chain
-    point: np.ndarray
-    row: np.ndarray
+    chain: Chain  #: they
+    point: np.ndarray  #: a point of their line
+    row: np.ndarray  #: rates there of poses and λ, while the fastest corner moves by the scene's size
 
     @property
     def poses(self) -> np.ndarray:
@@ -308,7 +308,8 @@ class HingingPath:
 
     def _enclosed(self, stretch: _Stretch, step: float, event: _PathEvent) -> tuple[_Stretch, _PathEvent]:
         """The last state before an event within a step, by bisection, and the event; at λ = 0, and where
-        blocks meet, the path ends. What is missed once a joint opens grows from zero: a secant says where."""
+        blocks meet, the path ends. After a joint has opened what is missed grows from zero: a secant finds
+        from where."""
         low, high, before, farther = 0.0, step, stretch, (0.0, 0.0)
         while high - low > _ENCLOSED:
             if event.code is Code.REACHES_ZERO and (last := self._at_zero(before)):
@@ -339,5 +340,7 @@ class HingingPath:
         """The state of λ = 0 ahead, if nothing else has happened before it."""
         row = np.append(np.zeros(len(before.row) - 1), 1.0)
         point = before.chain.corrected(before.point, row, 0.0)
-        last = None if point is None else before._replace(point=np.append(point[:-1], 0.0))
-        return None if last is None or self._event(last) else last
+        if point is None:
+            return None
+        last = before._replace(point=np.append(point[:-1], 0.0))
+        return None if self._event(last) else last

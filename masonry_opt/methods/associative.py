@@ -15,7 +15,7 @@ from masonry_opt.standing.diagnosis import no_optimum
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
     """Load factor, forces and mechanism under associative flow, by the "static" formulation, eq. (9), or the
-    "kinematic" one, eq. (10); by the dual where the solver ends short in it. Joints crush by chords, as in
+    "kinematic" one, eq. (10); by the dual program where the solver ends short. Joints crush by chords, as in
     every Coulomb answer, if so asked or the solver does not take the parabola."""
     problem = task.problem
     if task.solver.entry.conic:

@@ -159,10 +159,13 @@ def _relaxed(task: Task, start: State | None) -> Solution:
         series.append(series[-1] * _SMALLER_START)
     history: list[RelaxationStep] = []
     last: State | None = None
-    for first in series:
+
+    def followed(first: float) -> bool:
+        """Whether the series from there comes to its end."""
+        nonlocal last
         model.start_from(begin)
         ipopt.multipliers = {}
-        for epsilon in _falling(first, smallest):
+        for epsilon in _epsilons(first, smallest):
             began = time.perf_counter()
             solved, word, iterations = ipopt.solve(epsilon)
             seconds = time.perf_counter() - began
@@ -177,21 +180,23 @@ def _relaxed(task: Task, start: State | None) -> Solution:
             history.append(RelaxationStep(epsilon, load_factor, word, iterations, largest, gap, seconds))
             task.progress(history[-1])
             if not solved:
-                break
-        if solved:
-            break
+                return False
+        return True
+
+    converged = any(map(followed, series))
     ending = Solution(Status.HOMOTOPY, Kind.RELAXED, history=tuple(history), solver=task.solver)
-    if solved and last is not None:
+    if converged and last is not None:
         ending = replace(ending, found=certified(problem, last.load_factor, last.q, last.d))
         return ending.ended(Status.CONVERGED, Code.LOCAL_MINIMUM, epsilon=smallest)
-    ending = ending.ended(Status.HOMOTOPY, Code.RELAXATION_STOPPED, word=word, epsilon=epsilon)
+    failed = history[-1]
+    ending = ending.ended(Status.HOMOTOPY, Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)
     if last is not None:
         return replace(ending, found=Found(q=last.q, d=last.d, slope=problem.dilatancy))
     found = Found() if start is None else Found(q=start.q, d=start.d)
     return replace(ending, found=found).telling(reason(Code.NOTHING_SOLVED))
 
 
-def _falling(epsilon: float, smallest: float) -> Iterator[float]:
+def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:
     """ε of each solve of a series, down to the smallest."""
     while epsilon > smallest:
         yield epsilon

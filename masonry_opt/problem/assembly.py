@@ -81,8 +81,9 @@ class Assembly:
 
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6). Raises CaseError if a block, joint, edge load
-    or fill is wrong (see ``find_joints``, also for ``floating``, ``loaded_pieces``, ``filled_pieces``), loads
-    differ by more than double precision carries, or limits of forces by more than solvers can."""
+    or fill is wrong (see ``geometry``, in space ``shapes``, ``find_joints``, also for ``floating``,
+    ``loaded_pieces``, ``filled_pieces``), loads differ by more than double precision carries, or the limit of
+    a force is more than solvers can set beside the loads."""
     shapes = shapes_of(scene)
     joints = find_joints(scene, shapes, floating=floating)
     return _assembled(scene, shapes, joints, filled_pieces(scene, shapes))

@@ -57,8 +57,9 @@ def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
 
 
 def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
-    """The pieces of edges that fills of a scene touch, on fixed blocks too: the uppermost below the road, and
-    upright ones between. Raises CaseError if a fill touches no movable block, and as :func:`profile_of`."""
+    """The pieces of edges that fills of a scene touch, on fixed blocks too: the uppermost edges below
+    the road, and the upright face of one that stands higher than the next. Raises CaseError if a fill touches
+    no movable block, and as :func:`profile_of`."""
     found: list[FilledPiece] = []
     for number in range(len(scene.fills)):
         profile = profile_of(scene, shapes, number)

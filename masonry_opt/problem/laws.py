@@ -1,5 +1,6 @@
-"""Laws of joints: friction by senses of sliding or by the cone, strength by chords or by the parabola. Of the
-curves faces are the sides and chords (see :class:`~.faces.Faces`), slacks and energy of a state their own."""
+"""Laws of joints: friction by senses of sliding or by the cone, strength by chords or by the parabola.
+Cone and parabola have the faces of their sides and chords (see :class:`~.faces.Faces`); slacks and energy are
+by the curve."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -106,7 +107,8 @@ class Law:
     friction: np.ndarray  #: μ of the joints that can slide, shape (k,)
     cohesion: np.ndarray  #: of the joints that can slide, as a force (per unit length × L), shape (k,)
     dilatancy: np.ndarray  #: tan φ₀ of the joints that can slide, shape (k,)
-    #: Normal forces up to which the dilatancy is whole, and from which there is none, or ``inf``: (k, 2).
+    #: Normal forces up to which the dilatancy is whole, and from which there is none (``inf``: it does not
+    #: depend on them), shape (k, 2).
     dilatancy_force: np.ndarray
     crushing: np.ndarray  #: indices of the joints of limited strength, shape (l,)
     crushing_force: np.ndarray  #: f_c L, the normal force that crushes all of such a joint, shape (l,)

@@ -57,7 +57,7 @@ def moments_in(dimension: int) -> int:
 
 
 def by_component(dimension: int, of_force: float, of_moment: float) -> np.ndarray:
-    """A number of forces and one of moments by component, shape (3,), in space (6,); or of a motion."""
+    """One number for each component of a force, another of a moment, shape (3,), in space (6,)."""
     return np.repeat([of_force, of_moment], [dimension, moments_in(dimension)])
 
 
@@ -198,8 +198,8 @@ def loaded_pieces(
     of a movable block, where it does nothing.
 
     A line's load acts on the edges of movable blocks that lie on it within the tolerance, less what joints
-    cover of them. Raises CaseError if a load's line is shorter
-    than the tolerance, or meets no free edge of a movable block, with what lies there instead.
+    cover of them. Raises CaseError if a load's line is shorter than the tolerance, or meets no free edge of a
+    movable block, with what lies there instead.
     """
     if not scene.edge_loads:
         return (), ()

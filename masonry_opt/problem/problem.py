@@ -20,7 +20,7 @@ class State:
     """Load factor, forces and motion, in the problem's dimensionless units."""
 
     load_factor: float  #: λ
-    q: np.ndarray  #: joint forces, in the order of the columns of B, shape (3c,)
+    q: np.ndarray  #: joint forces: n₁ of all joints, n₂, s; in space n, s, t; shape (3c,)
     d: np.ndarray  #: block velocities vx, vy, ω in turn, scaled so that f_L·d = Σ|f_L|, shape (3b,)
     p: np.ndarray  #: rates ≥ 0 of the faces, shape (faces,)
 
@@ -68,7 +68,8 @@ class Problem:
     force_unit: float  #: what a dimensionless force is multiplied by
     #: Motion of a joint per unit of each of its forces, shape (3c,); None where contacts are rigid.
     compliance: np.ndarray | None = None
-    #: Forces (3c,) from which on contacts give; None: from zero. Of rigid ones: known to carry the dead load.
+    #: Forces (3c,) from which on contacts give; None: from zero. Where they are rigid: those known to carry
+    #: the dead load from rest.
     settled: np.ndarray | None = None
 
     B = Of[sp.csr_array]("matrices")
@@ -125,7 +126,7 @@ class Problem:
 
     @property
     def live_norm(self) -> float:
-        """Σ|f_L| as the layout sums it, by which objective and velocities are scaled: these are near 1."""
+        """Σ|f_L|, as the layout sums it, by which objective and velocities (so near 1) are scaled."""
         return self.layout.norm(self.by_block(self.live))
 
     @property
@@ -142,7 +143,7 @@ class Problem:
         return np.hypot.reduce(self.forces(load), axis=1)
 
     def moments(self, load: np.ndarray) -> np.ndarray:
-        """Moments (force × length unit) or rotations (by length unit) of blocks, (b, 1), in space (b, 3)."""
+        """Moments about centroids (force × length unit) or rotations (by length unit), (b, 1) or (b, 3)."""
         return self.by_block(load)[:, self.layout.dimension :]
 
     @cached_property
@@ -241,7 +242,7 @@ class Problem:
         others[table.slides] = others[table.chords] = 0.0
         sliding = self.by_friction.energy(self._by_sense(z), self._by_sense(p), *self._of_sliders(q))
         at_points = self.at_points(q)[:, self.crushing]
-        crushing = self.by_strength.energy(z[self.bent], p[self.bent], at_points)
+        crushing = self.by_strength.energy(z[self.bent], p[self.bent], at_points) if at_points.size else 0.0
         return sliding + crushing + float(others.sum())
 
     def rates(self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None) -> np.ndarray:
@@ -273,7 +274,7 @@ class Problem:
     def departure(
         self, d: np.ndarray, p: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None
     ) -> np.ndarray:
-        """What velocities, rates and soft contacts under forces q leave of a flow rule, Bᵀd − D p, (3c,)."""
+        """What is left of the flow rule of a slope, Bᵀd − D p, (3c,), with what contacts give under q."""
         flow = self.true_yield if slope is self.friction else self.C(slope)
         left = self.motion(d, q) - flow.T @ p
         if self.by_friction.conic:
@@ -341,7 +342,8 @@ def in_units_of_live_load(problem: Problem) -> Scaled:
 
 
 def in_units_of_load(problem: Problem) -> Scaled:
-    """The problem with a live load that sums to one, and forces in units of the dead load on what carries it.
+    """The problem with a live load whose entries sum to one, forces in units of the dead load of what carries
+    it.
 
     The largest forces of a large scene are a thousand block weights, from which solvers take tolerances: in
     these units they end a hundred times nearer the optimum (façades of 6000 blocks: 4e-8 instead of 4e-6), in

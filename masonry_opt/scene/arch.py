@@ -44,9 +44,9 @@ class _Arc(NamedTuple):
 class ArchRing(AnyGenerator):
     """Equal voussoirs with radial joints, each end on a fixed abutment: a generator in the plane or in space.
 
-    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``: a segment of a circle
-    (``rise`` below half the span), a semicircle (at half), or pointed (above): two arcs about centres on the
-    springing line, of radius (span²/4 + rise²)/span within, and an upright joint at the crown.
+    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. Then it is a segment of a
+    circle (``rise`` below half the span), a semicircle (at half), or pointed (above): two arcs with centres
+    on the springing line, of inner radius (span²/4 + rise²)/span, that meet in an upright joint.
 
     Raises CaseError if the measures make no arch.
 
@@ -241,10 +241,10 @@ class Arch(ArchRing, Generator):
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight: See
-        :class:`~.ArchRing`.
+        :class:`~masonry_opt.scene.arch.ArchRing`.
     point_loads: Live forces on single voussoirs (:class:`PointLoad`).
-    name, at, live_per_weight, live: See :class:`~.generator.Generator`; the origin is the centre of
-        ``radius``, or half way along ``span``, at the height of the feet's inner ends.
+    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
+        centre of ``radius``, or half way along ``span``, at the height of the feet's inner ends.
     """
 
     point_loads: list[PointLoad] = []

@@ -34,8 +34,12 @@ Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
 #: Keys of which one takes the place of the other in a record.
-INSTEAD = {"weight": "unit_weight", "unit_weight": "weight"}
-INSTEAD |= {f"{tangent}_angle": tangent for tangent in ("friction", "dilatancy")}
+INSTEAD = {
+    "weight": "unit_weight",
+    "unit_weight": "weight",
+    "friction_angle": "friction",
+    "dilatancy_angle": "dilatancy",
+}
 SHAPES = "'box', or 'vertices' with 'faces'"  #: What gives the shape of a convex solid.
 #: Control characters, line ends, and marks that turn the direction of writing round.
 _UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
@@ -145,6 +149,8 @@ class Record(BaseModel, metaclass=_RecordType):
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
         """Changes, those of keys that one of its records alone has within that record."""
         fields, me = type(self).model_fields, called(type(self), vars(self))
+        if changes.keys() <= fields.keys():
+            return changes
         within = {name: _keys(getattr(self, name)) for name in fields}
         for key in [key for key in changes if key not in fields]:
             holders = [name for name, keys in within.items() if not keys.isdisjoint({key, INSTEAD.get(key)})]
@@ -250,8 +256,8 @@ class Block(Body):
     weight: Dead weight, acting along the scene's gravity.
     unit_weight: In place of ``weight``: per unit area, per unit volume where the scene has a ``thickness``.
     weight_at: The point where the weight acts (default: the centroid).
-    live, live_at: Live force ``[fx, fy]``, scaled by the load factor, and where (default: the centroid).
-    live_per_weight: Beside it, a live force ``[fx, fy]`` in multiples of the weight, where that acts.
+    live, live_at: Live force ``[fx, fy]``, scaled by the load factor, and its point (default: the centroid).
+    live_per_weight: Beside it, a live force ``[fx, fy]`` as a multiple of the weight, where the weight acts.
     dead, dead_at: Further dead force beside the weight, and the point where it acts (default: the centroid).
     fixed: A support: it does not move and needs no weight.
     """

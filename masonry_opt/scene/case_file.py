@@ -59,13 +59,12 @@ class CaseFile(SceneKeys):
         flat, solid = self._of(Generator), self._of(SolidGenerator)
         if (size := sum(generator.size for generator in [*flat, *solid])) > MOST_BLOCKS:
             yield f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}"
-        plane = [f"{_table(one)} builds blocks in the plane" for one in flat]
-        plane += [f"block '{one.name}' lies in the plane" for one in self.blocks if one.dimension == 2]
-        space = [f"{_table(one)} is of solids" for one in solid]
-        space += ["those of the [mesh] are solids"] * bool(self.mesh)
-        space += [f"block '{one.name}' is a solid" for one in self.blocks if one.dimension == 3]
+        first = {block.dimension: f"block '{block.name}'" for block in reversed(self.blocks)}
+        plane = f"{_table(flat[0])} builds" if flat else first.get(2) and f"{first[2]} lies"
+        mesh = "[mesh] holds solids" if self.mesh else first.get(3) and f"{first[3]} is a solid"
+        space = f"{_table(solid[0])} builds solids" if solid else mesh
         if plane and space and (flat or solid or self.mesh):
-            yield f"{plane[0]}; {space[0]}"
+            yield f"{plane} in the plane; {space}"
 
     @property
     def dimension(self) -> Literal[2, 3]:
@@ -106,7 +105,8 @@ def _table(generator: AnyGenerator) -> str:
 
 
 def load(path: str | Path) -> Scene:
-    """Read a case file, ``.toml`` or ``.json``, as a scene, its generators expanded; its ``case`` keeps them.
+    """Read a case file, ``.toml`` or ``.json`` with the same keys, as a scene with generators expanded;
+    unexpanded they are in its ``case``.
 
     Raises CaseError if the file cannot be read or describes no scene; the message names file, key and block.
     """

@@ -28,7 +28,8 @@ class AnyGenerator(Record):
     """A table of a case file that stands for many blocks, in the plane or in space. They are named after its
     ``name``, "left 3-2" in place of "3-2": for several generators in one scene.
 
-    Raises CaseError, which tells all that is wrong, if values make nothing, or more than 100,000 blocks.
+    Raises CaseError, with all that is wrong, if the values make nothing that can be built, or more than
+    100,000 blocks.
     """
 
     name: Name | None = None

@@ -16,7 +16,8 @@ from masonry_opt.scene.rows import bounds
 from masonry_opt.scene.scene import Scene
 
 RELATIVE_TOLERANCE = 1e-6  #: Lengths below it, over the diagonal round the movable blocks, are nothing.
-#: Neighbours nearer than this, over the smaller block's width, were to touch; overlaps as deep are rounding.
+#: Neighbours nearer than this, over the smaller block's width, are meant to touch; overlaps no deeper are
+#: rounding.
 NEAR_MISS = 1e-2
 _NEAR_TOLERANCES = 3  #: So are those within so many tolerances: coordinates are off by a little more.
 STRAIGHT = 0.1  #: Share of the tolerance within which corners lie on the outline without them.
@@ -147,11 +148,13 @@ def geometry(scene: Scene) -> Geometry:
     corners, owner = np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), list(map(len, corners_of)))
     origin, tolerance = frame_of(scene, corners, owner)
     outlines = shapely.polygons(shapely.linearrings(corners - origin, indices=owner))
+    # Those of several rings are built up.
     for index, block in enumerate(blocks):
         if len(block.rings) > 1 or block.holes:
             outlines[index] = _built_up(scene, block, index, origin, tolerance)
     hulls = shapely.convex_hull(outlines)
     flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
+    flat &= ~shapely.is_empty(outlines)  # all holes
     raise_for(np.flatnonzero(flat), scene, "has no area: its corners lie on one line or in one point")
     # Normalised outlines begin at a leftmost, lowest corner, which no straight edge runs through.
     polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)

@@ -65,12 +65,14 @@ class JointDefaults(_InDegrees):
     ----------
     friction: μ = tan φ; ``inf`` for joints that cannot slide.
     cohesion: Force per unit length of joint; per unit area where the scene has a ``thickness``.
-    dilatancy: tan φ₀, the opening per unit slip: 0 in Coulomb's law, at most ``friction``, the associative.
-    friction_angle, dilatancy_angle: φ and φ₀ in degrees, from 0 to below 90; the tangents are kept.
-    dilatancy_stress: Two rising mean normal stresses ``[full, none]``, in units of cohesion: up to the first
-        the dilatancy is whole, then falls linearly, to none at the second (section 6.5). Default: it stays.
-    strength: Compressive strength f_c, in units of cohesion: |m| ≤ n (L/2 − n / (2 f_c)). Default: joints
-        carry any pressure. (So does a corner on an edge, which has no length.)
+    dilatancy: tan φ₀, the opening per unit slip: 0 is Coulomb's law, ``friction`` at most, the associative.
+    friction_angle, dilatancy_angle: φ and φ₀ in degrees, 0 to below 90, in place of their tangents, which are
+        kept.
+    dilatancy_stress: Two rising mean normal stresses ``[full, none]``, as ``strength``: up to the first the
+        dilatancy is whole, then it falls linearly, to none at the second (section 6.5). Default: stress does
+        not change it.
+    strength: Compressive strength f_c, a force per unit length, or area, as ``cohesion``: |m| ≤ n (L/2 − n /
+        (2 f_c)). Default: joints carry any pressure. (So does a corner on an edge, which has no length.)
     """
 
     friction: Friction

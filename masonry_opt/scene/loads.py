@@ -89,7 +89,8 @@ class EdgeLoad(Record):
     pressure: Normal to the edges, into the blocks: one intensity, or those at start and end, linear between.
     force: ``[fx, fy]``, in any direction, uniform; in place of ``pressure``.
     kind: "dead" (the default), or "live", which the load factor scales.
-    mass, group: As of :class:`Load`, per unit length (default: a ``force``'s part along gravity).
+    mass, group: As of :class:`Load`, the mass per unit length (default: a ``force``'s part along gravity; of
+        a ``pressure`` none).
     """
 
     start: Annotated[Point, Field(alias="from")]
@@ -215,7 +216,8 @@ class LoadCase(Record):
     """Factors of the loads that act together, by group.
 
     Groups are those that loads name, and "weight" (own weights of blocks), "fill" (that of fill), "dead" and
-    "live" (loads given so, of blocks too, of no group), and "axles" (for :func:`~masonry_opt.crossing`).
+    "live" (loads given so, of blocks too, that name no group), and "axles" (live alone, for
+    :func:`~masonry_opt.crossing`).
 
     Raises CaseError if nothing is live, ``live`` and ``earthquake`` both are given, axles are dead, or pull.
 

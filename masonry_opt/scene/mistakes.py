@@ -138,7 +138,8 @@ def _name(entry: Any) -> str:
     named = entry if isinstance(entry, Mapping) else {}
     block = named.get("block")  # of a load; elsewhere it is no text
     name = named.get("name", named.get("between", block if isinstance(block, str) else None))
-    return _shown(name) if isinstance(name, str | int | list | tuple) and name else ""
+    # Arrays are neither true nor false.
+    return _shown(name) if not hasattr(name, "shape") and name else ""
 
 
 def _shown(value: Any) -> str:

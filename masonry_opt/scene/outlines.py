@@ -60,10 +60,12 @@ def valid(polygons: np.ndarray) -> np.ndarray:
 
 def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """What pairs of polygons have in common, in pieces, and the pairs, rising."""
-    whole = sound(shapely.intersection, one, other, grid=GRID * tolerance)
+    low1, high1, low2, high2 = (at for own in (one, other) for at in np.split(shapely.bounds(own), 2, axis=1))
+    near = np.flatnonzero((np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > tolerance)
+    whole = sound(shapely.intersection, one[near], other[near], grid=GRID * tolerance)
     pieces, number = shapely.get_parts(whole, return_index=True)
     solid = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
-    return pieces[solid], number[solid]
+    return pieces[solid], near[number[solid]]
 
 
 def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarray]:

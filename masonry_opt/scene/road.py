@@ -112,7 +112,8 @@ class Backing(Record):
 
     Parameters
     ----------
-    line: Its upper line, ``[[x, y], ...]`` from left to right, not above the road; beyond its ends is none.
+    line: Its upper line, ``[[x, y], ...]`` from left to right, not above the road. There is no
+        backing beyond its ends, nor where blocks reach above it.
     unit_weight: As of the fill.
     friction_angle, mobilised: For its pressure, where the fill presses: as of the fill (default: the fill's).
     """

@@ -94,8 +94,9 @@ class Solid(Body):
     weight: Dead weight, acting along the scene's gravity.
     unit_weight: Weight per unit volume, in place of ``weight``.
     weight_at: The point where the weight acts (default: the centroid).
-    live, live_at: Live force ``[fx, fy, fz]``, scaled by the load factor, and where (default: the centroid).
-    live_per_weight: Beside it, a live force ``[fx, fy, fz]`` in multiples of the weight, where that acts.
+    live, live_at: Live force ``[fx, fy, fz]``, scaled by λ, and where it acts (default: the centroid).
+    live_per_weight: Beside it, a live force ``[fx, fy, fz]`` as a multiple of the weight, acting where that
+        does.
     live_moment: Live moment ``[mx, my, mz]`` beside what the forces have, right-handed about the axes.
     dead, dead_at, dead_moment: Further dead force, where it acts (default: the centroid), and a dead moment.
     fixed: A support: it does not move and needs no weight.

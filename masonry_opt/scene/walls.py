@@ -4,14 +4,16 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate, pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, Strict, Tag
+from pydantic import Discriminator, Field, Strict, Tag
 
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, YesNo, rectangle
 from masonry_opt.scene.generator import Count, WeighedGenerator, Widths, both
-from masonry_opt.scene.solids import ONE_OR_SEVERAL
 
 Lengths = Annotated[list[Number], Field(min_length=1)]
-Course = Annotated[Annotated[Name, Tag("<one>")] | Annotated[Lengths, Tag("<several>")], ONE_OR_SEVERAL]
+Course = Annotated[
+    Annotated[Name, Tag("<one>")] | Annotated[Lengths, Tag("<several>")],
+    Discriminator(lambda entry: "<one>" if isinstance(entry, str) else "<several>"),
+]
 
 #: Left end, right end (in full blocks) and weight of a block of a course.
 _CoursePiece = tuple[float, float, float]
@@ -31,7 +33,8 @@ class Wall(WeighedGenerator):
     course: Named courses, so that a bond can be read at a glance.
     repeat: How often the list of courses is built, one above the other.
     base: Whether a fixed base, one block longer at either end, is built under the bottom course.
-    name, at, live_per_weight, live: See :class:`~.generator.Generator`; the origin is the foot's left end.
+    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
+        foot's left end, without the base.
     """
 
     block: tuple[Positive, Positive]
@@ -77,9 +80,9 @@ class Wall(WeighedGenerator):
 class Facade(WeighedGenerator):
     """Running bond with x × y equal openings, each under a lintel, on a fixed base whose top is y = 0.
 
-    Courses alternate, whole blocks first; of a shifted block that would cross the edge of an opening the
-    inner half is left away, so that jambs are straight. A storey is ``sill`` courses, the ``opening``'s, the
-    lintel's, in a shifted course, and the ``spandrel``'s above it: an even number.
+    Courses alternate, whole blocks first; where a block of the shifted course would cross the edge of an
+    opening, its inner half is left away. A storey has an even number of courses: ``sill``, the height of
+    ``opening``, the lintel's, which is a shifted one, and ``spandrel``.
 
     Raises CaseError if the courses do not add up, a door is none, or a weight is missing or doubled.
 
@@ -90,13 +93,14 @@ class Facade(WeighedGenerator):
     jamb: Width, in blocks, of the masonry on either side of an opening; piers between two are twice as wide.
     opening: Width in blocks and height in courses of an opening.
     sill, spandrel: Courses below an opening, and above its lintel, within its storey.
-    doors: Numbers, 1 the leftmost, of the lowest openings that reach the ground; all do without ``sill``.
+    doors: Which openings of the lowest storey reach the ground, 1 the leftmost; without ``sill`` all do.
     weight: Weight of a full block; shorter blocks weigh in proportion.
     lintel_weight: Weight of a lintel, which bears half a block on either side; goes with ``weight``.
     unit_weight: In place of both weights: per unit area, per unit volume where the scene has a ``thickness``.
     omit_top_left: Whether the leftmost block of the top course is left away, as in the paper's façades.
     base: Whether the base is built.
-    name, at, live_per_weight, live: See :class:`~.generator.Generator`; the origin is the foot's left end.
+    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
+        foot's left end, without the base.
     """
 
     openings: tuple[Count, Count]
@@ -187,11 +191,14 @@ class Column(WeighedGenerator):
     width: Of the column, or ``[bottom, top]``.
     height: Of the column.
     drums: How many.
-    batter: Which side slopes where the widths differ: "both" alike, or one (a buttress leans with the other).
+    batter: Which side slopes where the widths differ: "both" alike, or "left" or "right" alone, the other
+        upright (a buttress leans with that one).
     weight: Weight of the column; drums weigh by their areas.
     unit_weight: In place of ``weight``: per unit area, per unit volume where the scene has a ``thickness``.
     base: Whether a fixed base, as wide as the foot and as high as a drum, is built under it.
-    name, at, live_per_weight, live: See :class:`~.generator.Generator`; the origin is the foot's left end.
+        Without one it stands on other blocks.
+    name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
+        foot's left end, without the base.
     """
 
     width: Widths

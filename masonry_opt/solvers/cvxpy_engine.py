@@ -58,7 +58,8 @@ class CvxpyEngine:
         self.size = LpSize(rows, columns, nonzeros)
         effort.lp_solves += 1
         handed_over = partial(chain.solve_via_data, program, solver_opts=dict(options))
-        status, start = "", time.perf_counter()
+        status = ""
+        start = time.perf_counter()
         try:
             raw: Any = solve_balanced(handed_over, data) if engine == cp.CLARABEL else handed_over(data)
             elapsed = time.perf_counter() - start

@@ -111,7 +111,7 @@ class Kept:
     def of(
         self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T], own: bool = False
     ) -> _T:
-        """What is kept under a key, built where that is nothing, or of other matrices, loads or strengths.
+        """What is kept under a key; built if nothing is, or it is of other matrices, loads or strengths.
         What is the problem's ``own`` is kept for it in any case."""
         before, held = self._held.get(key, (None, None))
         again = before is problem or (self.keeps and before is not None and problem.same_program(before))

@@ -37,8 +37,10 @@ class LinearProgram:
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
         rhs, equations = np.asarray(data["b"], dtype=float), data["dims"].zero
         width, offset = len(data["c"]), data["param_prob"].var_id_to_col
-        bounds = (data["lower_bounds"], -np.inf), (data["upper_bounds"], np.inf)
-        low, high = (np.full(width, none if given is None else given, float) for given, none in bounds)
+        low, high = (
+            np.full(width, default) if data[name] is None else np.asarray(data[name], dtype=float)
+            for name, default in (("lower_bounds", -np.inf), ("upper_bounds", np.inf))
+        )
         # Equations come first, in the order of their declaration.
         declared = sorted(program.constraints, key=lambda row: not isinstance(row, cp.constraints.Zero))
         *ends, last = np.cumsum([row.size for row in declared])

@@ -27,7 +27,7 @@ class SolverEntry:
     language: str  #: one of ``MODELS``
     engine: str  #: its name in that language
     options: Options | None  #: its options by tolerance; None if it keeps tolerances of its own
-    brought_by: str = ""  #: the module that brings it, if it need not be installed
+    brought_by: str = ""  #: the module that brings it, if this package does not require it
     interior: bool = False  #: whether it ends inside the set of optimal states, not in a vertex
     stops_early: bool = False  #: whether it saves time at a rough tolerance (HiGHS ends "unknown" at 1e-4)
     decides: bool = True  #: whether its verdicts "infeasible" and "unbounded" can be trusted
@@ -140,9 +140,9 @@ def capable(language: str, of: Callable[[SolverEntry], bool]) -> tuple[str, ...]
 
 
 def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
-    """The solver of that name in that language, or its default, with a tolerance; any that CVXPY finds
-    installed, with its own. Raises OptionError if the language is unknown, the solver unknown there or not
-    installed, or the tolerance no number between 0 and 0.1."""
+    """The solver of that name in that language, or its default, with a tolerance; in CVXPY also any other
+    that is installed, with tolerances of its own. Raises OptionError if the language is unknown, the solver
+    unknown there or not installed, or the tolerance no number between 0 and 0.1."""
     if language not in MODELS:
         raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(MODELS)}")
     known = capable(language, lambda entry: not entry.nonlinear)
@@ -168,9 +168,9 @@ def rougher(solver: Solver, tolerance: float) -> Solver:
 
 
 def in_cvxpy(solver: Solver, cones: bool = False) -> Solver:
-    """The same solver at its default tolerance, for programs that are declared in CVXPY alone; CVXPY's own
-    where CVXPY does not drive it, its verdicts cannot be trusted, or there are cones, which it does not take.
-    """
+    """The same solver at its default tolerance, for programs that are declared in CVXPY alone; CVXPY's
+    default where CVXPY does not drive it, its verdicts cannot be trusted, or there are cones, which it does
+    not take."""
     entry = SOLVERS.get(("cvxpy", solver.name))
     fit = entry is not None and entry.decides and (entry.conic or not cones)
     return find_solver("cvxpy", solver.name if fit else None)

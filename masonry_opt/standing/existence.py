@@ -33,7 +33,8 @@ from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.standing.diagnosis import locking_joints
 
 #: Joints up to which rays are looked for, and up to which mechanisms are excluded by branching; and linear
-#: programs times joints after which that is given up (random scenes that jam take 5 to 400, some 3300).
+#: programs times joints after which that is given up (random scenes that jam take 5 to 400 programs, some
+#: up to 3300).
 _RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
 _MOST_WORK = 120_000
 
@@ -222,12 +223,13 @@ def _ray(
 def explained(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
 ) -> Solution:
-    """A solution without a load factor, with what is proven of that, and names of joints that carry it."""
+    """A solution without a load factor, with what is proven of that, and the joints that carry the load."""
     found = solution.infeasibility
     if found is None:
-        found = InfeasibilityCertificate(Existence.UNDECIDED)
-        if solution.associative is None or associative:  # else statics are bounded
+        if solution.associative is None or associative:
             found = existence(assembly.problem, effort, of_mechanism=not associative)
+        else:  # statics are bounded
+            found = InfeasibilityCertificate(Existence.UNDECIDED)
         solution = replace(solution, infeasibility=found)
     if found and not associative:
         if solution.status is not Status.UNSTABLE:

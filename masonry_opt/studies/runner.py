@@ -53,9 +53,10 @@ class TaskEnd:
 
     @property
     def found(self) -> Any:
-        """Its value. Raises MasonryError if it has none."""
+        """Its value. Raises MasonryError, or RuntimeError if it crashed, if it has none."""
         if self.how != FINISHED:
-            raise MasonryError(f"{self.how}: {self.reason}")
+            kind = RuntimeError if self.how == CRASHED else MasonryError
+            raise kind(f"{self.how}: {self.reason}")
         return self.value
 
 

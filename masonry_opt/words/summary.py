@@ -31,8 +31,8 @@ _TIES = 4  #: Ties and props that are told of.
 
 
 def summary(result: Outcome, technical: bool = False) -> str:
-    """What falls, at what load, how sure that is, and what looks unintended; if asked for how the answer was
-    found too: residuals, programs, solvers, times."""
+    """What falls, at what load, how sure that is, and what looks unintended; if ``technical``, also how the
+    answer was found: residuals, programs, solvers, times."""
     size, known = result.size, facts(result) | (_technical(result) if technical else {})
     numbers = {"block": size.blocks, "joint": size.joints, "contact point": size.contacts}
     count = ", ".join(counted(number, noun) for noun, number in numbers.items() if number is not None)
@@ -301,8 +301,8 @@ def _crushing(result: Outcome) -> str:
 
 
 def _reference(result: Outcome) -> str:
-    """The case file's reference value for the method (of the complementarity problem the loop's serves too:
-    both answer for Coulomb's joints) or else the associative one, and how far that load factor is from it."""
+    """The case file's reference value for the method (of "mcp" else the loop's: both answer for Coulomb's
+    joints) and how far λ is from it; without one the same of the associative λ."""
     names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
     known = result.assembly.scene.reference
     name = next((name for name in names.get(result.method, [result.method]) if name in known), None)

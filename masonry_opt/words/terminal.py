@@ -63,11 +63,13 @@ def print_result(text: str) -> None:
 @contextmanager
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
     """On a terminal show a line with the time since it began, until the end; yield what changes it."""
+    if not console.is_terminal:
+        yield lambda _: None
+        return
     # On a narrow terminal the line is cut, not broken.
     text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, ratio=1))
     columns = SpinnerColumn(), TimeElapsedColumn(), text
-    hidden = not console.is_terminal
-    with Progress(*columns, console=console, transient=True, expand=True, disable=hidden) as shown:
+    with Progress(*columns, console=console, transient=True, expand=True) as shown:
         task = shown.add_task(line, total=None)
         yield lambda line: shown.update(task, description=line)
 

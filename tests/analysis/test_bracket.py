@@ -11,7 +11,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import bracket
-from masonry_opt.methods.bracket.relaxation import BoundStep, bounds_of, near, relaxed, tightened
+from masonry_opt.methods.bracket.relaxation import BoundStep, bounds_of, distances, relaxed, tightened
 from masonry_opt.methods.refined import Refinement
 from masonry_opt.problem.assembly import assemble
 
@@ -188,7 +188,7 @@ def test_where_lower_states_are_left_out_the_same_products_prove_more():
     problem, least = assemble(small_wall(4, 1)).problem, 0.479263
     highest, effort = least * 1.0001, Effort()
     of = bounds_of(problem, highest, 100.0, effort)
-    kept = near(problem, (0, 0))
+    kept = tuple(away <= 0 for away in distances(problem))
     first = relaxed(problem, highest, of, kept, 10.0, effort)[0]
     above = tightened(of, problem, 0.5 * least, highest, effort)
     second = relaxed(problem, highest, above, kept, 10.0, effort)[0]

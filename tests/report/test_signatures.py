@@ -8,7 +8,7 @@ import typer
 from typer.testing import CliRunner
 
 from masonry_opt.cli.app import COMMANDS, load
-from masonry_opt.cli.command import Given, command, numbers
+from masonry_opt.cli.command import Given, command, reader
 from masonry_opt.errors import OptionError
 
 
@@ -38,6 +38,11 @@ def study(
     """
 
 
+def two(text):
+    x, y = map(float, text.split(","))
+    return x, y
+
+
 def run(*texts):
     """What is told by a command of that function, and what the function would be called with."""
     called = {}
@@ -45,7 +50,7 @@ def run(*texts):
     @command(
         study,
         live_layers=typer.Option(parser=lambda text: tuple(text.split("="))),
-        place=typer.Option(parser=numbers("{}: write numbers")),
+        place=typer.Option(parser=reader(two, "{}: write two numbers")),
     )
     def asked(given: Given, case: Path) -> None:
         """Exit code 0."""
@@ -71,7 +76,7 @@ def test_what_was_typed_is_passed_on_and_nothing_else():
     }
 
 
-@pytest.mark.parametrize("wrong", [("--place", ""), ("--place", "3,x"), ("-o", "beta"), ("-o", "ratio=1")])
+@pytest.mark.parametrize("wrong", [("--place", "3"), ("--place", "3,x"), ("-o", "beta"), ("-o", "ratio=1")])
 def test_texts_that_cannot_be_read_are_named(wrong):
     told, _ = run("a.toml", *wrong)
     assert isinstance(told.exception, OptionError)

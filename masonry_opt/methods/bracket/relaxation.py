@@ -40,7 +40,8 @@ _MOVES = 1e-3  #: Rates and velocities below this are taken for none.
 _MOST_STEPS = 500  #: Iterations at most, for programs that no time ends.
 LEAST_TIME = 1.0  #: Seconds that a program is given at least.
 
-#: Largest distances, in blocks, of forces and rates, and of forces and velocities, in products: in turn.
+#: Largest distances, in blocks, of the factors of products: forces with rates, forces with velocities. The
+#: next pair follows where the last leaves a gap and time.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 _ABOVE = 1e-4  #: The programs take this share more than the best λ known, so that they have an interior.
@@ -189,14 +190,14 @@ class BoundStep:
     seconds: float  #: since the method began
 
 
-def near(problem: Problem, radii: tuple[int, int]) -> Pairs:
-    """Whether joints (c, c), and joints and blocks (c, b), are no further apart than the radii, in blocks."""
+def distances(problem: Problem) -> Pairs:
+    """Between joints, shape (c, c), and from joints to blocks, shape (c, b), in blocks that touch."""
     touches = problem.matrices.ends.toarray()
     between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
     of_joint = [np.flatnonzero(column) for column in touches.T]
     to_blocks = np.array([between[blocks].min(axis=0) for blocks in of_joint])
     to_joints = np.array([to_blocks[:, blocks].min(axis=1) for blocks in of_joint]).T
-    return to_joints <= radii[0], to_blocks <= radii[1]
+    return to_joints, to_blocks
 
 
 def relaxed(
@@ -298,9 +299,9 @@ class Rising:
         """Programs of more and more products, until the bracket is closed or time is up: what each proved,
         its size, and joint forces (3c,) that may lead to states lower than the best. Each looks only above
         what the last proved, where forces have less room: the same products prove more, while that pays."""
-        before = 0
+        (to_joints, to_blocks), before = distances(self._problem), 0
         for radii in RADII:
-            kept = near(self._problem, radii)
+            kept = to_joints <= radii[0], to_blocks <= radii[1]
             products = 12 * int(kept[0].sum()) + 9 * int(kept[1].sum())
             if products == before or products > _MOST_PRODUCTS:
                 continue

@@ -1,7 +1,8 @@
 """Exact states of scenes of any size: the two programs in turn, by interior points.
 
 From forces near a state, the mechanism that leaves least energy z·p for them; then, for its rates, forces of
-low λ that leave little; and again. What is left comes to some 1e-8 of λ, where simplex would take minutes.
+low λ that leave little; and again. Interior points bring what is left to some 1e-8 of λ, on façades where
+simplex would take minutes.
 """
 
 from collections.abc import Callable, Iterable
@@ -25,7 +26,7 @@ from masonry_opt.solvers.registry import find_solver
 #: what that adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
 WEIGHT = 30.0
 
-Solves = Callable[[cp.Problem], bool]  #: Whether there is an optimum to read: ``has_optimum`` of a solver.
+Solves = Callable[[cp.Problem], bool]  #: Solves; whether there is an optimum to read.
 
 
 def forces_for(

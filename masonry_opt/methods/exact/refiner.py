@@ -43,7 +43,7 @@ _SMALL_RATES, _LEFT = 10.0, 1e-6
 
 _RANDOM = 1e-5  #: Share of random costs, of seed 0: of many optima, as of aligned joints, one is the least.
 _REPAIRS = 2  #: Forces are replaced by nearer ones so often at most: more repairs seldom end low.
-_LONGEST = 0.2  #: Seconds of a program for each joint: HiGHS may do nothing for ever, others take hundredths.
+_LONGEST = 0.2  #: Seconds that a program may take, for each joint: HiGHS may do nothing for ever.
 _PURPOSE = "refinement"  #: What HiGHS does here, as a result tells it.
 
 

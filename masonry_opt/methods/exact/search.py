@@ -35,7 +35,7 @@ _STIFF, _STIFF_IN_SPACE = 1e4, 1e2
 #: Programs of a fixed point at most, and the relative change of its costs at which it ends.
 _FIXED_POINT, _SETTLED = 15, 1e-7
 
-Candidate = tuple[str, ExactState | None]  #: What led to an exact state, and that; None if it led to none.
+Candidate = tuple[str, ExactState | None]  #: The kind of a start, and the state it led to.
 
 
 class Met:
@@ -54,7 +54,7 @@ class Met:
 
     @property
     def reasons(self) -> list[Reason]:
-        """Number and range of the states above zero, if any is; and whether one at or below lies beneath."""
+        """How many states lie above zero, between which λ; and whether one at or below zero lies beneath."""
         found = [one for one in self.load_factors if one > ZERO] or self.load_factors
         told = {"candidates": self.candidates, "count": len(found), "least": min(found), "most": max(found)}
         beneath = self.lowest <= ZERO and self.lowest < min(found) - ZERO

@@ -11,8 +11,16 @@ from masonry_opt.solvers.registry import Solver
 
 #: The preset "paper": section 5, "unless stated otherwise", and neither an exact end nor remedies. A
 #: sub-problem without a state, which the paper does not mention, makes the loop begin again with less slope.
-PAPER: dict[str, Any] = {"alpha": 0.3, "alpha_min": 0.001, "beta": 0.6, "tol": 1e-5, "c0": 1e-5}
-PAPER |= {"sub_problems": "accurate", "finish": False, "remedies": "slope"}
+PAPER: dict[str, Any] = {
+    "sub_problems": "accurate",
+    "alpha": 0.3,
+    "alpha_min": 0.001,
+    "beta": 0.6,
+    "tol": 1e-5,
+    "c0": 1e-5,
+    "finish": False,
+    "remedies": "slope",
+}
 
 #: What a run with accurate or rough sub-problems works with, where nothing else is given.
 _ACCURATE: dict[str, Any] = {"alpha": 0.3, "shrink": 0.5, "beta": 0.6, "tolerance": None}

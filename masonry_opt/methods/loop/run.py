@@ -37,8 +37,8 @@ _RISE, _RISES, _GROWN = 1e-2, 30, 1e3
 LONGEST_PERIOD = 6
 _STEADY = 0.05
 
-#: Of the largest rate: above the first, as no solver's zeros are, a face moves; the second where that leads
-#: to no end, as in cycles of the atlas.
+#: Share of the largest rate above which a face moves: the first is above what solvers leave of a zero; the
+#: second is tried where that leads to no end, as in cycles of the atlas.
 _SHARES = (1e-6, 1e-4)
 _PURPOSE = "exact end"  #: What a solver does here, as a result tells it.
 
@@ -62,7 +62,7 @@ class Iteration:
     seconds: float  #: the solver's time
     attempt: int  #: number of the run of the loop
     remedy: str  #: the option that was changed for it
-    solved: SubProblem | None = field(default=None, repr=False)  #: itself; not kept in a history
+    solved: SubProblem | None = field(default=None, repr=False)  #: the sub-problem; not kept in a history
 
 
 def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt: Attempt) -> Iteration:
@@ -194,7 +194,7 @@ class Run:
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
-    """Whether sliding takes no part in the energy of an associative mechanism, which then obeys it too."""
+    """Whether an associative mechanism obeys the joints' own flow rule too: no energy goes into sliding."""
     n = problem.normal_forces(state.q)
     spared = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion).at(n[problem.sliding])
     energy = float(spared @ problem.slip(state.p))
@@ -245,8 +245,9 @@ def accurate_end(
 
 
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
-    """Forces of low λ that leave little energy z·p for the rates of a sub-problem solved roughly, zero
-    nowhere; then the mechanism of the true flow rule that leaves least for them, or the sub-problem's."""
+    """Forces of low λ that leave little energy z·p for the rates of a sub-problem solved roughly, none of
+    which is zero; then the mechanism of the true flow rule that leaves least for them, or the
+    sub-problem's."""
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
     solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE)

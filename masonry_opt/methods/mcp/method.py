@@ -73,7 +73,8 @@ def mcp(task: Task) -> Solution:
             known = replace(known, infeasibility=existence(task.problem, task.effort))
         if known.proven_none:
             return known
-        if (beside := elastic_of(task).beside()) is not None:
+        beside = elastic_of(task).beside()
+        if beside is not None:
             states.near(beside)
     if states.answer is None and known.associative is not None:
         # Where a push stops, as where friction is so high that hardly anything slides, statics may lead on.

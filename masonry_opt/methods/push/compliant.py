@@ -192,7 +192,8 @@ def _way(elastic: Elastic, pushed: Pushed) -> Way | None:
 
 def keyframes(u: np.ndarray, load_factor: np.ndarray) -> np.ndarray:
     """Keyframes of a path of u and λ, shape (points,) each, as fractional numbers of its points: evenly along
-    the curve of λ over u, u beyond half the highest λ by its logarithm; at folds, turns and points nearby."""
+    the curve of λ over u, u beyond half the highest λ by its logarithm; each moved to a fold or turn, else a
+    point of the path, that is near."""
     away = np.abs(load_factor - load_factor[-1]) > PLATEAU * np.abs(load_factor).max()
     stays, numbers = int(np.flatnonzero(away).max(initial=0)) + 1, np.arange(len(u))
     goal, end = _AGAIN * u[: stays + 1].max(), len(u) - 1.0

@@ -209,7 +209,8 @@ class Curve:
         """Points from rest, without displacement or else without load, if there is such a state; λ growing at
         first, until steps are too short, or the way is too long."""
         at = self.state(self.still(0.0), 0.0)
-        at = self.state(self.still(0.0), None) if at is None else at
+        if at is None:
+            at = self.state(self.still(0.0), None)
         if at is None:
             return
         length, gone, point = _FIRST, 0.0, self._point(at, self.balance(at)[1], self.live, None)

@@ -54,7 +54,8 @@ _END_AND_FAR, _NO_EVENT, _LEFT = {2: (1e4, 1e3), 3: (1e6, 1.0)}, 1e-9, 0.1
 _GROWS, _FAR_AND_WIDE, _STRAIGHT = 0.5, 1e3, 1e-9
 
 #: Share by which λ falls and rises again from which it is told: of 83 random scenes that do, contact dynamics
-#: bring three down below .92 of the highest λ, of 31 others none. And share of that below which no fall is.
+#: bring three down below .92 of the highest λ, of 31 others none. And share of the
+#: highest λ below which no fall is told.
 _DEEP, _TRIFLE = 0.1, 1e-2
 
 
@@ -233,7 +234,7 @@ class Elastic:
             return None
         coarse = self.curve.rounded_by(_COARSE)
         path = self._followed(coarse, _POINTS, lambda _: None, _OUT * self._end_from)
-        if path.answer is not None or not path.points:
+        if path.answer is not None or not path.steps or path.steps[-1].displacement < self._end_from:
             return path.answer
         at = path.points[-1].at
         load_factor = float(at[-1]) / self.problem.live_norm
@@ -326,8 +327,9 @@ class Elastic:
             return None
         before, after = pushed.points[max(number - 1, 0)].at, pushed.points[number].at
         was, comes = self.curve.u(before), self.curve.u(after)
-        share = (u - was) / (comes - was) if comes > was else 1.0
-        return self.next_to(pushed, before + share * (after - before), u)
+        between = before + ((u - was) / (comes - was) if comes > was else 1.0) * (after - before)
+        states = (self.next_to(pushed, near, u) for near in (between, after))
+        return next((state for state in states if state is not None), None)
 
     def next_to(self, pushed: Pushed, near: np.ndarray, u: float) -> GivingState | None:
         """The state of a push at u near d and λ of its path, certified for its contacts."""

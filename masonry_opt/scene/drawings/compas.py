@@ -84,7 +84,7 @@ def read_compas(
         space = np.size(live) == 3
     if space and along is not None:
         raise CaseError(f"{path}: 'along' is of scenes in the plane: leave it out, or give a 'live' of two")
-    given = locals() | {"along": _AXES.get(str(along), along)}
+    given = locals() | {"along": _AXES.get(along, along) if isinstance(along, str) else along}
     supports = stones.Supports(fixed=list(fixed), fixed_below=fixed_below)
     with stones.naming(f"{path}:"):
         meshes = stones.with_supports(_meshes(data), supports)
@@ -175,7 +175,8 @@ def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
             raise ValueError(f"block '{mesh.name}' is a single face among solids: give it a thickness")
         with stones.naming(f"block '{mesh.name}'"):
             outlines.append(_end(mesh, drawing.tolerance, plane, unit))
-    begin, end = np.array([[bound(mesh.points @ unit) for mesh in meshes] for bound in (np.min, np.max)])
+    along = [mesh.points @ unit for mesh in meshes]
+    begin, end = np.array([(own.min(), own.max()) for own in along]).T
     if not flat and drawing.along is not None:
         if begin.max() >= end.min():
             behind, before = meshes[begin.argmax()].name, meshes[end.argmin()].name
@@ -213,7 +214,8 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
 
 def _meshes(data: Any) -> list[Mesh]:
     """Blocks of an assembly (of compas_assembly or compas_cra, new or old), a block model of compas_dem or a
-    problem that holds one, or a list of meshes, polyhedra, boxes or polygons. Raises ValueError elsewhere."""
+    problem that holds one, or a list of meshes, polyhedra, boxes or polygons. Raises ValueError
+    if it is none of these, or a block cannot be read, with its name."""
     found: dict[str, Mesh] = {}
     for key, shape, fixed, matrix in _drawn(data):
         name = stones.block_name(_text(key)) or "block"

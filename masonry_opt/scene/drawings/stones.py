@@ -47,7 +47,7 @@ class FlatDrawing(Drawing):
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
         """The block of an outline with holes: a support, or of this unit weight, which ``keys`` override."""
         rings = outline.exterior, *outline.interiors
-        outer, *holes = (list(map(tuple, shapely.get_coordinates(ring)[:-1].tolist())) for ring in rings)
+        outer, *holes = (shapely.get_coordinates(ring)[:-1].tolist() for ring in rings)
         loads = {"unit_weight": self.unit_weight} | keys
         return Block(name=name, vertices=outer, holes=holes, **({"fixed": True} if fixed else loads))
 
@@ -99,7 +99,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] = ()) -> list[Mesh]:
-    """The blocks, supports also those that are named, reach down to a height, or have one of the words in
+    """The blocks; supports too are those that are named, reach down to a height, or have one of the words in
     their names or layers. Raises ValueError if a name is none of theirs, or nothing is a support."""
     names = [mesh.name for mesh in meshes]
     if unknown := [name for name in which.fixed if name not in names]:
@@ -140,7 +140,8 @@ def _keys(shape: MeshSolid) -> dict[str, Any]:
 
 
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
-    """The scene of closed meshes; a support of one face is a slab's top. Raises ValueError without one."""
+    """The scene of closed meshes; a support of one face is the top of a slab. Raises ValueError if nothing
+    can move, nothing is a support, or a block is no solid."""
     standing = [mesh.points for mesh in meshes if not mesh.fixed]
     if not standing:
         names = listed([mesh.name for mesh in meshes])

@@ -278,8 +278,8 @@ class Plan(SolidGenerator):
         return whole
 
     def blocks(self) -> list[Solid]:
-        """The blocks, course by course, wall by wall, named ``wall course-block``: counted along its axis's
-        straights in turn, in each by rising coordinates, leaf by leaf; the ``base`` last."""
+        """The blocks, course by course, wall by wall, named ``wall course-block``. A wall's are counted along
+        the straights of its axis, in each by rising coordinates, leaf by leaf. The ``base`` is last."""
         stretches = self._crossed()
         built, height = [], self.block[1]
         for course in range(max(stretch.courses for stretch in stretches)):

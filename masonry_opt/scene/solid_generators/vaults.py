@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.arch import ArchRing
+from masonry_opt.scene.arch import ArchRing, Stone
 from masonry_opt.scene.blocks import Number, Point, Positive, YesNo
 from masonry_opt.scene.generator import CLOSER, Count, Shape, SolidGenerator, Widths, both, cut, every, polar
 from masonry_opt.scene.solids import Solid, prism
@@ -21,13 +21,15 @@ class Barrel(ArchRing, SolidGenerator):
 
     Parameters
     ----------
-    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments: See :class:`~.ArchRing`.
+    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments: See
+        :class:`~masonry_opt.scene.arch.ArchRing`.
     length: Of the vault, along y.
     stone: Length of a stone, along y (default: that of the vault). At the ends a piece shorter than a quarter
         of it joins its neighbour.
     bond: "running": every other voussoir begins with half a stone. "stacked": rings lie side by side.
     unit_weight: Weight per unit volume.
-    name, at, live_per_weight: See :class:`~.generator.SolidGenerator`; the origin is the arch's, at y = 0.
+    name, at, live_per_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the
+        arch's, at y = 0.
     """
 
     length: Positive
@@ -51,17 +53,19 @@ class Barrel(ArchRing, SolidGenerator):
         # Skewbacks lie in bond with the voussoirs on them; abutments come last and are whole.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
-            cuts = [(0.0, self.length)] if stone.area is None else self._cuts(row)
-            for number, (start, end) in enumerate(cuts, start=1):
-                shape = prism(*([(x, place, z) for x, z in stone.corners] for place in (start, end)))
-                if stone.area is None:
-                    built.append(self._block(stone.name, shape, fixed=True))
-                    continue
+            if stone.area is None:
+                built.append(self._block(stone.name, self._slice(stone, 0.0, self.length), fixed=True))
+                continue
+            for number, (start, end) in enumerate(self._cuts(row), start=1):
                 weight, at = self.unit_weight * stone.area * (end - start), stone.weight_at
-                middle = at and (at[0], (start + end) / 2, at[1])
-                name = f"{stone.name}-{number}"
+                middle = None if at is None else (at[0], (start + end) / 2, at[1])
+                name, shape = f"{stone.name}-{number}", self._slice(stone, start, end)
                 built.append(self._stone(name, shape, weight=weight, weight_at=middle))
         return built
+
+    @staticmethod
+    def _slice(stone: Stone, start: float, end: float) -> Shape:
+        return prism(*([(x, place, z) for x, z in stone.corners] for place in (start, end)))
 
     def _cuts(self, row: int) -> list[tuple[float, float]]:
         """Ends of the stones of a voussoir along y."""
@@ -74,19 +78,20 @@ class Barrel(ArchRing, SolidGenerator):
 class Groin(SolidGenerator):
     """Two barrel vaults along x and y whose intrados meet on the diagonals, on four fixed corners.
 
-    On each groin a course is one stone, a leg in either barrel, two convex parts; beyond, in running bond.
+    On each groin a course is one stone of two convex parts, a leg in either barrel; from there courses go on
+    in running bond.
 
     Raises CaseError if the measures make no arch, or the bay leaves no room for stones beside the corners.
 
     Parameters
     ----------
-    span, rise, thickness: Of the barrels' arch: see :class:`~.ArchRing`.
+    span, rise, thickness: Of the barrels' arch: see :class:`~masonry_opt.scene.arch.ArchRing`.
     voussoirs: Of that, an even number: a joint runs along the crown.
     bay: Length of each barrel from end to end, more than the span and both thicknesses.
     stone: Length of a stone along its barrel.
     abutments: Whether a fixed abutment is built under each corner.
-    name, at, live_per_weight, unit_weight: See :class:`~.generator.SolidGenerator`; the origin is the middle
-        of the square, at the height of the springing points.
+    name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
+        origin is the middle of the square, at the height of the springing points.
     """
 
     span: Positive
@@ -175,10 +180,12 @@ class Dome(SolidGenerator):
     thickness: Radial, between the two spheres.
     springing: Angle of the foot above the horizontal through the centre, in degrees: 0 is half a sphere.
     rings, voussoirs: How many rings, without the key, and voussoirs in each.
-    oculus: Radius of the opening at the top, within. Without it a key of a ring's angle closes the dome.
+    oculus: Radius of the opening at the top, within. Without it a key that spans the angle of a ring closes
+        the dome.
     bond: "running": every other ring is turned by half a voussoir. "meridians": upright joints run through.
     base: Whether a fixed ring, as high as the dome is thick, is built under it.
-    name, at, live_per_weight, unit_weight: See :class:`~.generator.SolidGenerator`; the centre is the origin.
+    name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
+        origin is the centre of the spheres.
     """
 
     radius: Positive
@@ -239,7 +246,7 @@ class Dome(SolidGenerator):
         return built
 
     def _corner(self, place: Point, meridian: int) -> tuple[float, float, float]:
-        """From distance and height, turned by whole sectors: of neighbours the same to the last digit."""
+        """The corner at a distance and height on a meridian: for neighbours the same to the last digit."""
         return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
 
     def _part(self, low: list[Point], high: list[Point], sector: int) -> Shape:

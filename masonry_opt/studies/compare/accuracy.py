@@ -146,9 +146,10 @@ class _Convex:
 
 def certified_bounds(problem: Problem) -> CertifiedBounds:
     """Bounds of λ from feasible points of eqs (9) and (10), in space of cones of friction: equations to 1e-11
-    in units of the load and of the mean velocity, inequalities exactly. Where no point lies inside these
-    there may be none. The analysis' own check decides whether a scene stands, HiGHS whether λ of a small one
-    is limited: in space by the sides inside the cones, so that one which is not, by these, is by no law."""
+    in units of the load and of the mean velocity, inequalities exactly. Where no point lies inside the
+    inequalities there may be no bound. The analysis' own check decides whether a scene stands, HiGHS whether
+    λ of a small one is limited: in space by the sides inside the cones, so that one which is not, by these,
+    is by no law."""
     from masonry_opt.standing.diagnosis import falling_mechanism  # with modelling languages, as above
 
     scaled = in_units_of_load(problem)

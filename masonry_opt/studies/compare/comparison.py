@@ -144,8 +144,9 @@ def run_plan(
     if bare := sorted({*coulomb["scene"]} - {*best}):
         why = "none is known, and no run searches for one; have 'refined' or 'mpec' among the methods"
         notes.append(f"no gap to a low exact state is given on {', '.join(bare)}: {why}")
-    told = (bounds, best, results, summary, tuple(notes), interrupted)
-    return judge.Comparison(tuple(scenes), planned, limits, *told)
+    return judge.Comparison(
+        tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted
+    )
 
 
 @dataclass(frozen=True)

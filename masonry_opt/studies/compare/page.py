@@ -21,7 +21,7 @@ from masonry_opt.words.sentences import numeral
 #: Columns of the table of runs.
 _RUNS = ["scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"]
 _RUNS += ["iterations", "lp_solves", "peak_memory", "blocks", "joints", *RESIDUALS]
-#: Letters of runs that are not certified, by verdict or limit, and what they mean where that is another.
+#: Letters of runs not certified, by verdict or limit; and what they mean, if not that.
 _LETTERS = {TIME_LIMIT: "T", MEMORY_LIMIT: "M", judge.WRONG: "W", judge.NAMED: "N", judge.FAILED: "F"}
 _MEANS = {"N": "no load factor, and the right reason why"}
 

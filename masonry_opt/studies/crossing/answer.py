@@ -37,12 +37,12 @@ class Crossing(StudyAnswer):
 
     Attributes
     ----------
-    worst: result at the worst position, of a scene with the axles there as loads of its blocks; of one that
-        does not stand, that. If this last solve is interrupted: what is known, without a load to expect.
+    worst: result with the axles at the worst position as loads of blocks; of a scene that does not stand, the
+        one that says so. Without a load to expect if that last solve was interrupted.
     passages: each group of axles in each direction in which it travelled.
     interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
     cases, left_out: names of load cases that name axles, and of those that leave them out.
-    default: what the default method finds there, of a first look by one with associative flow; else None.
+    default: what the default method finds at the worst position, if that asked for is associative; else None.
     no_default: why that found nothing, where it was interrupted or raised an error.
     """
 
@@ -131,8 +131,8 @@ class Crossing(StudyAnswer):
 
     @cached_property
     def governing(self) -> pd.DataFrame:
-        """The row of the table with the least load factor at each position; without one ``load_case`` is
-        None, and the status that of an undecided case, if any is."""
+        """The row of the table with the least load factor at each position. Where no case has one
+        ``load_case`` is None, and the status that of an undecided case, if any."""
         least = self.table.sort_values(["load_factor", "any_load"]).drop_duplicates(_PLACE)
         rows = self.table[_PLACE].drop_duplicates().merge(least, how="left")
         known = rows["load_factor"].notna()
@@ -271,7 +271,8 @@ class Crossing(StudyAnswer):
         dots: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 7}
         coulomb = self.passages[0].beside is not None
         look = dots if coulomb else {"linewidth": 1.1}
-        below = ["associative"] * coulomb + ["each load case"] * (len(self.by_case) > 1)
+        lines = {"associative": coulomb, "each load case": len(self.by_case) > 1}
+        below = [name for name, drawn in lines.items() if drawn]
         ways = self.envelope.groupby([*self._case, "axles", "direction"], sort=False)
         for _, rows in ways if below else ():
             axes.plot(rows["position"], rows["associative"], color=HATCH, linewidth=0.8, zorder=2)

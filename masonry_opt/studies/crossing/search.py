@@ -31,7 +31,7 @@ _BESIDE = 1e-9  #: Share of the road beside a break, at which loads may jump, wh
 _ROUNDING = 1e-7  #: Share of the loads, by their largest entry, that is nothing.
 _FINEST = 1e-4  #: Share of the way to which ranges are halved at most.
 _FIRST = 25  #: Positions at which a Coulomb method is asked first.
-#: By how much its share of the associative λ may be less between two of them, beside half of what it differs.
+#: How much less its share of the associative λ may be between two of these, beside half of their difference.
 _MARGIN = 0.005
 _ROUNDS = 10  #: Of halving beside the least.
 
@@ -128,7 +128,7 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
     statics, program = model.statics, HighsSession(model.program, effort, "associative load factor")
 
     def solved(live: np.ndarray) -> Solution:
-        """Certified by itself."""
+        """The associative answer under a live load, shape (3b,), certified by itself."""
         loaded = replace(problem, live=live)
         program.set_column(statics.load_factor, statics.equilibrium, live / loaded.live_norm)
         verdict = program.solve()
@@ -158,7 +158,7 @@ class PassageTrials:
     solve: SolveLive | None = field(repr=False)  #: None once all are solved (see :meth:`ended`)
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)  #: called with x and λ
     beside: "PassageTrials | None" = field(default=None, repr=False)  #: of associative flow, if these are not
-    bound: float | None = None  #: what λ is proven to be nowhere below
+    bound: float | None = None  #: what λ is nowhere below, proven; or None
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)
 
     def at(self, position: float) -> float:
@@ -304,6 +304,7 @@ def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
         best = min(decided, key=decided.__getitem__)
         beside = np.union1d(at, [*solved.answers])
         index = int(np.searchsorted(beside, best))
-        lower = [solved.at((best + x) / 2) for x in beside[max(index - 1, 0) : index + 2].tolist()]
+        near = beside[max(index - 1, 0) : index + 2].tolist()
+        lower = [solved.at((best + x) / 2) for x in near if x != best]
         if not any(value < decided[best] * (1 - within / 10) for value in lower):
             return

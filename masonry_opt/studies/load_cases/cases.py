@@ -110,7 +110,8 @@ class Cases(StudyAnswer):
         of = self.to_draw
         load_factor = of.load_factor if self.governing else None
         told: dict[str, Any] = {"case": of.case, "governing": self.governing, "load_factor": load_factor}
-        told |= {"left_out": list(self.left_out)} if self.left_out else {}
+        if self.left_out:
+            told["left_out"] = list(self.left_out)
         return told | {"load_cases": [result.as_dict() for result in self.results.values()]}
 
     @property

@@ -146,7 +146,7 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
     few = max(int(_FEW * len(rising)), len(rising) >= 3)
     far = (greatest[:-1] > ZERO) & (rising[1:] >= _FAR * greatest[:-1])
     far[: max(0, len(far) - few)] = False
-    return values >= rising[1:][far].min(initial=np.inf)
+    return values >= rising[1:][far].min() if far.any() else np.zeros(len(values), dtype=bool)
 
 
 def _label(name: str) -> str:

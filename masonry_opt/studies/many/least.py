@@ -154,7 +154,7 @@ TOLERANCE = 1e-6  #: Distance of the two ends of the answer, relative to their v
 SAMPLES = 5  #: Values between the ends that are tried before the search: they may show several thresholds.
 _OF_RANGE = 1e-3  #: Share of the range to which the tolerance applies at least: the threshold may be zero.
 _FINEST = 4 * np.finfo(float).eps  #: Least tolerance that Brent's method takes.
-_MOST_STEPS = 1000  #: Of it; it takes some 30 where it bisects.
+_MOST_STEPS = 1000  #: Most steps of Brent's method; bisecting takes some 30.
 
 
 def least(
@@ -307,7 +307,7 @@ class _Search:
             far = np.clip(abs(trial.number - self.asked), LOWER * size, size)
             return float(far if trial.holds else -far)
 
-        # It ends closer than the sum of both.
+        # Ends are then nearer than xtol + rtol |value|.
         of_size, of_value = tolerance / 2 * least_size, max(tolerance / 2, _FINEST)
         brentq(beyond, holds.value, fails.value, xtol=of_size, rtol=of_value, maxiter=_MOST_STEPS)
         return ends[True], ends[False]

@@ -64,7 +64,7 @@ class Study(NamedTuple):
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Columns of a scene, solved; of a study's pickled record each thread of a worker keeps a session."""
+    """Columns of a scene, solved as a pickled HowToSolve says; each thread keeps its last session."""
     if getattr(_kept, "how", None) != how:
         _kept.how, _kept.session = how, Session(pickle.loads(how), Kept(keeps=True))
     return columns(*_kept.session.answer(scene, lambda _: None, Effort()))

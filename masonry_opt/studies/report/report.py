@@ -318,7 +318,7 @@ def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
     rows = pd.DataFrame([one.model_dump(exclude_defaults=True) for one in records], dtype=object)
-    return frame_table(rows.fillna("").map(_said))
+    return frame_table(rows.where(rows.notna(), "").map(_said))
 
 
 def _said(value: object) -> str:

@@ -109,7 +109,7 @@ class Settlement(StudyAnswer):
     case: case file or title of the scene.
     supports, direction, turns: their names, unit vector in which they settle, and whether each can turn.
     method: as asked for.
-    at_rest: reaction while supports are held (but for turning), of contacts that give; None if not found.
+    at_rest: reaction while supports are held (and turn, if they can), of contacts that give; or None.
     least, greatest: the reactions; None where none holds the scene.
     fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
     assembly: of the scene as it was given, its supports fixed, in its load case.

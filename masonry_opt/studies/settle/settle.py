@@ -115,8 +115,8 @@ def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndar
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
-    """Associative reactions, least and greatest, over the live load, and forces; an unlimited one is beyond
-    the other."""
+    """Least and greatest associative reaction, over the live load, and the forces there; one without limit is
+    put 1 beyond the other."""
     least, greatest = (associative(Task(problem)) for problem in (settling, pushed_back))
     low, high = least.load_factor, greatest.load_factor
     low = -low if low is not None else 0.0 if high is None else high - 1.0

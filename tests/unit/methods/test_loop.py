@@ -195,7 +195,7 @@ NOT_BY_ROUGH = [Status.CYCLING, Status.SOLVER_FAILED, Shortfall.ROUGH, Shortfall
 
 @pytest.mark.parametrize("failure", NOT_BY_ROUGH)
 def test_rough_sub_problems_are_first_solved_accurately(failure):
-    """What a rough run could not do proves little; and no rough answer ends early."""
+    """What a rough run could not do proves little."""
     assert series(failure, ROUGH)[0] == "sub_problems=accurate"
     accurate = REMEDIES[failure][0](ROUGH)
     assert accurate.parameters == ROUGH.parameters.model_copy(update={"tolerance": None})

@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.relaxation import bounds_of, near, tightened
+from masonry_opt.methods.bracket.relaxation import bounds_of, distances, tightened
 from masonry_opt.methods.exact.alternation import WEIGHT
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
@@ -160,7 +160,8 @@ def exact_state(name):
 
 
 def products_of(problem, highest, largest, radii, lowest=0.0):
-    model = PyomoProducts(problem, (lowest, highest), largest, near(problem, radii))
+    kept = tuple(away <= radius for away, radius in zip(distances(problem), radii, strict=True))
+    model = PyomoProducts(problem, (lowest, highest), largest, kept)
     return model, LinearProgram.of_pyomo(model.program)
 
 
