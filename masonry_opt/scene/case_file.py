@@ -60,9 +60,9 @@ class CaseFile(SceneKeys):
         if (size := sum(generator.size for generator in [*flat, *solid])) > MOST_BLOCKS:
             yield f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}"
         first = {block.dimension: f"block '{block.name}'" for block in reversed(self.blocks)}
-        plane = f"{_table(flat[0])} builds" if flat else first.get(2) and f"{first[2]} lies"
-        mesh = "[mesh] holds solids" if self.mesh else first.get(3) and f"{first[3]} is a solid"
-        space = f"{_table(solid[0])} builds solids" if solid else mesh
+        plane = f"{_table(flat[0])} builds blocks" if flat else f"{first[2]} lies" if 2 in first else ""
+        drawn = "[mesh] is of solids" if self.mesh else f"{first[3]} is a solid" if 3 in first else ""
+        space = f"{_table(solid[0])} is of solids" if solid else drawn
         if plane and space and (flat or solid or self.mesh):
             yield f"{plane} in the plane; {space}"
 

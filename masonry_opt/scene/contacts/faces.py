@@ -106,14 +106,12 @@ def _height(frame: Frames, plane: Frames, points: np.ndarray, number: np.ndarray
 
 
 def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Pieces with their numbers, those that are not convex without what is narrower than so."""
-    hollow = shapely.area(shapely.convex_hull(pieces)) - shapely.area(pieces)
-    suspect = np.flatnonzero(hollow > narrowest**2)
-    opened = without_slivers(pieces[suspect], narrowest)
+    """Pieces with their numbers, without what is narrower than so."""
+    opened = without_slivers(pieces, narrowest)
     # Tails may have no area, but they have length; offsets there and back change nothing else.
-    cut = shapely.length(pieces[suspect]) - shapely.length(opened) > narrowest
+    cut = shapely.length(pieces) - shapely.length(opened) > narrowest
     cut |= shapely.is_empty(opened) | (shapely.get_num_geometries(opened) != 1)
-    pieces[suspect[cut]] = opened[cut]
+    pieces[cut] = opened[cut]
     parts, whole = shapely.get_parts(pieces, return_index=True)
     solid = ~shapely.is_empty(parts)
     return parts[solid], number[whole[solid]]

@@ -246,3 +246,12 @@ def test_a_record_that_is_no_list_is_one_mistake(blocks, written):
     with pytest.raises(mo.CaseError, match=written) as refused:
         mo.Scene(joints=BLOCK.joints, blocks=blocks)
     assert len(str(refused.value).splitlines()) == 1
+
+
+def test_courses_are_lists_of_any_kind_or_names():
+    keys = {"block": (1, 1), "weight": 1, "live_per_weight": (1, 0)}
+    walls = (mo.Wall(courses=[course], **keys) for course in ([1.0, 1.0], (1.0, 1.0), np.array([1.0, 1.0])))
+    one, *others = (wall.blocks() for wall in walls)
+    assert others == [one, one]
+    with pytest.raises(mo.CaseError, match="must be a list"):
+        mo.Wall(courses=[3], **keys)
