@@ -17,8 +17,9 @@ from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_propert
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 
-#: What of a scene matrices depend on; the rest are loads, joint properties and words.
+#: What of a scene matrices depend on, and what loads do beside it; the rest are joint properties and words.
 _OF_GEOMETRY = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
+_OF_LOADS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
 
 #: Largest limit of a force, over the unit of force: with more, solvers no longer tell loads from nothing.
 _LARGEST = 1e9
@@ -94,9 +95,12 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     anything else differs. Raises CaseError as :func:`assemble` does."""
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _OF_GEOMETRY):
         return None
-    joints, matrices = assembly.joints, assembly.problem.matrices
+    joints, before = assembly.joints, assembly.problem
     joints = replace(joints, **joint_properties(scene, joints.first, joints.second))
-    return _assembled(scene, assembly.geometry, joints, assembly.filled_pieces, matrices)
+    if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _OF_LOADS):
+        return _assembled(scene, assembly.geometry, joints, assembly.filled_pieces, before.matrices)
+    problem = replace(before, law=_law(scene, joints, assembly.limited, before.force_unit))
+    return replace(assembly, problem=problem, scene=scene, joints=joints)
 
 
 def _assembled(

