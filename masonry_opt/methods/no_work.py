@@ -9,6 +9,9 @@ a share σ of the dead load grows with the live load,
 and mechanisms are then scaled by work that the dead load does. What a method finds at λ₀ itself is a state of
 the scene as it is. At another λ the loads are s = 1 + σ (λ / λ₀ - 1) times those at λ / s, and where friction
 alone limits forces, so is the state.
+
+The lowest values of limited forces (active pressure of a fill, prestress of a tie) count as dead load here.
+They may be all that drives the mechanism, as where a fill pushes aside a stack that the live load lifts.
 """
 
 from collections.abc import Callable
@@ -47,8 +50,13 @@ _LOAD_FACTORS = {"load_factor", "bound", "least", "most", "lowest", "highest"}
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
-    """What a method finds where the live load does no work, if the associative forces go with a mechanism of
-    that kind; given what it found ``before`` of the scene as it is, if it was asked: no load factor."""
+    """Return the solution of a method where the live load does no work, or None.
+
+    None is returned if the associative forces go with no mechanism of that kind. ``before`` is the method's
+    solution, without a load factor, of the scene as it is, if the method was run.
+    """
+    scene = task.problem
+    task = replace(task, problem=scene.with_lowest_forces_as_load)
     given = _associative_and_work(task)
     if given is None:
         return None
@@ -56,7 +64,10 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
     shares = (share + (1 - share) * max(-work, 0.0) for share in _SHARES)
     tried = (_growing(task, run, upper, share) for share in shares)
     found = next((one for one in tried if one is not None), None)
-    if found is None or before is None or before.curve is None:
+    if found is None or found.answer is None:
+        return None
+    found = replace(found, found=replace(found.answer, q=found.answer.q + scene.lowest_forces))
+    if before is None or before.curve is None:
         return found
     of_curve = (said for said in before.reasons if said.code is Code.CURVE)
     return replace(found, curve=before.curve).telling(*of_curve)

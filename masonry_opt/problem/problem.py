@@ -119,6 +119,24 @@ class Problem:
         none: dict[str, Any] = {name: np.where(np.isfinite(of), 0.0, of) for name, of in finite.items()}
         return replace(self, law=replace(self.law, **none))
 
+    @property
+    def lowest_forces(self) -> np.ndarray:
+        """Forces (3c + t,) of which limited forces have their lowest value, and all others are zero."""
+        forces = np.zeros(self.B.shape[1])
+        forces[self.B.shape[1] - len(self.lowest) :] = np.where(np.isfinite(self.lowest), self.lowest, 0.0)
+        return forces
+
+    @property
+    def with_lowest_forces_as_load(self) -> "Problem":
+        """The same problem with limited forces counted from their lowest values, which join the dead load."""
+        constant = self.lowest_forces
+        if not constant.any():
+            return self
+        lowest = constant[self.B.shape[1] - len(self.lowest) :]
+        law = replace(self.law, lowest=self.lowest - lowest, highest=self.highest - lowest)
+        settled = None if self.settled is None else self.settled - constant
+        return replace(self, law=law, dead=self.dead + self.B @ constant, settled=settled)
+
     @cached_property
     def statics_fix_forces(self) -> bool:
         """Whether equilibrium alone gives all forces: no more than equations in any part, as of a stack."""
