@@ -29,6 +29,11 @@ class Status(StrEnum):
         return self in (Status.OPTIMAL, Status.CONVERGED)
 
     @property
+    def unlimited(self) -> bool:
+        """Whether the method ended with a load that has no limit; a method's end alone proves nothing."""
+        return self in (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
+
+    @property
     def live_load_acts(self) -> bool:
         """Whether the live load acts on what was found, forces or a motion; else the dead load alone."""
         return self not in (Status.UNSTABLE, Status.STANDS)

@@ -107,7 +107,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
         return []
     if solution.load_factor is None or solution.q is None:
         # What no load brings down, crushed corners may.
-        endless = solution.status in (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
+        endless = solution.status.unlimited
         pairs = assembly.pairs(limited)
         return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])] if endless and pairs else []
     n = problem.normal_forces(solution.q)

@@ -168,9 +168,14 @@ def _by_loop(task: Task) -> Solution:
 
 
 def _without(task: Task, solution: Solution, lowest: float, expected: Solution) -> Solution:
-    """The end without a load factor: from rest friction jams the blocks, though it is not proven; all states
-    lie below zero; the dead load is not carried from rest; else none was found, of a large scene or beside a
-    load to expect by the loop either."""
+    """Return how a run without an exact state ends, by the first case that applies.
+
+    1. Statics carry any multiple, and joints press ever harder as the load grows from rest: jammed.
+    2. All states met lie below zero: no load factor.
+    3. The dead load is not carried from rest: unstable.
+    4. The loop ends with a load factor, or its load grows without end as statics allow: the loop's end.
+    5. Neither the push nor the loop comes to an end: no load factor.
+    """
     found, stopped = solution.infeasibility, expected.values_of(Code.PUSH_STOPPED)
     grows = next((said for said in expected.reasons if said.code is Code.JAMS), None)
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
@@ -180,9 +185,10 @@ def _without(task: Task, solution: Solution, lowest: float, expected: Solution) 
     word, steps = stopped.get("word", "no exact state lies nearby"), len(expected.history)
     if elastic_of(task).settled is None:
         return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, word=word, steps=steps, looped=False)
-    looped = task.problem.joints > _SIMPLEX_UP_TO or expected.answer is not None
-    if looped:
-        by_loop = _by_loop(task).accepted()
-        if by_loop.answer is not None:
-            return by_loop
-    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=word, steps=steps, looped=looped)
+    by_loop = _by_loop(task).accepted()
+    statics = solution.associative_ended
+    endless = statics is not None and statics.unlimited and by_loop.status.unlimited
+    if by_loop.answer is not None or endless:
+        known = {"associative": solution.associative, "associative_ended": statics}
+        return replace(by_loop, infeasibility=found, **known)
+    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=word, steps=steps, looped=True)
