@@ -7,16 +7,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from masonry_opt.answer.outcome import Outcome, Size
+from masonry_opt.answer.recomputation import line_columns, limit_columns, load_columns, normal_columns
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.files import plain
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Role
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.words.sentences import message, sentences
 from masonry_opt.words.summary import left_out, summary
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
 #: What ``as_dict`` tells first, in order; then block by block and joint by joint.
@@ -137,20 +140,35 @@ class Result(Outcome):
         figure.save_as(path, force, partial(page.page, self, kind, view), drawn)
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
+        """Return everything as plain numbers, strings, lists and dictionaries (NaN and infinity as None).
+
+        The tables have more columns here (see :mod:`~.answer.recomputation`): the certificate can be
+        recomputed from the dictionary alone.
+        """
         told = {name: getattr(self, name) for name in _TOLD}
         warnings = zip(self.warnings, self.warning_sentences, strict=True)
         told["warnings"] = [{"sentence": words, **warning.as_dict()} for warning, words in warnings]
         told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
         frames = {
             "history": self.history,
-            "block_results": self.blocks,
-            "joint_results": self.joints,
-            "tie_results": self.ties if len(self.ties) else None,
-            "contact_results": self.contacts,
+            "block_results": self.blocks.assign(**load_columns(self.assembly)),
+            **self._joint_tables(),
+            "tie_results": self._limited_table(self.ties, Role.TIE, Role.PROP),
+            "pressure_results": self._limited_table(self.pressures, Role.EARTH),
             "curve": self.curve,
         }
         return plain(told | {name: of.to_dict("records") for name, of in frames.items() if of is not None})
+
+    def _joint_tables(self) -> dict[str, "pd.DataFrame"]:
+        """Return the tables of joints, in space also of contact points, with their limits."""
+        limits = limit_columns(self.assembly, self.solution)
+        if self.contacts is not None:
+            return {"joint_results": self.joints, "contact_results": self.contacts.assign(**limits)}
+        return {"joint_results": self.joints.assign(**normal_columns(self.assembly), **limits)}
+
+    def _limited_table(self, table: "pd.DataFrame", *roles: Role) -> "pd.DataFrame | None":
+        """Return a table of limited forces with their lines of action; None if there are none."""
+        return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""

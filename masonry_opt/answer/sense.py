@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from masonry_opt.answer.reasons import Code, Reason, Status, reason
+from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly

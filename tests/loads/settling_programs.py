@@ -4,11 +4,13 @@ has them, and lines of thrust in arches, from geometry alone."""
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import linprog
+import scipy.sparse as sp
+from scipy.optimize import Bounds, LinearConstraint, linprog, milp
 from second_program import program
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.problem import Problem
 
 
 def reactions(
@@ -23,8 +25,10 @@ def reactions(
     # Joint forces act on the first block as normal and direction say, on the second against them.
     sign = settles[joints.first] - settles[joints.second]
     normal, shear = (sign * (of @ direction) for of in (joints.normal, along))
+    # Ties and props lead from block to block here: none of them ends in a support.
+    limited = np.zeros(len(assembly.limited))
     found = _least_and_greatest(
-        np.concatenate([normal, normal, shear]),
+        np.concatenate([normal, normal, shear, limited]),
         A_ub=-rows,
         b_ub=limits,
         A_eq=statics,
@@ -32,6 +36,50 @@ def reactions(
         bounds=[(None, None)] * statics.shape[1],
     )
     return found[0] * problem.force_unit, found[1] * problem.force_unit
+
+
+def exact_load_factors(problem: Problem, low: float, high: float) -> tuple[float, float] | None:
+    """Return the least and greatest load factor of exact Coulomb states between two, None if there are none.
+
+    HiGHS branches on one binary for each face, 0 where it is at yield and 1 where it is at rest. The matrices
+    are the package's. States with a slack or rate above 200, in the problem's units, are not counted.
+    """
+    (rows, forces), faces, most = problem.B.shape, problem.faces, 200.0
+    free, one = np.full(forces, np.inf), sp.eye_array(faces)
+
+    def row(load_factor=None, q=None, d=None, p=None, resting=None):
+        """Blocks of a row of the program, zero where not given."""
+        given = (load_factor, q, d, p, resting)
+        height = next(block.shape[0] for block in given if block is not None)
+        widths = (1, forces, rows, faces, faces)
+        blocks = zip(given, widths, strict=True)
+        return sp.hstack(
+            [sp.csr_array((height, width)) if block is None else block for block, width in blocks]
+        )
+
+    live, no_limit = sp.csr_array(problem.live), np.full(faces, np.inf)
+    given = [
+        (row(live.reshape((-1, 1)), problem.B), -problem.dead, -problem.dead),
+        (row(q=problem.true_yield), -problem.face_cohesion, no_limit),
+        (row(q=problem.true_yield, resting=-most * one), -no_limit, -problem.face_cohesion),
+        (row(p=one, resting=most * one), -no_limit, np.full(faces, most)),
+        (row(d=problem.B.T, p=-problem.D(problem.dilatancy)), np.zeros(forces), np.zeros(forces)),
+        (row(d=live.reshape((1, -1))), [problem.live_norm], [problem.live_norm]),
+    ]
+    bounds = Bounds(
+        np.concatenate([[low], -free, np.full(rows, -np.inf), np.zeros(2 * faces)]),
+        np.concatenate([[high], free, np.full(rows, np.inf), np.full(faces, most), np.ones(faces)]),
+    )
+    conditions = [LinearConstraint(*each) for each in given]
+    integrality = np.concatenate([np.zeros(1 + forces + rows + faces), np.ones(faces)])
+    cost = np.eye(1, len(integrality))[0]
+    found = [
+        milp(sign * cost, constraints=conditions, bounds=bounds, integrality=integrality) for sign in (1, -1)
+    ]
+    if [each.status for each in found] == [2, 2]:
+        return None
+    assert all(each.status == 0 for each in found)
+    return found[0].fun, -found[1].fun
 
 
 def thrusts(

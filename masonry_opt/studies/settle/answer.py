@@ -49,9 +49,21 @@ class Bound:
     per_load_factor: float = field(repr=False)
 
     @property
+    def answered_by(self) -> str | None:
+        """Kind of the result that ``reaction`` belongs to, a key of ``results``; None without a reaction.
+
+        The method asked comes first. Where it finds no exact state on this side of rest, as where all of them
+        lie across rest, the incremental analysis ("expected") answers: the support has a reaction up to there.
+        """
+        if self.result.load_factor is not None:
+            return next(iter(self.results))
+        return None if self.expected is None else "expected"
+
+    @property
     def reaction(self) -> float | None:
-        """That of the method asked."""
-        return self._reaction(self.result.load_factor)
+        """Reaction by the method asked, or by the incremental analysis (see ``answered_by``)."""
+        own = self.result.load_factor
+        return self.expected if own is None else self._reaction(own)
 
     @property
     def expected(self) -> float | None:
@@ -90,7 +102,10 @@ class Bound:
     def rows(self) -> list[dict[str, Any]]:
         """Reaction, status and moving blocks of each of the results."""
         results = self.results.items()
-        rows = ((kind, self._reaction(of.load_factor), str(of.status), _moving(of)) for kind, of in results)
+        # The incremental reaction may be a peak on the way to the state that its result shows.
+        by_kind = {kind: self._reaction(of.load_factor) for kind, of in results}
+        by_kind |= {"expected": self.expected}
+        rows = ((kind, by_kind[kind], str(of.status), _moving(of)) for kind, of in results)
         return [dict(zip(_COLUMNS, row, strict=True)) for row in rows]
 
     def _reaction(self, load_factor: float | None) -> float | None:
@@ -138,7 +153,7 @@ class Settlement(StudyAnswer):
 
     @property
     def usable(self) -> bool:
-        """Whether some reaction holds the scene, and the method found both ends, or that there is none."""
+        """Whether some reaction holds the scene, and each end has a reaction or is proven to have no limit."""
         found = (end.reaction is not None or end.unlimited for end in self.ends.values())
         return not self.fallen and all(found)
 
@@ -181,7 +196,7 @@ class Settlement(StudyAnswer):
         own = ("case", "supports", "direction", "turns", "method", "at_rest")
         told: dict[str, Any] = {name: getattr(self, name) for name in own}
         told |= {"status": str(self.status), "usable": self.usable}
-        numbers = ("reaction", "expected", "associative", "across_rest", "unlimited")
+        numbers = ("reaction", "answered_by", "expected", "associative", "across_rest", "unlimited")
         for name in ("least", "greatest"):
             end = self.ends.get(name)
             told[name] = end and {key: getattr(end, key) for key in numbers} | {
@@ -202,7 +217,7 @@ class Settlement(StudyAnswer):
 
         Parameters
         ----------
-        kind: one of ``Bound.results``; by default the first.
+        kind: one of ``Bound.results``; by default the one that the reaction belongs to.
         names: whether to write each block's name into it.
         view: of solids, as of :meth:`Result.plot`.
         """
@@ -211,7 +226,7 @@ class Settlement(StudyAnswer):
         if self.fallen:
             return _drawn(self.fallen, "no reaction holds it: how it falls", names, view)
         rows = {row["kind"]: row for row in self.ends[end].rows()}
-        kind = kind or next(iter(rows))
+        kind = kind or self.ends[end].answered_by or next(iter(rows))
         if kind not in rows:
             raise OptionError(f"there is no answer of kind '{kind}': choose from {', '.join(rows)}")
         reaction, of = rows[kind]["reaction"], printable(some([*map(repr, self.supports)]))
@@ -296,12 +311,16 @@ def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -
 
 def _words(end: Bound) -> str:
     """An end in one line."""
-    if end.reaction is None:
-        said = "unlimited" if end.unlimited else f"not found ({end.result.status})"
-    else:
-        said = f"{numeral(end.reaction, '.6g')}; moves {some(_moving(end.result))}"
     others = {"with other forces at rest": end.across_rest}
     if end.result is not end.with_associative:
-        others |= {"to expect": end.expected, "associative": end.associative}
+        others |= {"incremental": end.expected, "associative": end.associative}
+    if end.reaction is None:
+        said = "unlimited" if end.unlimited else f"not found ({end.result.status})"
+    elif end.answered_by == "expected":
+        del others["incremental"]
+        by = "by the incremental analysis: no exact collapse state was found on this side of rest"
+        said = f"{numeral(end.reaction, '.6g')} {by}"
+    else:
+        said = f"{numeral(end.reaction, '.6g')}; moves {some(_moving(end.result))}"
     told = [f"{label} {numeral(value, '.6g')}" for label, value in others.items() if value is not None]
     return " · ".join([said, *told])

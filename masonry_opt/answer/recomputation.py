@@ -1,0 +1,70 @@
+"""Columns of a result's JSON from which its certificate can be recomputed without the package.
+
+Tables of a result say what acts in joints and how blocks move. These columns add where forces act, what loads
+the blocks carry, and the limits of the yield conditions. Forces and lengths are in the case's units.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.answer.solution import Solution
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Role
+
+Columns = dict[str, list[Any]]
+
+
+def load_columns(assembly: Assembly) -> Columns:
+    """Return the dead and live load of each movable block, moments about its centroid; in the plane also the
+    block's ``vertices``."""
+    problem = assembly.problem
+    axes = "xyz"[: assembly.scene.dimension]
+    columns: Columns = {}
+    if assembly.scene.dimension == 2:
+        columns["vertices"] = [assembly.scene.blocks[row].vertices for row in assembly.movable]
+    moment_names = [f"m{axis}" for axis in axes] if assembly.scene.dimension == 3 else ["moment"]
+    for kind, load in (("dead", problem.dead), ("live", problem.live)):
+        forces = problem.forces(load) * problem.force_unit
+        moments = problem.moments(load) * problem.force_unit * problem.length_unit
+        columns |= {f"{kind}_f{axis}": of.tolist() for axis, of in zip(axes, forces.T, strict=True)}
+        columns |= {f"{kind}_{name}": of.tolist() for name, of in zip(moment_names, moments.T, strict=True)}
+    return columns
+
+
+def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
+    """Return the limits of each joint, in space of each contact point, and its flow rule.
+
+    ``friction`` is μ and ``cohesion_force`` the cohesion over the joint's area, or the point's share of it.
+    ``crushing_force`` is the normal force that crushes all of the joint (infinite without strength), and
+    ``flow_slope`` the opening per unit slip under the flow rule of the answer.
+    """
+    problem = assembly.problem
+    friction, crushing = (np.full(problem.joints, np.inf) for _ in range(2))
+    cohesion, slope = (np.zeros(problem.joints) for _ in range(2))
+    friction[problem.sliding] = problem.friction
+    cohesion[problem.sliding] = problem.cohesion * problem.force_unit
+    crushing[problem.crushing] = problem.crushing_force * problem.force_unit
+    slope[problem.sliding] = problem.dilatancy if solution.found.slope is None else solution.found.slope
+    limits = {"friction": friction, "cohesion_force": cohesion, "flow_slope": slope}
+    if assembly.scene.dimension == 2:
+        limits["crushing_force"] = crushing
+    return {name: of.tolist() for name, of in limits.items()}
+
+
+def normal_columns(assembly: Assembly) -> Columns:
+    """Return the unit normal of each joint in the plane, which points into its first block."""
+    return {f"n{axis}": of.tolist() for axis, of in zip("xy", assembly.joints.normal.T, strict=True)}
+
+
+def line_columns(assembly: Assembly, *roles: Role) -> Columns:
+    """Return where each limited force of some roles acts on its first block, and its direction there.
+
+    ``ux``, ``uy`` (``uz``) is the force on the first block per unit of force. The second block, of a tie or
+    prop, bears the opposite force on the same line.
+    """
+    actions = [force.actions[0] for force in assembly.limited if force.role in roles]
+    points = [action.point + assembly.geometry.origin for action in actions]
+    axes = "xyz"[: assembly.scene.dimension]
+    columns = {axis: [float(point[row]) for point in points] for row, axis in enumerate(axes)}
+    return columns | {f"u{axis}": [float(of.force[row]) for of in actions] for row, axis in enumerate(axes)}

@@ -1,0 +1,203 @@
+"""The certificate recomputed from a result's JSON alone: nothing else of the package is read.
+
+Sums of forces and moments, yield conditions, flow rule and energy are written out here once more, from the
+documented meaning of the keys. Residuals are compared with the certificate's, which are below 1e-8.
+"""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import masonry_opt as mo
+from masonry_opt.scene.blocks import rectangle
+
+#: Residuals of exact states, and of associative programs solved to 1e-9, in units of the loads.
+EXACT, SOLVED = 1e-8, 1e-6
+
+
+def wall_under_fill() -> mo.Scene:
+    """Two stacks under a fill that presses on both sides, tied to each other, with loads at a point and along
+    an edge; joints cohere."""
+    blocks = [
+        mo.Block(name="left", vertices=rectangle(0, 1, 0, 2), unit_weight=20.0, live=(3.0, -1.0)),
+        mo.Block(name="left top", vertices=[(0, 2), (1, 2), (1, 3.2), (0, 3)], unit_weight=20.0),
+        mo.Block(name="right", vertices=rectangle(2.5, 3.3, 0, 2.2), unit_weight=22.0),
+        mo.Block(name="ground", vertices=rectangle(-5, 8, -1, 0), fixed=True),
+    ]
+    load = mo.Load(block="left top", dead=(1.0, -4.0), live=(2.0, 0.5), at=(0.7, 2.5))
+    edge = mo.EdgeLoad(start=(2.5, 2.2), end=(3.3, 2.2), pressure=(2.0, 5.0))
+    fill = mo.Fill(road=[(-3, 3.6), (6, 3.6)], unit_weight=17.0, friction_angle=32, mobilised=0.4)
+    tie = mo.Tie(between=("left top", "right"), at=((0.5, 2.4), (2.9, 1.4)), strength=9.0, prestress=1.0)
+    prop = mo.Prop(between=("right", "ground"), at=((3.2, 1.0), (5.0, -0.5)), strength=4.0)
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.55, cohesion=0.4),
+        blocks=blocks,
+        loads=[load],
+        edge_loads=[edge],
+        fills=[fill],
+        ties=[tie],
+        props=[prop],
+        thickness=1.7,
+    )
+
+
+def tied_boxes() -> mo.Scene:
+    """Two boxes on each other in space, pushed askew and held by a rod to the ground."""
+    blocks = [
+        mo.Solid(name="lower", box=[[0, 2], [0, 1.5], [0, 1]], unit_weight=18.0, live=(2.0, 1.0, 0.0)),
+        mo.Solid(name="upper", box=[[0.2, 1.8], [0.1, 1.3], [1, 2.2]], weight=20.0, live=(3.0, -0.5, 0.2)),
+        mo.Solid(name="ground", box=[[-5, 9], [-5, 9], [-1, 0]], fixed=True),
+    ]
+    load = mo.Load(block="upper", dead=(0.5, 0.2, -3.0), live=(1.0, 0.0, 0.0), at=(1.0, 0.5, 2.2))
+    rod = mo.Tie(between=("upper", "ground"), at=((1.0, 0.7, 1.5), (-2.0, 1.0, -0.5)), strength=4.0)
+    joints = mo.JointDefaults(friction=0.5, cohesion=0.3)
+    return mo.Scene(joints=joints, blocks=blocks, loads=[load], ties=[rod])
+
+
+def read(scene: mo.Scene, method: str) -> dict[str, Any]:
+    return json.loads(mo.solve(scene, method, expected=False).to_json())
+
+
+def vector(row: dict[str, Any], *names: str) -> np.ndarray:
+    return np.array([row[name] for name in names], dtype=float)
+
+
+def pulls(told: dict[str, Any]) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
+    """Both blocks, point and force on the first block, of ties, props and pressures of fill."""
+    axes = "xyz" if "contact_results" in told else "xy"
+    rows = told.get("tie_results", []) + told.get("pressure_results", [])
+    at, unit = [*axes], [f"u{axis}" for axis in axes]
+    return [
+        (row["first"], row["second"], vector(row, *at), row["force"] * vector(row, *unit)) for row in rows
+    ]
+
+
+def presses(told: dict[str, Any]) -> list[tuple[str, str, np.ndarray, np.ndarray, float]]:
+    """Both blocks, point and force on the first block, of joints; in the plane with the moment about it."""
+    if "contact_results" in told:
+        forces = ("fx", "fy", "fz")
+        return [
+            (row["first"], row["second"], vector(row, *"xyz"), vector(row, *forces), 0.0)
+            for row in told["contact_results"]
+        ]
+    found = []
+    for row in told["joint_results"]:
+        normal = vector(row, "nx", "ny")
+        along = np.array([normal[1], -normal[0]])
+        force = row["n"] * normal + row["s"] * along
+        found.append((row["first"], row["second"], vector(row, "x", "y"), force, row["m"]))
+    return found
+
+
+def turning(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
+    if len(arm) == 2:
+        return np.array([arm[0] * force[1] - arm[1] * force[0]])
+    return np.cross(arm, force)
+
+
+def out_of_balance(told: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Sum of all forces on each block, then of all moments about its centroid."""
+    space = "contact_results" in told
+    axes, moments = ("xyz", ["mx", "my", "mz"]) if space else ("xy", ["moment"])
+    names = [*(f"f{axis}" for axis in axes), *moments]
+    rows = told["block_results"]
+    centroid = {row["block"]: vector(row, *axes) for row in rows}
+    total = {
+        row["block"]: vector(row, *(f"dead_{name}" for name in names))
+        + told["load_factor"] * vector(row, *(f"live_{name}" for name in names))
+        for row in rows
+    }
+    acting = [*presses(told), *((*pull, 0.0) for pull in pulls(told))]
+    for first, second, at, force, moment in acting:
+        for block, sign in ((first, 1.0), (second, -1.0)):
+            if block in total:
+                turns = turning(at - centroid[block], force) + (0.0 if space else moment)
+                total[block] += sign * np.concatenate([force, turns])
+    return total
+
+
+def least_slack(told: dict[str, Any]) -> float:
+    """Least slack of friction, of no tension, of rocking and of limited forces."""
+    slacks = []
+    for row in told.get("contact_results", told["joint_results"]):
+        slacks.append(row["n"])
+        if row["friction"] is not None:
+            slacks.append(row["cohesion_force"] + row["friction"] * row["n"] - abs(row["s"]))
+        if "m" in row:
+            slacks.append(row["n"] * row["length"] / 2 - abs(row["m"]))
+    for row in told.get("tie_results", []) + told.get("pressure_results", []):
+        slacks.append(row["force"] - row["lowest"])
+        slacks.append(math.inf if row["highest"] is None else row["highest"] - row["force"])
+    return min(slacks)
+
+
+def weights(told: dict[str, Any], dimension: int) -> np.ndarray:
+    """Sizes of the dead loads of the blocks."""
+    names = [f"dead_f{axis}" for axis in "xyz"[:dimension]]
+    return np.array([np.linalg.norm(vector(row, *names)) for row in told["block_results"]])
+
+
+@pytest.mark.parametrize(
+    ("make", "method", "within"),
+    [
+        (wall_under_fill, "mcp", EXACT),
+        (wall_under_fill, "static", SOLVED),
+        (tied_boxes, "mcp", EXACT),
+        (tied_boxes, "static", SOLVED),
+    ],
+)
+def test_forces_balance_and_respect_every_limit(make, method, within):
+    told = read(make(), method)
+    dimension = 3 if "contact_results" in told else 2
+    loads = weights(told, dimension)
+    left = np.concatenate(list(out_of_balance(told).values()))
+    assert np.abs(left).max() <= within * loads.sum()
+    assert least_slack(told) >= -within * np.median(loads)
+    assert told["certificate"]["equilibrium"] <= within
+    assert told["certificate"]["yield"] <= within
+
+
+def test_without_the_pressure_of_fill_forces_do_not_balance():
+    """The check can fail: the table of pressures is what balances the blocks."""
+    told = read(wall_under_fill(), "mcp")
+    assert len(told["pressure_results"]) >= 3
+    pushed = sum(row["force"] for row in told["pressure_results"])
+    del told["pressure_results"]
+    left = np.concatenate(list(out_of_balance(told).values()))
+    assert np.abs(left).max() > 0.1 * pushed
+
+
+def test_weights_are_those_of_the_vertices():
+    """By the shoelace formula; the left stone has no other dead load but its fill's, which is level."""
+    told = read(wall_under_fill(), "static")
+    row = next(row for row in told["block_results"] if row["block"] == "left")
+    x, y = np.array(row["vertices"]).T
+    area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    assert vector(row, "dead_fx", "dead_fy") == pytest.approx([0.0, -20.0 * area * 1.7])
+    assert vector(row, "live_fx", "live_fy") == pytest.approx([3.0, -1.0])
+
+
+def test_flow_rule_and_energy_from_json():
+    """The mechanism of the wall: joints open by no less than the flow rule asks of their slip, work is lost
+    nowhere but in what moves at yield, and the power of all loads is what yielding dissipates."""
+    told = read(wall_under_fill(), "mcp")
+    speed = max(np.abs(vector(row, "vx", "vy")).max() for row in told["block_results"])
+    λ, power, dissipated = told["load_factor"], 0.0, 0.0
+    for row in told["block_results"]:
+        motion = vector(row, "vx", "vy", "omega")
+        for share, kind in ((1.0, "dead"), (λ, "live")):
+            power += share * float(vector(row, f"{kind}_fx", f"{kind}_fy", f"{kind}_moment") @ motion)
+    for row in told["joint_results"]:
+        opens = row["opening"] - abs(row["rotation"]) * row["length"] / 2
+        assert opens >= row["flow_slope"] * abs(row["slip"]) - 1e-8 * speed
+        dissipated += (row["cohesion_force"] + row["friction"] * row["n"]) * abs(row["slip"])
+    for row in told["tie_results"]:
+        sense = 1.0 if row["kind"] == "tie" else -1.0
+        dissipated += sense * row["force"] * row["lengthens"]
+    for row in told["pressure_results"]:
+        dissipated += row["force"] * row["lengthens"]
+    assert power == pytest.approx(dissipated, rel=1e-7)
+    assert power > 0
