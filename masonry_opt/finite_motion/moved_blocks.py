@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 import shapely
 
-from masonry_opt.answer.thresholds import IDLE, LOWER
+from masonry_opt.answer.thresholds import IDLE, LOWER, SLIDES
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly
@@ -25,7 +25,7 @@ from masonry_opt.solvers.registry import Verdict, find_solver
 
 #: Simpson's rule on an edge, exact for what is cubic there: places along it, and weights.
 _PLACES, _WEIGHTS = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6
-_STAYS = 1e-6  #: Share of the fastest corner's speed below which a corner of a joint stays.
+_STAYS = 1e-6  #: Share of the fastest corner's speed below which a corner of a joint does not open.
 _UNLIMITED = 1e9  #: Friction from which on it limits nothing.
 
 
@@ -243,6 +243,13 @@ class MovedBlocks:
         """Speed of the fastest corner of a joint."""
         return float(np.linalg.norm(self._velocities(poses, motion), axis=-1).max(initial=0.0))
 
+    def _fastest_of_blocks(self, poses: np.ndarray, motion: np.ndarray) -> float:
+        """Return the speed of the fastest corner of a block."""
+        points, block = self.geometry.corners
+        arm = turned(points, poses[block])
+        velocity = motion[block, :2] + motion[block, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]])
+        return float(np.linalg.norm(velocity, axis=1).max(initial=0.0))
+
     def relative(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """Rates at which the joints' corners open, and slip, shape (2, joints, 2)."""
         first, second = self._velocities(poses, motion)
@@ -253,12 +260,20 @@ class MovedBlocks:
     def after(
         self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Which of the corners that touch still do in the motion of an optimum, shape (joints, 2), and which
-        joints slide in it, shape (joints,): those that carry a force, or do not open."""
+        """Return the corners that go on touching in the motion of an optimum, shape (joints, 2), and the joints
+        that slide in it, shape (joints,).
+
+        A joint slides if it slips by more than the share ``SLIDES`` of the speed of the fastest corner, as in
+        :func:`~masonry_opt.answer.motion.joint_motion`, and carries a force or does not open. A corner that
+        slips less, as on surveyed blocks, goes on touching unless it opens by more than its slip explains.
+        """
         opening, slip = self.relative(poses, found.motion)
-        least = _STAYS * (self.fastest(poses, found.motion) or 1.0)
-        stays = touch & (np.hypot(opening, slip) <= least)
-        slips, opens = touch & ~stays, opening > least
+        speed = self._fastest_of_blocks(poses, found.motion) or 1.0
+        friction = np.where(np.isfinite(self.joints.friction), self.joints.friction, 0.0)
+        opens = opening > _STAYS * speed
+        lifts = opening - friction[:, None] * np.abs(slip) > _STAYS * speed
+        slips = touch & (np.abs(slip) > SLIDES * speed)
+        stays = touch & ~lifts & ~slips
         slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & found.pressed)
         return stays, slides
 

@@ -59,6 +59,17 @@ def _slide(v: dict[str, Any]) -> str:
     return f"{pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide"
 
 
+def _not_hinging(v: dict[str, Any]) -> str:
+    """Return why no finite motion is followed: joints slide, or λ is below that of the hinging mechanism."""
+    if v["pairs"]:
+        return f"only mechanisms of hinges are followed, and at the onset {_slide(v)}"
+    most = "unlimited" if v["associative"] is None else numeral(v["associative"], ".6g")
+    return (
+        f"λ is below the associative load factor ({most}), whose hinging mechanism alone is followed: "
+        "take the capacity curve of method 'static'"
+    )
+
+
 def _friction_would_hold(v: dict[str, Any]) -> str:
     slides = _slide(v)
     if v["factor"] is not None:
@@ -322,9 +333,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.REACHES_ZERO: "λ has come down to zero: the masonry falls by itself from here",
     Code.JOINT_CLOSES: lambda v: f"the joint between {pairs(v)} closes",
     Code.JOINT_OPENS: lambda v: f"the joint between {pairs(v)} opens",
-    Code.NOT_HINGING: lambda v: (
-        f"the mechanism at the onset is not one of hinges, which alone has a finite motion here: {_slide(v)}"
-    ),
+    Code.NOT_HINGING: _not_hinging,
     Code.JOINTS_SLIDE: lambda v: f"{_slide(v)} from here on: no finite motion is followed",
     Code.BLOCKS_MEET: lambda v: f"{do(v, 'meet')} where there is no joint",
     Code.LOCKS: "the mechanism locks: from here on it has no motion of finite size",

@@ -10,6 +10,7 @@ from mappings import mapped, turned
 from scenes import CASES, block_on_floor, solved
 
 import masonry_opt as mo
+from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoLoadFactorError, OptionError
 from masonry_opt.scene.blocks import rectangle
@@ -221,6 +222,59 @@ def test_what_has_no_finite_motion_stops_at_the_onset(scene, code):
     assert curve.table["load_factor"][0] == curve.load_factor
     with pytest.raises(NoLoadFactorError):
         curve.check([(0, 0.1), (9, 0.1)])
+
+
+def surveyed(scene: mo.Scene, size: float, seed: int) -> mo.Scene:
+    """The scene with random errors of that size in the corners of all blocks."""
+    rng = np.random.default_rng(seed)
+    corners = {block.name: np.array(block.vertices) for block in scene.blocks}
+    moved = {name: at + size * rng.standard_normal(at.shape) for name, at in corners.items()}
+    blocks = {name: {"vertices": [tuple(at) for at in of.tolist()]} for name, of in moved.items()}
+    return scene.replace(blocks=blocks, tolerance=8 * size)
+
+
+def pushed_arch(friction: float) -> mo.Scene:
+    ring = mo.Arch(radius=2, angles=(150, 25), thickness=0.35, voussoirs=6, unit_weight=20)
+    blocks = [block if block.fixed else block.replace(live_per_weight=(1.0, 0.0)) for block in ring.blocks()]
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=blocks)
+
+
+def kerbed(height: float) -> mo.Scene:
+    """A block on a floor, with its foot against a kerb about which it turns: the foot slips by the height."""
+    kerb = mo.Block(name="kerb", vertices=rectangle(0.6, 3, -1, height), fixed=True)
+    floor = mo.Block(name="floor", vertices=rectangle(-3, 0.6, -1, 0), fixed=True)
+    block = mo.Block(name="A", vertices=rectangle(0, 0.6, 0, 2), weight=10, live_per_weight=(1, 0))
+    return mo.Scene(joints={"friction": 0.7}, blocks=[block, floor, kerb], tolerance=1e-6)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        surveyed(pushed_arch(0.7), 1e-4, 1),
+        surveyed(pushed_arch(0.4), 1e-4, 2),
+        surveyed(block_on_floor(1, 2, friction=0.7), 1e-5, 3),
+        surveyed(block_on_floor(1, 2, friction=0.4), 1e-5, 4),
+        kerbed(1e-3),
+        kerbed(0.1),
+    ],
+)
+def test_a_joint_slides_here_if_it_slides_in_the_result(scene):
+    """Less slip than the share of a result's threshold is none, as that of the foot at a kerb of 1 in 2000."""
+    result = solved(scene, "static")
+    slides = joint_motion(result.assembly, result.solution).slides.any()
+    end = mo.capacity(result, steps=4).end
+    assert (end.code in (Code.JOINTS_SLIDE, Code.NOT_HINGING)) == slides
+
+
+def test_below_the_associative_load_factor_no_joint_is_said_to_slide_that_does_not():
+    """The foot's slip lowers λ by Coulomb's law, by less than one in 200, though every result calls it a hinge."""
+    result = solved(kerbed(1e-3), "mcp", expected=False)
+    assert not joint_motion(result.assembly, result.solution).slides.any()
+    curve = mo.capacity(result)
+    assert curve.end.code is Code.NOT_HINGING
+    assert 0.99 * result.associative < result.load_factor < (1 - 1e-4) * result.associative
+    assert "slide" not in curve.message
+    assert "associative load factor (0.301965)" in curve.message
 
 
 def test_what_it_is_not_for_is_refused():
