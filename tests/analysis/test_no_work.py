@@ -7,12 +7,15 @@ the live load takes λ off n.
 import warnings
 from math import cos, sin, sqrt
 
+import numpy as np
 import pytest
 from mappings import mapped, turned
 from scenes import WALLS, values_of
+from second_program import bounds
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
 
 FRICTION = 0.5
@@ -87,6 +90,74 @@ BY_HAND = {
     # friction above and below holds: 4 = .5 (6 + 3 - λ) + .5 · 3.
     "lintel": (LINTEL, 6 + 2 * 9 / 3 - 4 / 0.5),
 }
+
+
+def pulled_by_a_rod(prestress: float, dead: float = 0.0) -> mo.Scene:
+    """A stone that the live load lifts, and a prestressed rod pulls along the ground."""
+    rod = mo.Tie(between=("A", "ground"), at=((0.5, 0.5), (5.0, 0.5)), prestress=prestress, strength=9.0)
+    return scene(stone(push=dead, live=UP)).replace(ties=[rod])
+
+
+def pushed_by_a_fill(height: float) -> mo.Scene:
+    """A stone 2 high that the live load lifts, beside a fill up to some height on its left."""
+    fill = mo.Fill(road=[(-5, height), (0, height)], unit_weight=1.5, friction_angle=30, mobilised=0.9)
+    return scene(stone(y=(0, 2), live=UP)).replace(fills=[fill])
+
+
+@pytest.mark.parametrize(
+    ("given", "push", "method"),
+    [
+        (pulled_by_a_rod(2.0), 2.0, "mcp"),
+        (pulled_by_a_rod(2.0), 2.0, "nonassociative"),
+        (pulled_by_a_rod(2.0, dead=-0.5), 1.5, "mcp"),
+        # K_a γ h²/2, with K_a = 1/3 of 30°.
+        (pushed_by_a_fill(2.0), 1.5 / 3 * 2.0**2 / 2, "mcp"),
+        (pushed_by_a_fill(2.0), 1.5 / 3 * 2.0**2 / 2, "nonassociative"),
+        # A sub-problem of the loop has no state here.
+        (pushed_by_a_fill(1.2), 1.5 / 3 * 1.2**2 / 2, "mcp"),
+    ],
+)
+def test_prestress_and_earth_pressure_drive_the_mechanism(given: mo.Scene, push: float, method: str) -> None:
+    """The dead load does no work either: n = 10 - λ falls to P / μ."""
+    result = mo.solve(given, method, expected=False)
+    assert values_of(result, Code.NO_WORK) is not None
+    assert result.load_factor == pytest.approx(10 - push / FRICTION, rel=1e-6)
+    problem, load_factor, q = result.assembly.problem, result.load_factor, result.solution.q
+    assert problem.unbalanced(load_factor, q) == pytest.approx(0, abs=1e-6)
+    assert problem.slacks(q).min() >= -1e-6
+
+
+def random_stack(seed: int) -> mo.Scene:
+    """Up to six stones on each other, beside a fill on the left of random height, lifted and held by a tie."""
+    rng = np.random.default_rng([20, seed])
+    width, top, stones = float(rng.uniform(0.6, 1.4)), 0.0, []
+    for number in range(rng.integers(1, 7)):
+        high = top + float(rng.uniform(0.25, 0.9))
+        live = (0.0, float(rng.uniform(0.01, 0.2)))
+        corners = rectangle(0, width, top, high)
+        stones.append(mo.Block(name=f"s{number}", vertices=corners, unit_weight=2.2, live=live))
+        top = high
+    road = [(-2.0, top * float(rng.uniform(0.4, 1.1))), (0.0, top * float(rng.uniform(0.2, 0.9)))]
+    angle, mobilised = float(rng.uniform(20, 40)), float(rng.uniform(0.5, 1.0))
+    fill = mo.Fill(road=road, unit_weight=float(rng.uniform(0.4, 1.0)), friction_angle=angle, mobilised=mobilised)
+    at = ((width / 2, top - 0.1), (width / 2 + 3.0, float(rng.uniform(0.5, 1.0)) * top))
+    rod = mo.Tie(between=(stones[-1].name, "ground"), at=at, prestress=0.02, strength=float(rng.uniform(1, 4)))
+    ground = mo.Block(name="ground", vertices=rectangle(-5, 9, -1, 0), fixed=True)
+    friction = float(rng.uniform(0.4, 0.8))
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=friction), blocks=[*stones, ground], fills=[fill], ties=[rod]
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_stacks_under_a_fill_that_the_live_load_lifts(seed: int) -> None:
+    """The default decides each of them by an exact state, never above an independent linear program."""
+    given = random_stack(seed)
+    most = bounds(assemble(given)).outside
+    result = mo.solve(given, expected=False)
+    assert result.load_factor is not None
+    assert 0 < result.load_factor <= most * (1 + 1e-6)
+    assert result.exact
 
 
 @pytest.mark.parametrize("name", BY_HAND)

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from atlas.small_scenes import rectangle
-from loads.settling_programs import reactions, thrusts
+from loads.settling_programs import exact_load_factors, reactions, thrusts
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Status
@@ -131,11 +131,71 @@ def test_random_walls(seed):
 
 @pytest.mark.slow
 def test_many_random_walls():
-    """The only Coulomb state of a push of one lies across rest, and is told (HiGHS, with a binary for each
-    face, finds none from there to the associative end)."""
-    [without] = [found for seed in range(49, 54) if not (found := of_random_wall(seed)).usable]
+    """The only Coulomb state of a push of one lies across rest, and the incremental analysis answers."""
+    found = [of_random_wall(seed) for seed in range(49, 54)]
+    assert all(one.usable for one in found)
+    [end] = [end for one in found for end in one.ends.values() if end.answered_by == "expected"]
     # λ is a difference of the reaction from that at rest, which programs know to 1e-8.
-    assert without.greatest.result.solution.below_zero == pytest.approx(-0.0030297627, abs=1e-8)
+    assert end.result.solution.below_zero == pytest.approx(-0.0030297627, abs=1e-8)
+    assert exact_load_factors(end.result.assembly.problem, 1e-5, 10.0) is None
+
+
+def tied_beam(seed: int) -> tuple[mo.Scene, str, tuple[float, float]]:
+    """A beam on two to four stones, each on a pier, with a rod or two from a stone to the beam; the pier that
+    settles, and in which direction."""
+    random = np.random.default_rng([20, seed])
+    count, width = int(random.integers(2, 5)), float(random.uniform(0.3, 0.7))
+    pitch, high = float(random.uniform(1.2, 2.5)), float(random.uniform(0.3, 0.8))
+    blocks = []
+    for number in range(count):
+        left = number * pitch
+        blocks.append(rectangle(f"l{number}", left, 0, left + width, high, unit_weight=2.0))
+        blocks.append(rectangle(f"p{number}", left - 0.1, -0.5, left + width + 0.1, 0))
+    end = (count - 1) * pitch + width
+    left, right = float(random.uniform(0, 0.1)), end - float(random.uniform(0, 0.1))
+    blocks.append(rectangle("beam", left, high, right, high + 0.4, unit_weight=2.0))
+    ties = []
+    for _ in range(int(random.integers(1, 3))):
+        number = int(random.integers(count))
+        foot = (number * pitch + width / 2, high / 2)
+        at = (foot, (float(random.uniform(left, right)), high + 0.2))
+        ties.append(mo.Tie(between=(f"l{number}", "beam"), at=at, strength=float(random.uniform(0.3, 3))))
+    scene = mo.Scene(joints={"friction": float(random.uniform(0.4, 0.8))}, blocks=blocks, ties=ties)
+    angle = float(random.uniform(0, 2 * math.pi)) if seed % 3 else float(random.normal(0, 0.02))
+    return scene, f"p{int(random.integers(count))}", (math.cos(angle), math.sin(angle))
+
+
+def test_an_end_without_a_coulomb_state_is_answered_by_the_incremental_analysis():
+    """The least reaction of a pier under a beam held by a rod: associative by the second program. Branch and
+    bound over the faces finds no exact state beyond rest, and one across it."""
+    scene, settling, direction = tied_beam(0)
+    found = mo.settle(scene, settling, direction)
+    least, greatest = reactions(scene, [settling], direction)
+    assert found.least.associative == pytest.approx(least, abs=1e-7)
+    assert found.greatest.associative == pytest.approx(greatest, abs=1e-7)
+    problem = found.least.result.assembly.problem
+    assert exact_load_factors(problem, 1e-5, 10.0) is None
+    across = exact_load_factors(problem, -10.0, 10.0)
+    assert across[1] == pytest.approx(found.least.result.solution.below_zero, abs=1e-7)
+    assert found.least.answered_by == "expected"
+    assert found.least.reaction == found.least.expected
+    assert least < found.least.reaction < found.at_rest
+    assert found.usable
+    assert "incremental analysis: no exact collapse state was found" in str(found)
+    told = found.as_dict()["least"]
+    assert (told["answered_by"], told["results"]["coulomb"]["reaction"]) == ("expected", None)
+    assert found.plot("least")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1, 31))
+def test_tied_beams(seed):
+    scene, settling, direction = tied_beam(seed)
+    found = mo.settle(scene, settling, direction)
+    least, greatest = reactions(scene, [settling], direction)
+    assert found.least.associative == pytest.approx(least, abs=1e-6)
+    assert found.greatest.associative == pytest.approx(greatest, abs=1e-6)
+    assert found.usable
 
 
 def _agrees(

@@ -1,0 +1,56 @@
+"""Scenes on which a method that knew the answer in part ended with "solver failed".
+
+What is known of each scene stands at the head of its file.
+"""
+
+from math import inf
+from pathlib import Path
+
+import pytest
+from loads.settling_programs import exact_load_factors, reactions
+from scenes import values_of
+from second_program import bounds
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.problem.assembly import assemble
+
+FOLDER = Path(__file__).parent / "missing_answers"
+
+
+def test_a_stack_that_the_live_load_lifts_and_a_fill_pushes_aside():
+    """Neither the live nor the dead load does work in it, but the active pressure of the fill."""
+    result = mo.solve(FOLDER / "lifted_stack_under_fill.toml", load_case="c")
+    assert result.status is Status.CONVERGED
+    assert values_of(result, Code.NO_WORK) is not None
+    assert result.load_factor == pytest.approx(23.38086, abs=5e-6)
+    assert result.exact
+    problem = result.assembly.problem
+    assert problem.unbalanced(result.load_factor, result.solution.q) == pytest.approx(0, abs=1e-8)
+    assert problem.slacks(result.solution.q).min() >= -1e-8
+    # In this motion the live load does none of the work that the pressures do.
+    assert abs(problem.live @ result.solution.d) <= 1e-7 * abs(result.pressures["lengthens"]).max()
+
+
+@pytest.mark.slow
+def test_rubble_that_carries_any_multiple_by_statics():
+    """The push from rest comes to no end; the loop's load grows without end, which proves nothing more."""
+    scene = mo.load(FOLDER / "rubble_that_carries_any_load.toml")
+    assert bounds(assemble(scene)).outside == inf
+    result = mo.solve(scene)
+    assert result.status is Status.JAMMED
+    assert result.load_factor is None
+    assert values_of(result, Code.GROWS) is not None
+    assert values_of(result, Code.CARRIES_ANY) is not None
+    assert not result.infeasibility.proven
+
+
+def test_a_pier_that_settles_below_zero():
+    scene, direction = mo.load(FOLDER / "beam_on_three_piers.toml"), (0.647493, -0.002044)
+    found = mo.settle(scene, "p1", direction)
+    assert found.least.associative == pytest.approx(-1.238499, abs=5e-7)
+    assert found.least.associative == pytest.approx(reactions(scene, ["p1"], found.direction)[0], abs=1e-7)
+    assert found.least.answered_by == "expected"
+    assert found.least.reaction == pytest.approx(-0.547, abs=5e-4)
+    assert exact_load_factors(found.least.result.assembly.problem, 1e-5, 10.0) is None
+    assert found.usable
