@@ -242,7 +242,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.JOINTS: lambda v: f"{_OF_JOINTS[v['status']]}: {pairs(v)}",
     Code.NO_WORK: lambda v: (
-        "the dead load drives the mechanism, once the live load, which "
+        "permanent forces (dead load, prestress, earth pressure) drive the mechanism, "
+        "once the live load, which "
         + ("resists it" if v["against"] else "does no work in it")
         + ", has taken enough pressure off the joints"
         + ("; statics fix all forces, so there is no other load factor" if v["fixed"] else "")
