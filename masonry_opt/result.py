@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from masonry_opt.answer.outcome import Outcome, Size
-from masonry_opt.answer.recomputation import line_columns, limit_columns, load_columns, normal_columns
+from masonry_opt.answer.recomputation import limit_columns, line_columns, load_columns, normal_columns
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError

@@ -128,7 +128,7 @@ def test_prestress_and_earth_pressure_drive_the_mechanism(given: mo.Scene, push:
 
 
 def random_stack(seed: int) -> mo.Scene:
-    """Up to six stones on each other, beside a fill on the left of random height, lifted and held by a tie."""
+    """Up to six stones on each other beside a fill of random height, lifted, and held by a tie."""
     rng = np.random.default_rng([20, seed])
     width, top, stones = float(rng.uniform(0.6, 1.4)), 0.0, []
     for number in range(rng.integers(1, 7)):
@@ -139,9 +139,13 @@ def random_stack(seed: int) -> mo.Scene:
         top = high
     road = [(-2.0, top * float(rng.uniform(0.4, 1.1))), (0.0, top * float(rng.uniform(0.2, 0.9)))]
     angle, mobilised = float(rng.uniform(20, 40)), float(rng.uniform(0.5, 1.0))
-    fill = mo.Fill(road=road, unit_weight=float(rng.uniform(0.4, 1.0)), friction_angle=angle, mobilised=mobilised)
+    fill = mo.Fill(
+        road=road, unit_weight=float(rng.uniform(0.4, 1.0)), friction_angle=angle, mobilised=mobilised
+    )
     at = ((width / 2, top - 0.1), (width / 2 + 3.0, float(rng.uniform(0.5, 1.0)) * top))
-    rod = mo.Tie(between=(stones[-1].name, "ground"), at=at, prestress=0.02, strength=float(rng.uniform(1, 4)))
+    rod = mo.Tie(
+        between=(stones[-1].name, "ground"), at=at, prestress=0.02, strength=float(rng.uniform(1, 4))
+    )
     ground = mo.Block(name="ground", vertices=rectangle(-5, 9, -1, 0), fixed=True)
     friction = float(rng.uniform(0.4, 0.8))
     return mo.Scene(

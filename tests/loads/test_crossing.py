@@ -175,8 +175,8 @@ _SAMPLED = 1e-7
     ("strength", "law"), [(None, ""), pytest.param(900.0, "parabola", marks=pytest.mark.slow)]
 )
 def test_the_bound_is_of_the_associative_load_factor_by_its_own_law(strength, law):
-    """No position has a lower associative load factor than the bound, by programs of scenes with the axle as a
-    load of a voussoir. Chords miss up to 0.65 % of the moment: by these λ may be below the bound."""
+    """No position has a lower associative load factor than the bound, by scenes with the axle as a load of a
+    voussoir. Chords miss up to 0.65 % of the moment: by these λ may be below the bound."""
     scene = arch(6)
     if strength:
         scene = scene.replace(joints={"friction": 0.45, "strength": strength})

@@ -97,8 +97,8 @@ class Crossing(StudyAnswer):
     def bound(self) -> float | None:
         """Proven lower bound of the associative load factor at all positions; None where nothing is proven.
 
-        Joints of limited strength crush by the law of ``worst.crushing``. The default method has chords inside
-        the parabola, so that its load factors may be lower than a bound by the parabola.
+        Joints of limited strength crush by the law of ``worst.crushing``. The default method has chords
+        inside the parabola, so that its load factors may be lower than a bound by the parabola.
         """
         bounds = [one.bound for one in self.passages if one.bound is not None]
         if self.interrupted or not bounds or len(bounds) < len(self.passages):

@@ -52,8 +52,8 @@ class Bound:
     def answered_by(self) -> str | None:
         """Kind of the result that ``reaction`` belongs to, a key of ``results``; None without a reaction.
 
-        The method asked comes first. Where it finds no exact state on this side of rest, as where all of them
-        lie across rest, the incremental analysis ("expected") answers: the support has a reaction up to there.
+        The method asked comes first. Where it finds no exact state on this side of rest, the incremental
+        analysis ("expected") answers, as where all exact states lie across rest.
         """
         if self.result.load_factor is not None:
             return next(iter(self.results))
@@ -153,7 +153,7 @@ class Settlement(StudyAnswer):
 
     @property
     def usable(self) -> bool:
-        """Whether some reaction holds the scene, and each end has a reaction or is proven to have no limit."""
+        """Whether some reaction holds the scene, and each end has a reaction or provably no limit."""
         found = (end.reaction is not None or end.unlimited for end in self.ends.values())
         return not self.fallen and all(found)
 
