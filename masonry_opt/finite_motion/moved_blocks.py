@@ -260,7 +260,7 @@ class MovedBlocks:
     def after(
         self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners that go on touching in the motion of an optimum, and the joints that slide in it,
+        """Return the corners that still touch in the motion of an optimum, and the joints that slide in it,
         shapes (joints, 2) and (joints,).
 
         A joint slides if it slips by more than the share ``SLIDES`` of the speed of the fastest corner, as in

@@ -267,7 +267,7 @@ def test_a_joint_slides_here_if_it_slides_in_the_result(scene):
 
 
 def test_below_the_associative_load_factor_no_joint_is_said_to_slide_that_does_not():
-    """The foot's slip lowers λ by Coulomb's law, by less than one in 200, and every result calls it a hinge."""
+    """The foot's slip lowers λ by Coulomb's law, by less than 1 in 200, and results call it a hinge."""
     result = solved(kerbed(1e-3), "mcp", expected=False)
     assert not joint_motion(result.assembly, result.solution).slides.any()
     curve = mo.capacity(result)
