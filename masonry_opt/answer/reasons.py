@@ -121,7 +121,9 @@ class Code(StrEnum):
     REACHES_ZERO = "reaches zero"
     JOINT_CLOSES = "joint closes"  # pairs
     JOINT_OPENS = "joint opens"  # pairs
-    NOT_HINGING = "not hinging"  # associative: None if unlimited; pairs: joints that slide at the onset
+    # associative: None if unlimited; pairs: joints that slide at the onset; turning: in space, λ of the body
+    # that turns by itself.
+    NOT_HINGING = "not hinging"
     JOINTS_SLIDE = "joints slide"  # pairs
     BLOCKS_MEET = "blocks meet"  # blocks
     LOCKS = "locks"

@@ -39,10 +39,12 @@ class EdgePath:
         self.motion = self.turns[:-1, None] * np.append(np.cross(self.foot, self.axis), self.axis)
         touch = ~self.round[self.assembly.joints.joint] | self.on_edge
         self.steps = [Step(0 * self.motion, result.required(), touch)]
-        if same(np.divide(*self._moments(0.0)), result.required()):
+        turning = float(np.divide(*self._moments(0.0)))
+        if same(turning, result.required()):
             self.end = self._follow(count)
         else:
-            self.end = reason(Code.NOT_HINGING, associative=result.associative, pairs=[])
+            told = {"associative": result.associative, "pairs": [], "turning": turning}
+            self.end = reason(Code.NOT_HINGING, **told)
 
     def _find_edge(self, result: Result) -> None:
         """The blocks that turn, joints round them, of each the one that turns, the edge's points and line."""

@@ -60,9 +60,12 @@ def _slide(v: dict[str, Any]) -> str:
 
 
 def _not_hinging(v: dict[str, Any]) -> str:
-    """Return why no finite motion is followed: joints slide, or λ is below that of the hinging mechanism."""
+    """Return why no finite motion is followed: joints slide, or λ is not that of the hinging mechanism."""
     if v["pairs"]:
         return f"only mechanisms of hinges are followed, and at the onset {_slide(v)}"
+    if "turning" in v:
+        alone = numeral(v["turning"], ".6g")
+        return f"λ is not that of the body that turns by itself ({alone}): other joints drag on it"
     most = "unlimited" if v["associative"] is None else numeral(v["associative"], ".6g")
     return (
         f"λ is below the associative load factor ({most}), whose hinging mechanism alone is followed: "
