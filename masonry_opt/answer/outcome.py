@@ -137,11 +137,14 @@ class Outcome:
 
     @cached_property
     def blocks(self) -> "pd.DataFrame":
-        """A row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``; velocities
-        scaled so that the live load (with the code "no work" the dead load, and the lowest forces of ties,
-        props and earth) does the work Σ|f_L|, in the plane the sum over its components, in space over the sizes of forces and of moments about centroids
-        (forces times half the root of the median joint's area). In space ``block``, ``x``, ``y``, ``z``,
-        ``vx``, ``vy``, ``vz``, and rotation about the axes, right-handed, ``wx``, ``wy``, ``wz``."""
+        """Return a row for each movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``.
+
+        Velocities are scaled so that the live load does the work Σ|f_L|. With the code "no work" the dead load
+        does it, together with the lowest forces of ties, props and earth. In the plane Σ|f_L| sums components,
+        in space the sizes of forces and of moments about centroids (forces times half the root of the median
+        joint's area). In space the columns are ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and the
+        rotation about the axes, right-handed, ``wx``, ``wy``, ``wz``.
+        """
         return frames.block_frame(self.assembly, self.solution)
 
     @cached_property
