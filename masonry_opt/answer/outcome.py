@@ -139,11 +139,11 @@ class Outcome:
     def blocks(self) -> "pd.DataFrame":
         """Return a row for each movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``.
 
-        Velocities are scaled so that the live load does the work Σ|f_L|. With the code "no work" the dead load
-        does it, together with the lowest forces of ties, props and earth. In the plane Σ|f_L| sums components,
-        in space the sizes of forces and of moments about centroids (forces times half the root of the median
-        joint's area). In space the columns are ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and the
-        rotation about the axes, right-handed, ``wx``, ``wy``, ``wz``.
+        Velocities are scaled so that the live load does the work Σ|f_L|. With the code "no work" the dead
+        load does it, together with the lowest forces of ties, props and earth. In the plane Σ|f_L| sums
+        components, in space the sizes of forces and of moments about centroids (forces times half the root
+        of the median joint's area). In space the columns are ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``,
+        ``vz``, and the rotation about the axes, right-handed, ``wx``, ``wy``, ``wz``.
         """
         return frames.block_frame(self.assembly, self.solution)
 

@@ -189,6 +189,6 @@ def _without(task: Task, solution: Solution, lowest: float, expected: Solution) 
     statics = solution.associative_ended
     endless = statics is not None and statics.unlimited and by_loop.status.unlimited
     if by_loop.answer is not None or endless:
-        known = {"associative": solution.associative, "associative_ended": statics}
-        return replace(by_loop, infeasibility=found, **known)
+        by_loop = replace(by_loop, associative=solution.associative, associative_ended=statics)
+        return replace(by_loop, infeasibility=found)
     return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=word, steps=steps, looped=True)
