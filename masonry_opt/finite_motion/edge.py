@@ -43,8 +43,8 @@ class EdgePath:
         if same(turning, result.required()):
             self.end = self._follow(count)
         else:
-            told = {"associative": result.associative, "pairs": [], "turning": turning}
-            self.end = reason(Code.NOT_HINGING, **told)
+            upper = result.associative
+            self.end = reason(Code.NOT_HINGING, associative=upper, pairs=[], turning=turning)
 
     def _find_edge(self, result: Result) -> None:
         """The blocks that turn, joints round them, of each the one that turns, the edge's points and line."""
