@@ -226,7 +226,7 @@ def _found(method: Method, task: Task) -> Solution:
     """What a method finds; a Coulomb method that finds no load factor is asked where the live load does no
     work, and at once where that was the load to expect."""
     before, expected = None, task.expected
-    if expected is None or not expected.values_of(Code.NO_WORK):
+    if expected is None or not expected.has(Code.NO_WORK):
         before = method.run(task)
         falls = before.status is Status.UNSTABLE
         decided = (before.answer and not before.failing()) or before.proven_none or falls
@@ -272,9 +272,9 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, by_statics)
     if expected is None or expected.load_factor is None or not solution.proven_none:
         return solution
-    # What contacts give before they lock is no collapse.
+    # A load factor of elastic contacts that lock later is no collapse.
     expected = replace(expected, found=Found(), status=solution.status, reasons=solution.reasons)
-    return replace(solution, expected=expected)
+    return replace(solution, expected=replace(expected, followed_to_end=False, peak=None))
 
 
 def solve(

@@ -96,7 +96,7 @@ def copied(tmp_path):
 #: What takes seconds to import.
 DEAR = ("cvxpy", "pyomo", "casadi", "highspy", "matplotlib", "altair")
 
-#: Prints what is imported once names, a linear program and a pass are asked for, λ of the loop, and where the
+#: Prints what is imported once names, a linear program and method "mcp" are asked for, λ of the loop, and where the
 #: package and its models were found.
 IN_A_CLONE = """
 import json, sys

@@ -89,9 +89,8 @@ def mcp(task: Task) -> Solution:
     answer = states.answer
     if answer is None:
         return _without(task, known, states.met.lowest, expected)
-    met = tuple(states.met.reasons) if states.met.load_factors else ()
-    solution = replace(known, found=answer, status=Status.CONVERGED, reasons=met)
-    return solution if solution.is_exact(task.problem) else replace(solution, kind=Kind.ONE_PASS)
+    solution = states.met.recorded_in(replace(known, found=answer, status=Status.CONVERGED, reasons=()))
+    return solution if solution.is_exact(task.problem) else replace(solution, kind=Kind.NEARLY_COMPLEMENTARY)
 
 
 class _States:
@@ -171,13 +170,16 @@ def _without(task: Task, solution: Solution, lowest: float, expected: Solution) 
     """The end without a load factor: from rest friction jams the blocks, though it is not proven; all states
     lie below zero; the dead load is not carried from rest; else none was found, of a large scene or beside a
     load to expect by the loop either."""
-    found, stopped = solution.infeasibility, expected.values_of(Code.PUSH_STOPPED)
+    found = solution.infeasibility
     grows = next((said for said in expected.reasons if said.code is Code.JAMS), None)
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
         return replace(solution, status=Status.JAMMED, reasons=(grows,))
     if lowest < -ZERO:
-        return solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
-    word, steps = stopped.get("word", "no exact state lies nearby"), len(expected.history)
+        ended = solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
+        return replace(ended, below_zero=lowest)
+    word, steps = "no exact state lies nearby", len(expected.history)
+    if expected.has(Code.PUSH_STOPPED):
+        word = expected.values_of(Code.PUSH_STOPPED)["word"]
     if elastic_of(task).settled is None:
         return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, word=word, steps=steps, looped=False)
     looped = task.problem.joints > _SIMPLEX_UP_TO or expected.answer is not None

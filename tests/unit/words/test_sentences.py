@@ -175,10 +175,10 @@ def test_the_load_to_expect_tells_its_own_law():
 )
 def test_where_the_flow_rule_is_associative_no_lower_state_is_spoken_of(scene):
     """All methods answer one question there, and say the same of it."""
-    one_pass, linear = mo.solve(scene, "mcp"), mo.solve(scene, "static")
-    assert one_pass.exact
-    assert one_pass.load_factor == pytest.approx(linear.load_factor, rel=1e-6, abs=1e-6)
-    assert facts(one_pass)["how sure"] == facts(linear)["how sure"]
+    coulomb, linear = mo.solve(scene, "mcp"), mo.solve(scene, "static")
+    assert coulomb.exact
+    assert coulomb.load_factor == pytest.approx(linear.load_factor, rel=1e-6, abs=1e-6)
+    assert facts(coulomb)["how sure"] == facts(linear)["how sure"]
 
 
 def numbers(result):
