@@ -168,9 +168,9 @@ class Session:
             return none.telling(reason(Code.DILATANCY_FALLS))
         if problem.joints > PUSHED_UP_TO:
             return none.telling(reason(Code.NOT_EXPECTED, **size_of(problem)))
-        effort.begins("load to expect")
+        effort.begins("incremental analysis")
         solver = find_solver(MATRICES, None)
-        effort.uses(solver.name, "load to expect")
+        effort.uses(solver.name, "incremental analysis")
         with effort.measure("expected"):
             solution = _found(method, Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
         return _unless_it_falls(assembly, solution)

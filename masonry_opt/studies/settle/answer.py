@@ -302,6 +302,6 @@ def _words(end: Bound) -> str:
         said = f"{numeral(end.reaction, '.6g')}; moves {some(_moving(end.result))}"
     others = {"with other forces at rest": end.across_rest}
     if end.result is not end.with_associative:
-        others |= {"to expect": end.expected, "associative": end.associative}
+        others |= {"incremental": end.expected, "associative": end.associative}
     told = [f"{label} {numeral(value, '.6g')}" for label, value in others.items() if value is not None]
     return " · ".join([said, *told])
