@@ -48,13 +48,16 @@ def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
     """Return the known load factors, the method's own first; none of a scene unstable under dead load."""
     if result.status is Status.UNSTABLE:
         return ()
-    lines = [] if result.load_factor is None else [_own_line(result)]
+    lines = []
     if result.kind is Kind.ASSOCIATIVE:
-        return tuple(lines)
-    if result.kind is not Kind.COMPLIANT and result.expected is not None:
-        lines.append(LoadFactorLine(INCREMENTAL, result.expected, _incremental_remark(result)))
-    elif result.load_factor is not None and (why := why_not_incremental(result)):
-        lines.append(LoadFactorLine(INCREMENTAL, None, why))
+        return () if result.load_factor is None else (_own_line(result),)
+    if result.load_factor is not None and result.kind is not Kind.COMPLIANT:
+        lines.append(_own_line(result))
+    why_not = why_not_incremental(result)
+    if result.expected is not None:
+        lines.append(_incremental_line(result))
+    elif why_not and result.load_factor is not None:
+        lines.append(LoadFactorLine(INCREMENTAL, None, why_not))
     if result.associative is not None:
         lines.append(LoadFactorLine(ASSOCIATIVE, result.associative, _UPPER_BOUND))
     return tuple(lines)
@@ -154,8 +157,7 @@ def _own_line(result: Outcome) -> LoadFactorLine:
     """Return the row of the method's own load factor, which exists."""
     name = own_name(result)
     if name == INCREMENTAL:
-        remark = f"{_incremental_remark(result)}; {_LOWER_MAY_EXIST}"
-        return LoadFactorLine(name, result.expected, remark)
+        return _incremental_line(result)
     if name == ASSOCIATIVE:
         return LoadFactorLine(name, result.load_factor, known_least(result) or _ASSOCIATIVE_ALONE)
     return LoadFactorLine(name, result.load_factor, known_least(result) or _coulomb_remark(result))
@@ -165,6 +167,14 @@ _UPPER_BOUND = "upper bound (classical limit analysis)"
 _ASSOCIATIVE_ALONE = (
     f"{_UPPER_BOUND}; joints that slide without opening may collapse at less (method 'mcp' computes it)"
 )
+
+
+def _incremental_line(result: Outcome) -> LoadFactorLine:
+    """Return the row of the incremental load factor, which exists."""
+    remark = _incremental_remark(result)
+    if result.kind is Kind.COMPLIANT:
+        remark = f"{remark}; {_LOWER_MAY_EXIST}"
+    return LoadFactorLine(INCREMENTAL, result.expected, remark)
 
 
 def _incremental_remark(result: Outcome) -> str:

@@ -319,9 +319,11 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",
-    Code.OUT_OF_TIME: lambda v: f"proven within {v['time_limit']:g} s: {_bracket(v)}",
+    Code.OUT_OF_TIME: lambda v: (
+        f"not proven least; bounds of the least λ after {v['time_limit']:g} s: {_bracket(v)}"
+    ),
     Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (
-        f"proven within {v['time_limit']:g} s, of all states with {_imposed(v)}: {_bracket(v)}"
+        f"not proven least; bounds after {v['time_limit']:g} s, for states with {_imposed(v)}: {_bracket(v)}"
     ),
     Code.NO_EXACT_STATE: "no exact state was found within {time_limit:g} s: raise 'time_limit'",
     Code.REACHES_ZERO: "λ has come down to zero: the masonry falls by itself from here",
