@@ -1,4 +1,4 @@
-"""Method "mcp": an exact state of Coulomb friction next to the load to expect, the lowest of a few."""
+"""Method "mcp": the lowest of a few exact collapse states near the end of a load history."""
 
 from dataclasses import replace
 from math import inf
@@ -43,10 +43,11 @@ class McpOptions(Options):
 
 
 def mcp(task: Task) -> Solution:
-    """Load factor of an exact state that a push from rest leads to, on small scenes the lowest of several.
+    """Return an exact collapse state near the end of a load history, on small scenes the lowest of several.
 
-    Scenes of more than 3000 joints (in space contact points) are for the loop, those whose dilatancy falls
-    with stress, and those of more than 500 joints, or with a load to expect, on which none is found.
+    The loop solves scenes of more than 3000 joints (in space contact points), scenes whose dilatancy falls
+    with stress, and scenes without an exact state that have more than 500 joints or an incremental load
+    factor.
     """
     if task.problem.dilatancy_depends_on_stress or task.problem.joints > PUSHED_UP_TO:
         return _by_loop(task)
@@ -55,7 +56,7 @@ def mcp(task: Task) -> Solution:
     if expected is None or not expected.history:
         expected = compliant(task.with_options(None))
     else:
-        # The push to the load to expect is the first of this method.
+        # The load history was computed for the incremental load factor.
         effort.uses(task.solver.name, "complementarity problem")
         effort.iterations += len(expected.history)
         for step in expected.history:
@@ -167,9 +168,11 @@ def _by_loop(task: Task) -> Solution:
 
 
 def _without(task: Task, solution: Solution, lowest: float, expected: Solution) -> Solution:
-    """The end without a load factor: from rest friction jams the blocks, though it is not proven; all states
-    lie below zero; the dead load is not carried from rest; else none was found, of a large scene or beside a
-    load to expect by the loop either."""
+    """Return the solution of a scene for which no exact state was found.
+
+    In this order: joints press ever harder from rest, which is not proven for all states; all states lie
+    below zero; the dead load is not carried from rest; the loop finds an answer; or no method does.
+    """
     found = solution.infeasibility
     grows = next((said for said in expected.reasons if said.code is Code.JAMS), None)
     if grows and found is not None and found.existence is Existence.UNBOUNDED:

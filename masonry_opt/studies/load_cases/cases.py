@@ -34,12 +34,12 @@ _APART = 1e-4  #: Load factors no farther from λ than this are not drawn beside
 EVERY, _MOST = 15.0, 3600  #: Degrees between directions in plan, and the most directions.
 
 
-@dataclass(frozen=True, eq=False)
 def _bar_label(result: Result) -> str:
     """Return the text beside a bar: the load factor, or the status if there is none."""
     return str(result.status) if result.load_factor is None else f"λ = {factor_text(result.load_factor)}"
 
 
+@dataclass(frozen=True, eq=False)
 class Cases(StudyAnswer):
     """The load cases of a scene, solved.
 

@@ -11,7 +11,6 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.rank import has_independent_columns
-from masonry_opt.words.summary import facts
 
 
 def prism_on_its_edge() -> mo.Scene:
@@ -39,7 +38,7 @@ def test_the_state_of_a_knife_edge_is_not_called_the_only_one(method):
     assert [said.values["fixed"] for said in result.reasons if said.code is Code.NO_WORK] == [False]
     assert not result.solution.is_only_state
     assert "other state" not in result.summary
-    assert "not proven" in " ".join(facts(result).values())
+    assert "not proven least" in result.summary
 
 
 @pytest.mark.parametrize(("blocks", "fixed"), [(1, True), (30, True), (501, False)])
