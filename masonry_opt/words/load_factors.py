@@ -30,7 +30,7 @@ _ENDS = {
     Code.NO_PLATEAU: "state of elastic contacts that give as much as option 'give' asks for",
 }
 _LOST = "equilibrium is lost as the live load is raised from rest"
-_LOWER_MAY_EXIST = "lower collapse states may exist (method 'mcp' looks for them)"
+_LOWER_MAY_EXIST = "lower collapse states may exist (method 'refined' looks for them)"
 
 _NAME_WIDTH = 15  #: Columns of the table for names; the longest name has 13 letters.
 
@@ -159,14 +159,20 @@ def _own_line(result: Outcome) -> LoadFactorLine:
     if name == INCREMENTAL:
         return _incremental_line(result)
     if name == ASSOCIATIVE:
-        return LoadFactorLine(name, result.load_factor, known_least(result) or _ASSOCIATIVE_ALONE)
+        return LoadFactorLine(name, result.load_factor, known_least(result) or _associative_remark(result))
     return LoadFactorLine(name, result.load_factor, known_least(result) or _coulomb_remark(result))
 
 
 _UPPER_BOUND = "upper bound (classical limit analysis)"
-_ASSOCIATIVE_ALONE = (
-    f"{_UPPER_BOUND}; joints that slide without opening may collapse at less (method 'mcp' computes it)"
-)
+
+
+def _associative_remark(result: Outcome) -> str:
+    """Return what an associative load factor says of joints that slide without opening."""
+    if result.exact:
+        return f"{_UPPER_BOUND}; exact collapse state of Coulomb friction too, {_not_proven(result)}"
+    return (
+        f"{_UPPER_BOUND}; joints that slide without opening may collapse at less (method 'mcp' computes it)"
+    )
 
 
 def _incremental_line(result: Outcome) -> LoadFactorLine:
