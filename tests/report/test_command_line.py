@@ -305,7 +305,7 @@ COUNTED = "1 block, 1 joint, 4 contacts"
     [
         (
             "solve {} --method static --verbose",
-            [COUNTED, "  associative    0.5   upper bound", "by the cone"],
+            [COUNTED, "associative    0.5   upper bound", "by the cone"],
         ),
         ("solve {}", ["0.4 (none), here +25.000 %"]),
         ("check {}", ["agree"]),
