@@ -11,9 +11,11 @@ from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted
 from masonry_opt.words.sentences import by_sides, message, numeral, sentences
 
-#: Names of load factors. A state is the lowest found only if it is exact and no lower one is known.
-LOWEST, LEAST, FOUND = "lowest found", "least, proven", "found"
-INCREMENTAL, ASSOCIATIVE = "incremental", "associative"
+LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
+LEAST = "least, proven"  #: Name of the load factor of an exact state, if no state is lower.
+FOUND = "found"  #: Name of the load factor of a state that is not exact, or above the end of the load history.
+INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
+ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
 
 #: Codes of method "global": how far the lowest state is from the bound below it, and what the bound assumes.
 _BOUNDS = (
@@ -29,7 +31,9 @@ _ENDS = {
     Code.PLATEAU: "state of elastic contacts that give as much as option 'give' asks for",
     Code.NO_PLATEAU: "state of elastic contacts that give as much as option 'give' asks for",
 }
+#: Remark on an incremental load factor whose load history ended as usual.
 _LOST = "equilibrium is lost as the live load is raised from rest"
+#: Remark that follows where method "compliant" alone was asked.
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'refined' looks for them)"
 
 _NAME_WIDTH = 15  #: Columns of the table for names; the longest name has 13 letters.
@@ -163,6 +167,7 @@ def _own_line(result: Outcome) -> LoadFactorLine:
     return LoadFactorLine(name, result.load_factor, known_least(result) or _coulomb_remark(result))
 
 
+#: Remark on an associative load factor.
 _UPPER_BOUND = "upper bound (classical limit analysis)"
 
 
