@@ -13,7 +13,7 @@ from masonry_opt.words.sentences import by_sides, message, numeral, sentences
 
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
 LEAST = "least, proven"  #: Name of the load factor of an exact state, if no state is lower.
-FOUND = "found"  #: Name of the load factor of a state that is not exact, or above the end of the load history.
+FOUND = "found"  #: Name where the state is not exact, or lies above the end of the load history.
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
 
