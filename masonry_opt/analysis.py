@@ -168,9 +168,9 @@ class Session:
             return none.telling(reason(Code.DILATANCY_FALLS))
         if problem.joints > PUSHED_UP_TO:
             return none.telling(reason(Code.NOT_EXPECTED, **size_of(problem)))
-        effort.begins("load to expect")
+        effort.begins("incremental analysis")
         solver = find_solver(MATRICES, None)
-        effort.uses(solver.name, "load to expect")
+        effort.uses(solver.name, "incremental analysis")
         with effort.measure("expected"):
             solution = _found(method, Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
         return _unless_it_falls(assembly, solution)
@@ -226,7 +226,7 @@ def _found(method: Method, task: Task) -> Solution:
     """What a method finds; a Coulomb method that finds no load factor is asked where the live load does no
     work, and at once where that was the load to expect."""
     before, expected = None, task.expected
-    if expected is None or not expected.values_of(Code.NO_WORK):
+    if expected is None or not expected.has(Code.NO_WORK):
         before = method.run(task)
         falls = before.status is Status.UNSTABLE
         decided = (before.answer and not before.failing()) or before.proven_none or falls
@@ -272,9 +272,9 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, by_statics)
     if expected is None or expected.load_factor is None or not solution.proven_none:
         return solution
-    # What contacts give before they lock is no collapse.
+    # A load factor of elastic contacts that lock later is no collapse.
     expected = replace(expected, found=Found(), status=solution.status, reasons=solution.reasons)
-    return replace(solution, expected=expected)
+    return replace(solution, expected=replace(expected, followed_to_end=False, peak=None))
 
 
 def solve(
@@ -295,13 +295,12 @@ def solve(
     Parameters
     ----------
     scene: A scene, or the path of a case file.
-    method: "mcp" (the default: an exact state of Coulomb friction next to the load to expect, on small scenes
-        the lowest of a few; where dilatancy falls with stress the loop's), "compliant" (the load to expect of
-        a scene that stands and is then pushed: contacts give a little), "nonassociative" (Coulomb: the loop
-        of linear programs), "static" or "kinematic" (associative: one linear program), "mpec" (the least load
-        factor near the loop's, by IPOPT), "refined" (an exact state of Coulomb friction, by linear programs
-        from a push's state down, and by search if asked), or "global" (proven bounds of the least one, on
-        small scenes).
+    method: "mcp" (the default: the lowest of a few exact collapse states of Coulomb friction; where dilatancy
+        falls with stress, the loop), "compliant" (the incremental load factor, at which equilibrium is lost
+        as the live load is raised from rest, with elastic contacts), "nonassociative" (Coulomb: the loop of
+        linear programs), "static" or "kinematic" (associative: one linear program), "mpec" (a local minimum
+        near the loop's load factor, by IPOPT), "refined" (lower exact states by linear programs, and by a
+        search if asked), or "global" (proven bounds of the least load factor, on small scenes).
     model: Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo"; both are
         there for "static", "kinematic" and "nonassociative". "mcp" and "compliant", which declare nothing,
         take "matrices".
@@ -309,8 +308,8 @@ def solve(
         (Pyomo's default for the loop), or any solver that CVXPY finds. The others bring their own.
     tolerance: Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9). With
         cones of friction in space the associative answer may be a state short of it: the reasons then say so.
-    expected: Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 3000 joints,
-        in space contact points).
+    expected: Whether Coulomb methods also compute the incremental load factor, by method "compliant" (up to
+        3000 joints, in space contact points).
     load_case: Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves
         all.
     progress:

@@ -39,8 +39,8 @@ class Result(Outcome):
     Attributes
     ----------
     message: why it ended so, in words.
-    summary: what ``print`` shows: what falls, at what load, how sure that is.
-    details: the same, and how it was found: residuals, programs, solvers, times.
+    summary: what ``print`` shows: the load factors, what is proven of each, and what moves.
+    details: the summary, with residuals, programs, solvers and times.
     warning_sentences: what looks unintended in the scene, in words.
     """
 

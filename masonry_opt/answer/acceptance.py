@@ -18,8 +18,9 @@ class Kind(StrEnum):
     #: The paper's loop, stopped by its own rule. Joints that do not slide may exceed yield by half of a
     #: block's forces: this is limited joint by joint.
     BARE_LOOP = "bare loop"
-    #: A pass's: exact but for complementarity, some 1e-9 on small scenes and up to 1e-5 on façades.
-    ONE_PASS = "one pass"
+    #: An exact state but for its complementarity: faces that are not at yield move at small rates. The energy
+    #: of these rates is some 1e-9 of λ on small scenes, and up to 1e-5 on façades.
+    NEARLY_COMPLEMENTARY = "nearly complementary"
     #: The MPEC's: exact but for the complementarity of its last relaxation (by default some 1e-8).
     RELAXED = "relaxed"
     #: The load to expect, of contacts that give elastically.
@@ -55,7 +56,7 @@ LIMITS: dict[Kind, Limits] = {
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
     Kind.BARE_LOOP: Limits(1e-2, inf, 5e-2, 5e-2, work=5e-2, block=5e-2, joint=1.0),
-    Kind.ONE_PASS: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
+    Kind.NEARLY_COMPLEMENTARY: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.RELAXED: Limits(1e-6, 1e-6, 1e-6, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.COMPLIANT: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),

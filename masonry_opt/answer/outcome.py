@@ -59,14 +59,14 @@ class Outcome:
     lp_solves, nlp_solves: linear or cone programs solved, and nonlinear ones (without the dead load's check).
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
-    expected: load factor to expect of a scene that stands and is then pushed by a load that grows: by method
-        "compliant" the highest on the path to its ray, or without a path that of its state; None where there
-        is none, it was not asked for, and of an associative answer.
-    end: load factor at that ray, of an exact state: what the scene carries once it moves on; None if the path
-        ends in none.
-    expected_reasons: in codes whether it depends on how stiff contacts are, or why there is none.
-    at_expected: the result of the state to expect; seconds and solvers are of the whole analysis; None if not
-        asked for.
+    expected: incremental load factor, by method "compliant": the largest of the load history in which the
+        live load is raised from rest, with elastic contacts. None where there is none, where it was not asked
+        for, and of an associative answer.
+    end: load factor at the end of the load history: the load that the scene carries once it moves on; None if
+        the history was not followed to its end.
+    expected_reasons: codes that say how the load history ended, or why there is no incremental load factor.
+    at_expected: the result of the incremental collapse; seconds and solvers are of the whole analysis; None
+        if it was not asked for.
     associative: load factor with associative flow, which no Coulomb answer exceeds; None where unlimited.
     exact: whether all residuals under the joints' own flow rule, in space by the cone, are within the limits
         of exact answers.

@@ -20,7 +20,7 @@ class Status(StrEnum):
     STANDS = "stands under dead load"
     UNLIMITED = "unlimited: the live load cannot cause collapse"
     LOCKED = "unlimited: dilatancy locks the blocks"
-    JAMMED = "unlimited: friction jams the blocks"
+    JAMMED = "unlimited: joints press ever harder"
     SOLVER_FAILED = "solver failed"
 
     @property
@@ -82,7 +82,7 @@ class Code(StrEnum):
 
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
-    NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
+    NO_PLATEAU = "no plateau"  # the same; change, softer: None where softer contacts have no state
     # Steps and folds of the push, peak: a higher load factor on its way, or None; deep_fall: that from which
     # it first falls deep before the highest, and the largest share, or None.
     RAY = "ray"
@@ -148,6 +148,20 @@ class Code(StrEnum):
     AXLES_LEFT_OUT = "axles left out"  # names: of the groups
     ACTS_OUTSIDE = "acts outside"  # load: 'live' or 'dead', blocks, distance: of the first one's point to it
     FORCES_DIFFER = "forces differ"  # load: 'live' or 'dead', blocks, ratio: of the first one's to weight
+
+
+#: Names of the values that are load factors, by code. They scale with the load that λ multiplies.
+LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
+    Code.WEDGED: ("load_factor",),
+    Code.BELOW_ZERO: ("load_factor",),
+    Code.NOT_CERTIFIED: ("load_factor",),
+    Code.STILL_CHANGES: ("lowest", "highest"),
+    Code.GROWS: ("load_factor",),
+    Code.REPEATS: ("lowest", "highest"),
+    Code.LEAST_BORNE_OUT: ("load_factor",),
+    Code.GROWN: ("beyond",),
+    Code.STATES_MET: ("least", "most"),
+}
 
 
 @dataclass(frozen=True)

@@ -52,8 +52,19 @@ class Solution:
     associative_ended: Status | None = None  #: how a program ended that was solved for it alone
     #: What method "compliant" found beside, or why it was not asked; None if switched off, or a scene falls.
     expected: "Solution | None" = None
-    bound: float | None = None  #: lower bound of λ, of the bracket; what it assumes stands in the reasons
-    bound_derived: bool = False  #: whether it assumes nothing
+    bound: float | None = None  #: lower bound of λ, of method "global"; the reasons list its assumptions
+    bound_derived: bool = False  #: True if the bound assumes nothing
+    #: Starts from which exact states were looked for; None of methods that do not look for several states.
+    starts: int | None = None
+    exact_states: int | None = None  #: number of different exact states found from these starts
+    #: Load factor, zero or below, of an exact state found besides the answer; infinite without such a state.
+    below_zero: float = inf
+    is_only_state: bool = False  #: True if equilibrium alone fixes all forces, so that no other state exists
+    interrupted: bool = False  #: True if the user ended the method, so that a longer run may find a lower λ
+    #: True if the load history was followed to its end: blocks move on for ever, or λ stays constant.
+    followed_to_end: bool = False
+    #: Largest λ of the load history where its end lies lower; None where the end is the largest.
+    peak: float | None = None
     infeasibility: InfeasibilityCertificate | None = None  #: what is proven where there is no λ, if tried
     size: LpSize | None = None  #: of the linear program
     curve: tuple[GivingState, ...] | None = None  #: of contacts that give less and less, if asked for
@@ -87,44 +98,30 @@ class Solution:
 
     @property
     def expected_value(self) -> float | None:
-        """Load factor to expect: the highest on the path to its end, else that of contacts that give."""
-        return None if (state := self.at_expected) is None else state.peak or state.load_factor
+        """Largest load factor of the load history; None if it was not computed or has no end."""
+        state = self.at_expected
+        if state is None:
+            return None
+        return state.peak or state.load_factor
 
     @property
     def end(self) -> float | None:
-        """Load factor at the ray of the path, or where it stays; None if it comes to neither, or was not
-        followed."""
+        """Load factor at the end of the load history; None if the history was not followed to its end."""
         state = self.at_expected
-        return state.load_factor if state and state.pushed else None
+        return state.load_factor if state and state.followed_to_end else None
 
-    @property
-    def peak(self) -> float | None:
-        """Highest load factor on the way to its own, at the end of a push, where that is lower."""
-        return self.pushed.get("peak")
-
-    @property
-    def pushed(self) -> dict[str, Any]:
-        """What is told of a push that came to a ray, or to where λ stays; empty of any other."""
-        return self.values_of(Code.RAY) or self.values_of(Code.LEVEL)
+    def has(self, code: Code) -> bool:
+        """Return True if one of the reasons has a code."""
+        return any(said.code is code for said in self.reasons)
 
     def values_of(self, code: Code) -> dict[str, Any]:
-        """The values of the reason with a code; empty without that reason."""
+        """Return the values of the reason with a code, for words; empty without that reason."""
         return next((said.values for said in self.reasons if said.code is code), {})
 
     @property
     def proven_none(self) -> bool:
         """Whether it is proven that no load factor exists."""
         return self.infeasibility is not None and self.infeasibility.proven
-
-    @property
-    def interrupted(self) -> bool:
-        """Whether the user ended the method, so that this is what it had found by then."""
-        return any(said.values.get("interrupted", False) for said in self.reasons)
-
-    @property
-    def below_zero(self) -> float:
-        """Load factor, zero or below, of a state that was met beside the answer; infinite without one."""
-        return float(self.values_of(Code.BELOW_ZERO).get("load_factor", inf))
 
     @property
     def carries_any_load(self) -> bool:
@@ -143,8 +140,19 @@ class Solution:
         return answer.certified_by(problem.by(answer.forms).by_cone, problem.dilatancy).exact
 
     def ended(self, status: Status, code: Code, **values: Any) -> Self:
-        """The same with this status, and one reason for it."""
-        return replace(self, status=status, reasons=(reason(code, **values),))
+        """Return a solution with a status and its one reason, without the facts that other reasons state."""
+        return replace(
+            self,
+            status=status,
+            reasons=(reason(code, **values),),
+            starts=None,
+            exact_states=None,
+            below_zero=inf,
+            is_only_state=False,
+            interrupted=False,
+            followed_to_end=False,
+            peak=None,
+        )
 
     def telling(self, *more: Reason) -> Self:
         """The same with more reasons."""

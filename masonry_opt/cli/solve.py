@@ -20,7 +20,7 @@ from masonry_opt.words.terminal import changing_line, left_by, print_result, pri
 _DRAWN = "least", "expected"  #: Load factors whose mechanism can be drawn.
 _SHOWN = "What a picture shows: mechanism, thrust, utilisation, curve."
 _HOW = "Also print how it was found: residuals, solvers, seconds."
-_WHOSE = f"Whose mechanism --plot draws: {' (default), '.join(_DRAWN)}."
+_WHOSE = "Mechanism that --plot draws: least (default: of the lowest found), expected (incremental collapse)."
 
 
 @command(

@@ -28,9 +28,8 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import library
-from masonry_opt.words.page import answer, begins, certificate, described, headline, text
+from masonry_opt.words.page import answer, begins, certificate, described, headline, load_factor_rows, text
 from masonry_opt.words.sentences import message, numeral, sentences
-from masonry_opt.words.summary import load_factors
 
 PUSH, _TURN = "push", 100_000  #: What joints show along a push, and units of a rotation of one.
 
@@ -65,7 +64,7 @@ def refuse_saving(
 def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = None) -> str:
     """The page as text: load factor, how sure it is, certificate, warnings, and the scene.
 
-    A slider goes along the push to the load to expect, if there is one, another moves the mechanism, and
+    A slider goes along the load history to collapse, if there is one, another moves the mechanism, and
     pointing at a joint tells its forces and motion. Joints first show their motion, or by ``kind`` "thrust"
     or "utilisation". A scene in space turns, and is first seen from ``view``.
     """
@@ -209,7 +208,7 @@ def _rounded(values: np.ndarray, beside: float = 0.0) -> list[float | None]:
 
 
 def way_of(result: Outcome) -> Way | None:
-    """The way to the load to expect, if there is one."""
+    """Return the keyframes of the load history; None if it led to no load factor."""
     state = result.solution.at_expected
     return state.way() if state is not None and state.load_factor is not None and state.way else None
 
@@ -259,7 +258,7 @@ def notebook_html(result: Outcome) -> str:
     elements = result_elements(result)
     status = text(": ".join(filter(None, (result.status, message(result.reasons)))))
     lines = [f"<b>{text(elements.title)}</b>", f'<span style="font-size:1.4em">{headline(result)}</span>']
-    lines += [status, text(load_factors(result))]
+    lines += [status, load_factor_rows(result)]
     lines += [f"Warning: {text(words)}" for words in sentences(result.warnings)]
     if result.size.blocks <= MOST_BLOCKS:
         # With its own title and legend.

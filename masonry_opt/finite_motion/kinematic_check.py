@@ -23,7 +23,7 @@ class KinematicCheck:
     acceleration: a*_0 = λ g / (e* FC), that sets the mechanism going, in g.
     displacement: d*_0, of the equivalent oscillator at λ = 0, or where the curve ends before:
         d* = d_k Σ P δ² / (δ_k Σ P δ) where the control point has moved by d_k.
-    complete: whether the curve comes down to λ = 0; if not, ``displacement`` is too small, on the safe side.
+    complete: whether the curve comes down to λ = 0; if not, ``displacement`` is less than d*_0.
     ultimate: d*_u, the share of d*_0 that may be used.
     secant, secant_acceleration: d*_s and a*_s (g), a point of the curve; period: T_s = 2π √(d*_s / a*_s) (s).
     demand_acceleration: S_e(0) / q, in g; ``demand_displacement``: S_e(T_s) (T_s / 2π)².
@@ -50,7 +50,7 @@ class KinematicCheck:
 
     def __str__(self) -> str:
         linear, non_linear = ("holds" if of else "does not hold" for of in (self.linear, self.non_linear))
-        short = "" if self.complete else " (the curve ends before λ = 0: on the safe side)"
+        short = "" if self.complete else " (the curve ends before λ = 0: d*_0 is larger)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",

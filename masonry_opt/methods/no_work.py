@@ -14,17 +14,17 @@ The lowest values of limited forces (active pressure of a fill, prestress of a t
 They may be all that drives the mechanism, as where a fill pushes aside a stack that the live load lifts.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
-from math import nan
+from math import inf, nan
 from typing import Any
 
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.answer.answer import Answer
-from masonry_opt.answer.reasons import Code, Status, reason
+from masonry_opt.answer.reasons import LOAD_FACTORS, Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import APART, ZERO
 from masonry_opt.methods.associative import associative
@@ -45,8 +45,17 @@ _SHARES = 0.75, 0.5
 
 _MOST = 8  #: λ₀ tried at most; the first, the associative load factor, is most often the answer.
 
-#: Values of reasons and steps that are load factors.
-_LOAD_FACTORS = {"load_factor", "bound", "least", "most", "lowest", "highest"}
+#: Fields of the steps of a method that are load factors.
+_LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
+
+#: Reasons that hold only for the loads under which they were found, and so not for the scene itself.
+_OF_OTHER_LOADS = frozenset(
+    {
+        *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
+        *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
+        *(Code.RAY, Code.LEVEL, Code.CURVE),
+    }
+)
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
@@ -98,8 +107,9 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
             solution = _as_of_scene(solution, found, alike, at, share)
             solution = replace(solution, associative=upper, associative_ended=Status.OPTIMAL)
-            told = {"fixed": problem.statics_fix_forces, "against": work < -APART}
-            return solution.telling_first(reason(Code.NO_WORK, **told))
+            fixed = problem.statics_fix_forces
+            no_work = reason(Code.NO_WORK, fixed=fixed, against=work < -APART)
+            return replace(solution, is_only_state=fixed).telling_first(no_work)
     return None
 
 
@@ -136,21 +146,29 @@ def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
 
 
 def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, share: float) -> Solution:
-    """A solution with the scene's answer, and with load factors in reasons and steps as those of the scene,
-    λ / s, NaN where the loads have vanished; where states under loads of another size are none of it, only
-    that of the answer. What is proven does not hold for all mechanisms."""
+    """Return a solution with the scene's answer, and with its load factors λ turned into those of the scene.
 
-    def told(values: dict[str, Any]) -> dict[str, float]:
-        sizes = {name: _size(values[name], at, share) for name in _LOAD_FACTORS & values.keys()}
-        return {name: values[name] / size if size > ZERO else nan for name, size in sizes.items()}
+    Under loads s times those of the scene a load factor becomes λ / s, NaN where the loads have vanished.
+    ``alike`` is True if states under loads of another size are states of the scene; else reasons with load
+    factors are left out. Proofs and load histories do not carry over.
+    """
+
+    def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
+        given = {name: values[name] for name in names if values.get(name) is not None}
+        sizes = {name: _size(value, at, share) for name, value in given.items()}
+        return {name: given[name] / size if size > ZERO else nan for name, size in sizes.items()}
 
     reasons = []
     for said in solution.reasons:
-        values = told(said.values)
-        leave = {"bound", "peak"}.isdisjoint(said.values)
-        if leave and all(alike and value >= 0 for value in values.values()):
-            values = said.values | values | dict.fromkeys({"fall"} & said.values.keys())
-            reasons.append(reason(said.code, **values))
-    history = tuple(replace(step, **told(vars(step))) for step in solution.history)
+        values = of_scene(said.values, LOAD_FACTORS.get(said.code, ()))
+        if said.code not in _OF_OTHER_LOADS and all(alike and value >= 0 for value in values.values()):
+            reasons.append(reason(said.code, **said.values | values))
+    history = tuple(
+        replace(step, **of_scene(vars(step), _LOAD_FACTORS_OF_STEPS)) for step in solution.history
+    )
     solution = replace(solution, bound=None, bound_derived=False, history=history)
+    below_zero = inf
+    if any(said.code is Code.BELOW_ZERO for said in reasons):
+        below_zero = of_scene(vars(solution), ("below_zero",))["below_zero"]
+    solution = replace(solution, below_zero=below_zero, followed_to_end=False, peak=None)
     return replace(solution, status=Status.CONVERGED, reasons=tuple(reasons), found=found)

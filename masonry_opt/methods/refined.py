@@ -134,11 +134,12 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: StateFinder
     if is_kept := answer is kept:
         lowest.met.count(kept)
     lowest.met.lowest = min(lowest.met.lowest, first.below_zero)
-    reasons = [*lowest.met.reasons]
+    kind = Kind.EXACT if answer.exact else Kind.NEARLY_COMPLEMENTARY
+    history = tuple(lowest.history)
+    solution = Solution(Status.CONVERGED, kind, (), answer, history=history, solver=task.solver)
+    solution = replace(lowest.met.recorded_in(solution), interrupted=lowest.interrupted)
     if task.options is not None and task.options.search is not None:
         told = {"candidates": lowest.met.candidates, "interrupted": lowest.interrupted}
-        reasons.append(reason(Code.SEARCHED, **told))
-    kind, history = Kind.EXACT if answer.exact else Kind.ONE_PASS, tuple(lowest.history)
-    solution = Solution(Status.CONVERGED, kind, tuple(reasons), answer, history=history, solver=task.solver)
+        solution = solution.telling(reason(Code.SEARCHED, **told))
     stationary, matters = None if is_kept else lowest.stationary, first.flow_rule_matters
     return replace(solution, flow_rule_matters=matters, stationary=stationary, size=refiner.size)

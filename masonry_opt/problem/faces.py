@@ -13,7 +13,8 @@ _ON_EACH_SIDE, _NEAR_NOTHING = 12, 4
 
 class Chords(NamedTuple):
     """Lines m ≤ L/2 (slope · n + constant · f_c L), the first through no force, shape (chords,) each: a
-    polygon inside |m| ≤ n (L/2 − n / (2 f_c)), so that linear programs take it and λ errs on the safe side.
+    polygon inside |m| ≤ n (L/2 − n / (2 f_c)), so that linear programs take it. An associative λ is then
+    at most as large as by the parabola.
 
     In x = n / (f_c L) the limit is m ≤ f_c L · L/2 · x (1 − x). Knots at equal steps of √x up to the middle,
     and mirrored beyond it, let every chord miss nearly the same share of the moment, (step)² / (1 − x) or

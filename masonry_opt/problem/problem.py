@@ -8,11 +8,11 @@ from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import structural_rank
 
 from masonry_opt.problem.faces import CHORDS, Faces, Layout, chord_rates
 from masonry_opt.problem.laws import Chords, Cone, Forms, Law, Parabola, Sides
 from masonry_opt.problem.matrices import Matrices
+from masonry_opt.problem.rank import has_independent_columns
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,8 @@ class Problem:
 
     @cached_property
     def statics_fix_forces(self) -> bool:
-        """Whether equilibrium alone gives all forces: no more than equations in any part, as of a stack."""
-        return bool(structural_rank(self.B) == self.B.shape[1])
+        """True if equilibrium alone is shown to fix all joint forces, as in a stack in the plane."""
+        return has_independent_columns(self.B)
 
     @property
     def live_norm(self) -> float:

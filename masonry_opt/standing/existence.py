@@ -246,10 +246,14 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
     """A solution without its load factor, which is below zero, or of a scene that does not carry its dead
     load from rest: ``rests`` tells whether it does, or is held by wedging alone."""
     if rests:
-        # The way to an end below zero may lead over a load that the scene carries.
-        ends = (said for said in solution.reasons if said.code in (Code.RAY, Code.LEVEL))
-        over = [said for said in ends if said.values["peak"]]
-        return solution.withdrawn(Status.SOLVER_FAILED, Code.BELOW_ZERO).telling(*over)
+        without = solution.withdrawn(Status.SOLVER_FAILED, Code.BELOW_ZERO)
+        if solution.load_factor is not None:
+            without = replace(without, below_zero=solution.load_factor)
+        if solution.peak is None:
+            return without
+        # The load history passed through loads that the scene carries before it ended below zero.
+        history = (said for said in solution.reasons if said.code in (Code.RAY, Code.LEVEL))
+        return replace(without.telling(*history), followed_to_end=True, peak=solution.peak)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)
     return solution.withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 

@@ -5,6 +5,7 @@ from html import escape
 from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.errors import printable
+from masonry_opt.words.load_factors import factor_text, load_factor_lines, own_name, value_text
 from masonry_opt.words.names import pairs, verb
 from masonry_opt.words.sentences import numeral, sentences
 from masonry_opt.words.summary import facts, left_out
@@ -24,22 +25,33 @@ def text(words: str) -> str:
 
 
 def headline(result: Outcome) -> str:
-    """The load factor, or that there is none."""
+    """Return the method's own load factor with its name, or that there is none, as HTML."""
     if result.load_factor is None:
         return '<span class="none">no load factor</span>'
-    angle, tilt = result.tilt_angle, ""
-    if angle is not None:
-        tilt = f" <small>tilted by {numeral(angle, '.2f')}°</small>"
-    return f"<small>load factor</small> λ = {numeral(result.load_factor, '.5g')}{tilt}"
+    tilt = ""
+    if result.tilt_angle is not None:
+        tilt = f" <small>tilted by {numeral(result.tilt_angle, '.2f')}°</small>"
+    return f"<small>{own_name(result)}</small> λ = {factor_text(result.load_factor)}{tilt}"
+
+
+def load_factor_rows(result: Outcome) -> str:
+    """Return the table of load factors as HTML; "" if none is known."""
+    rows = "".join(
+        f'<tr><th scope="row">{line.name}</th><td class="number">{value_text(result, line)}</td>'
+        f"<td>{text(line.remark)}</td></tr>\n"
+        for line in load_factor_lines(result)
+    )
+    return f'<table class="load-factors">\n{rows}</table>\n' if rows else ""
 
 
 def answer(result: Outcome) -> str:
-    """Load factor, status, what else is known, and warnings."""
+    """Return load factors, status, other facts and warnings as HTML."""
     known = {"status": str(result.status)} | facts(result)
     rows = "".join(f"<dt>{text(label)}</dt><dd>{text(words)}</dd>\n" for label, words in known.items())
     warnings = "".join(f"<li>Warning: {text(words)}</li>\n" for words in sentences(result.warnings))
     told = f'<ul class="warnings">\n{warnings}</ul>\n' if warnings else ""
-    return f'<p class="load-factor">{headline(result)}</p>\n<dl>\n{rows}</dl>\n{told}'
+    table = load_factor_rows(result)
+    return f'<p class="load-factor">{headline(result)}</p>\n{table}<dl>\n{rows}</dl>\n{told}'
 
 
 def certificate(result: Outcome) -> str:

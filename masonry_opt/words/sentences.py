@@ -88,8 +88,9 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
 def _states_met(v: dict[str, Any]) -> str:
     starts = counted(v["candidates"], "start")
     if v["count"] == 1:
-        return f"the only result of {starts}"
-    return f"the lowest of {v['count']} results of {starts}, up to λ = {numeral(v['most'], '.4g')}"
+        return f"one exact state was found from {starts}"
+    most = numeral(v["most"], ".6g")
+    return f"{v['count']} different exact states were found from {starts}, the highest at λ = {most}"
 
 
 def _wedged(v: dict[str, Any]) -> str:
@@ -133,11 +134,12 @@ def _not_certified(v: dict[str, Any]) -> str:
 
 
 def _on_the_way(v: dict[str, Any]) -> str:
-    said = "" if v["peak"] is None else f"; on the way up to {numeral(v['peak'], '.4g')}"
+    """Return the largest load factor of a load history, and how far λ fell before it."""
+    said = "" if v["peak"] is None else f"; before that λ was as large as {numeral(v['peak'], '.6g')}"
     if v["deep_fall"] is not None:
         load_factor, share = v["deep_fall"]
-        fell = f"by up to {share:.0%}, first from {numeral(load_factor, '.4g')}"
-        said += f"; on the way λ fell {fell}, where the scene may come down already, and rose again"
+        fell = f"by up to {share:.0%}, first from {numeral(load_factor, '.6g')}"
+        said += f"; λ fell {fell}, where the scene may collapse already, and rose again"
     return said
 
 
@@ -171,10 +173,10 @@ def _curve(v: dict[str, Any]) -> str:
 
 
 def _grown(v: dict[str, Any]) -> str:
-    ends = ", and stays as blocks move on"
+    ends = "λ stays constant as blocks move on"
     if v["beyond"] is not None:
-        ends = f"; under {numeral(v['beyond'], '.4g')} blocks do not come to rest"
-    return f"a growing load is carried so far, with contacts that remember slip{ends}"
+        ends = f"under λ = {numeral(v['beyond'], '.6g')} blocks do not come to rest"
+    return f"the largest load that was carried as it grew, with contacts that remember slip; {ends}"
 
 
 def _friction_high(v: dict[str, Any]) -> str:
@@ -215,8 +217,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.DEAD_LOAD_UNDECIDED: _undecided,
     Code.WEDGED: _wedged,
     Code.BELOW_ZERO: lambda v: (
-        f"a state found has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, not above zero: the scene "
-        "carries its dead load from rest, but with the forces of that state it would fall by itself"
+        f"an exact state has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, not above zero: the scene "
+        "carries its dead load from rest, but would fall by itself with the forces of that state"
     ),
     Code.STOPPED_SHORT: (
         "the solver stopped short of its tolerance ('{word}'): the certificate says what is left"
@@ -224,7 +226,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.SOLVER_STOPPED: "the solver stopped with '{word}': try another solver",
     Code.DILATANCY_LOCKS: (
         "sliding joints that dilate jam the blocks, so that they carry any multiple of the live "
-        "load; without dilatancy they can move: method 'mcp' tells whether they do"
+        "load; without dilatancy they can move: method 'mcp' shows whether they do"
     ),
     Code.NO_MECHANISM: (
         "no mechanism lets the live load do work, so the scene carries any multiple of it: "
@@ -240,8 +242,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "is not proven"
     ),
     Code.CLAMPED: lambda v: (
-        "these joints carry the live load and its opposite alike, by self-stress, friction that no load "
-        f"causes: {pairs(v)}"
+        "these joints carry the live load and its opposite alike, by self-stress that no load causes: "
+        f"{pairs(v)}"
     ),
     Code.JOINTS: lambda v: f"{_OF_JOINTS[v['status']]}: {pairs(v)}",
     Code.NO_WORK: lambda v: (
@@ -249,7 +251,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "once the live load, which "
         + ("resists it" if v["against"] else "does no work in it")
         + ", has taken enough pressure off the joints"
-        + ("; statics fix all forces, so there is no other load factor" if v["fixed"] else "")
+        + ("; equilibrium alone fixes all forces, so there is no other load factor" if v["fixed"] else "")
     ),
     Code.NOT_CERTIFIED: _not_certified,
     Code.ABOVE_ASSOCIATIVE: "ended {by:.1e} above the associative bound, reported here",
@@ -263,9 +265,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.GROWS: lambda v: (
         f"the load factor grows without end ({v['load_factor']:.3g} after "
-        f"{counted(v['count'], 'sub-problem')}) as sliding ceases to contract: friction that grows with the "
-        "load holds or wedges the blocks, and real ones would crush or break first; check the direction of "
-        "'live', and supports and friction of the joints named"
+        f"{counted(v['count'], 'sub-problem')}) as sliding ceases to contract: joints that press ever harder "
+        "hold the blocks, and real ones would crush or break first; check the direction of 'live', and "
+        "supports and friction of the joints named"
     ),
     Code.REPEATS: lambda v: (
         f"the loop repeats itself every {counted(v['period'], 'sub-problem')}, between load factors "
@@ -283,8 +285,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         else f"the lowest load factor met that its own state bears out is {numeral(v['load_factor'], '.6g')}"
     ),
     Code.PUSH_STOPPED: lambda v: (
-        f"pushed from rest the scene came to no state ({v['word']}; {v['steps']} steps)"
-        + (", nor does the loop" if v["looped"] else ": method 'nonassociative' goes another way")
+        f"the load history from rest led to no collapse state ({v['word']}; {counted(v['steps'], 'step')})"
+        + (", and the loop to none" if v["looped"] else ": try method 'nonassociative', the loop")
     ),
     Code.DILATANCY_FALLS: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
@@ -294,25 +296,28 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _other_contacts(v)
     ),
     Code.NO_PLATEAU: lambda v: (
-        "uncertain: " + ("softer contacts came to no state" if v["change"] is None else _other_contacts(v))
+        "uncertain: " + ("softer contacts have no state" if v["change"] is None else _other_contacts(v))
     ),
     Code.RAY: lambda v: (
-        f"proven by its push from rest, in {counted(v['steps'], 'step')} to where blocks move on for ever"
+        f"the live load was raised from rest in {counted(v['steps'], 'step')} until blocks moved on for ever"
         + _on_the_way(v)
     ),
     Code.LEVEL: lambda v: (
-        f"pushed from rest, in {counted(v['steps'], 'step')} to where it stays as blocks move tenfold"
-        + _on_the_way(v)
+        f"the load–displacement curve levels off after {counted(v['steps'], 'step')}: λ is constant while "
+        "the displacement grows tenfold" + _on_the_way(v)
     ),
     Code.JAMS: lambda v: (
-        f"pushed from rest it bears any load: friction jams, proven in {counted(v['steps'], 'step')}"
+        "no collapse from rest: joints that press ever harder carry any multiple of the live load, proven in "
+        f"{counted(v['steps'], 'step')}"
     ),
-    Code.NOT_EXPECTED: lambda v: f"not looked for with {_joints_or_points(v)}: method 'compliant' takes long",
+    Code.NOT_EXPECTED: lambda v: (
+        f"not computed for {_joints_or_points(v)}: method 'compliant' computes it, and takes long"
+    ),
     Code.CURVE: _curve,
     Code.SPREAD: lambda v: (
-        f"to expect, of {counted(v['draws'], 'draw')} each: {_ranged(v['stiffness'])} with other stiffness "
-        f"of contacts, {_ranged(v['stress'])} from other self-stress"
-        + (f" ({v['without']} of these pushes came to no collapse)" if v["without"] else "")
+        f"incremental λ of {counted(v['draws'], 'draw')} each: {_ranged(v['stiffness'])} with other "
+        f"stiffness of contacts, {_ranged(v['stress'])} from other self-stress"
+        + (f" ({v['without']} of these load histories led to no collapse)" if v["without"] else "")
     ),
     Code.GROWN: _grown,
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
@@ -321,17 +326,19 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NOTHING_SOLVED: "no relaxation was solved: start from the loop, or with a smaller 'epsilon'",
     Code.STATES_MET: _states_met,
     Code.SEARCHED: lambda v: (
-        f"searched for from {counted(v['candidates'], 'start')}"
-        + (", interrupted" if v["interrupted"] else "")
+        f"lower states were searched for from {counted(v['candidates'], 'start')}"
+        + (" until the search was interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_REFINED: "not refined: no exact state was found",
     Code.NO_TIME: "not refined: the time was over before an exact state was found",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",
-    Code.OUT_OF_TIME: lambda v: f"proven within {v['time_limit']:g} s: {_bracket(v)}",
+    Code.OUT_OF_TIME: lambda v: (
+        f"not proven least; bounds of the least λ after {v['time_limit']:g} s: {_bracket(v)}"
+    ),
     Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (
-        f"proven within {v['time_limit']:g} s, of all states with {_imposed(v)}: {_bracket(v)}"
+        f"not proven least; bounds after {v['time_limit']:g} s, for states with {_imposed(v)}: {_bracket(v)}"
     ),
     Code.NO_EXACT_STATE: "no exact state was found within {time_limit:g} s: raise 'time_limit'",
     Code.REACHES_ZERO: "λ has come down to zero: the masonry falls by itself from here",
@@ -353,8 +360,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"{blocks(v['blocks'])}, fixed, {verb(len(v['blocks']), 'touch')} no block that can move"
     ),
     Code.HELD_BY_CLAMPING: lambda v: (
-        f"blocks are wedged between supports, and friction at {pairs(v)} carries load though nothing "
-        "presses these joints together: set their friction to 0, or give the load that clamps them"
+        f"blocks are held between supports by joints that no load presses together, {pairs(v)}: give the "
+        "load that clamps them, or set their friction to 0"
     ),
     Code.FAR_AWAY: lambda v: (
         f"{do(v, 'stand')} {v['distance']:.3g} away from the rest, whose size is {v['size']:.3g}: are the "

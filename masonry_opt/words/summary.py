@@ -2,27 +2,30 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from itertools import groupby
-from operator import itemgetter
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.reasons import Code, Status
-from masonry_opt.answer.thresholds import ZERO, same
+from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
-from masonry_opt.words.names import labelled, verb
-from masonry_opt.words.sentences import BY_CHORDS, by_sides, message, numeral, sentences
-
-#: Codes that tell what is known of lower states.
-_BOUNDS = (
-    *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
-    *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED, Code.BELOW_ZERO),
+from masonry_opt.words.load_factors import (
+    ASSOCIATIVE,
+    FOUND,
+    INCREMENTAL,
+    LEAST,
+    LOWEST,
+    friction_law,
+    load_factor_table,
+    own_name,
+    why_not_incremental,
 )
+from masonry_opt.words.names import labelled, verb
+from masonry_opt.words.sentences import BY_CHORDS, message, numeral, sentences
 
 #: Codes that tell what was tried, and nothing of the scene.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
@@ -31,33 +34,48 @@ _TIES = 4  #: Ties and props that are told of.
 
 
 def summary(result: Outcome, technical: bool = False) -> str:
-    """What falls, at what load, how sure that is, and what looks unintended; if ``technical``, also how the
-    answer was found: residuals, programs, solvers, times."""
-    size, known = result.size, facts(result) | (_technical(result) if technical else {})
-    numbers = {"block": size.blocks, "joint": size.joints, "contact point": size.contacts}
+    """Return a result in words: its load factors, what moves, its loads, and warnings.
+
+    If ``technical``, residuals, programs, solvers and times follow.
+    """
+    size = result.size
+    numbers = {"block": size.blocks, "joint": size.joints, "contact": size.contacts}
     count = ", ".join(counted(number, noun) for noun, number in numbers.items() if number is not None)
+    ended = "" if result.status.usable else f"no load factor: {result.status}"
+    moves, known = motion(result), facts(result)
+    at_collapse = ""
+    if moves and result.status.usable:
+        label, words = moves
+        at_collapse = f"{label}: {words}"
+        del known[label]
+    if technical:
+        known |= _technical(result)
     warnings = [f"warning: {sentence}" for sentence in sentences(result.warnings)]
-    lines = [f"{result.case}: {count}", _headline(result), labelled(known), *warnings]
-    return printable("\n".join(filter(None, lines)))
+    lines = [f"{result.case}: {count}", ended, load_factor_table(result), at_collapse]
+    return printable("\n".join(filter(None, [*lines, labelled(known), *warnings])))
 
 
 def facts(result: Outcome) -> dict[str, str]:
-    """What is known of a result beside its load factor and status, in plain words, by a label each."""
+    """Return what is known of a result besides its load factors and status, in plain words by labels."""
     known = {
         "why": _why(result),
-        "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
+        "incremental": why_not_incremental(result) if _says_why_not_incremental(result) else "",
+        **dict(filter(None, [motion(result)])),
         "ties": _ties(result),
         "live load": _live_load(result),
         "fill": "\n".join(of_fills(result.assembly)),
-        "how sure": _certainty(result),
         "curve": "".join(_said(result, Code.CURVE)),
         "spread": "".join(_said(result, Code.SPREAD)),
-        "load factors": load_factors(result),
         "friction": _friction(result),
         "crushing": _crushing(result),
         "reference": _reference(result),
     }
     return {label: words for label, words in known.items() if words}
+
+
+def _says_why_not_incremental(result: Outcome) -> bool:
+    """True if a scene without a load factor carries its dead load, so that a load history was computed."""
+    return result.load_factor is None and result.status is not Status.UNSTABLE
 
 
 def _said(result: Outcome, *codes: Code) -> tuple[str, ...]:
@@ -73,29 +91,30 @@ def _why(result: Outcome) -> str:
     return "\n".join(dict.fromkeys(sentences(told)))
 
 
-def _headline(result: Outcome) -> str:
-    """At what load the scene collapses, or how it ended without one."""
-    if result.load_factor is None:
-        return f"no load factor: {result.status}"
-    factor = numeral(result.load_factor, ".7f")
-    if result.tilt_angle is not None:
-        tilt = result.assembly.scene.tilt
-        side = f"to the {tilt}" if isinstance(tilt, str) else f"towards {_vector(tilt or ())}"
-        angle = numeral(result.tilt_angle, ".4f")
-        return f"falls {side} when the ground is tilted by {angle}° (λ = {factor})"
-    return f"collapses when the live load is multiplied by λ = {factor}"
+#: Labels of the motion at a load factor, by the name of the load factor.
+_AT = {
+    LOWEST: "at the lowest",
+    LEAST: "at the least",
+    FOUND: "at the state found",
+    INCREMENTAL: "at incremental collapse",
+    ASSOCIATIVE: "at associative collapse",
+}
 
 
-def _mechanism(result: Outcome) -> str:
-    """How many blocks move, and what the joints do."""
+def motion(result: Outcome) -> tuple[str, str] | None:
+    """Return how many blocks move and what the joints do, with a label; None if no motion is known."""
     if result.solution.d is None:
-        return ""
+        return None
     of = joint_motion(result.assembly, result.solution)
     moving = len(moving_blocks(result.assembly, result.solution.d))
-    done = {"slide": of.slides, "hinge": of.hinges, "separate": of.separates, "crush": of.crushes}
-    said = [f"{n} {verb(n, word)}" for word, joints in done.items() if (n := int(joints.sum()))]
+    counts = {"slide": of.slides.sum(), "hinge": of.hinges.sum()}
+    counts |= {"open": of.separates.sum(), "crush": of.crushes.sum()}
+    said = [f"{count} {verb(int(count), word)}" for word, count in counts.items() if count]
     joints = f"; of the joints {', '.join(said)}" if said else ""
-    return f"{moving} of {counted(result.size.blocks, 'block')}{joints}"
+    blocks = f"{moving} of {counted(result.size.blocks, 'block')}"
+    if result.load_factor is None:
+        return "falls" if result.status is Status.UNSTABLE else "moves", f"{blocks}{joints}"
+    return _AT[own_name(result)], f"{blocks} {verb(moving, 'move')}{joints}"
 
 
 def _ties(result: Outcome) -> str:
@@ -105,7 +124,9 @@ def _ties(result: Outcome) -> str:
     told = []
     for tie in result.ties.sort_values("yields", ascending=False, kind="stable").to_dict("records"):
         does = "yields at" if tie["yields"] else "carries"
-        force = "" if np.isnan(tie["force"]) else f" {does} {_known(tie['force'])}"
+        # Rounding of a solver is no force.
+        carried = 0.0 if abs(tie["force"]) <= ZERO else tie["force"]
+        force = "" if np.isnan(carried) else f" {does} {numeral(carried, '.5g')}"
         told.append(f"{tie['kind']} '{tie['name']}'{force}")
     more = [f"and {len(told) - _TIES} more"] if len(told) > _TIES else []
     return "; ".join([*told[:_TIES], *more])
@@ -169,125 +190,17 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         yield "; ".join(said)
 
 
-def _certainty(result: Outcome) -> str:
-    """Whether the answer is an exact state, and whether lower ones may exist."""
-    if result.load_factor is None:
-        return ""
-    if none_lower := known_least(result):
-        return none_lower
-    if result.kind is Kind.COMPLIANT:
-        pushed = "to expect of a scene that stands under its weight and is then pushed"
-        less = "with other self-stress or fit it may carry less (method 'refined' looks for the least)"
-        return f"{pushed}; {less}"
-    if result.kind is Kind.ASSOCIATIVE and not result.exact:
-        bound = "an upper bound, for joints that open as they slide"
-        return f"{bound}: those that do not may collapse sooner (method 'mcp' tells)"
-    state = "exact" if result.exact else f"exact but for {_left(result)}"
-    if _is_associative(result):
-        return state
-    if bounds := _said(result, *_BOUNDS):
-        return "; ".join([state, *bounds])
-    looks = "".join(_said(result, Code.SEARCHED)) or "method 'refined' with search=10 searches for them"
-    return f"{', '.join([state, *_said(result, Code.STATES_MET)])}; lower ones may exist ({looks})"
-
-
-def known_least(result: Outcome) -> str:
-    """Why no state has a lower load factor than the answer; "" where that is not known."""
-    below = result.solution.below_zero <= ZERO
-    if any(reason.code is Code.PROVEN for reason in result.reasons) and not below:
-        return "exact, and proven: no state is lower"
-    if any(reason.values.get("fixed") for reason in result.reasons):
-        return "exact: there is no other state"
-    statics = result.kind is Kind.ASSOCIATIVE
-    if _is_associative(result) and (statics or (result.exact and result.kind is not Kind.COMPLIANT)):
-        law = f" {_friction_law(result)}" if "polygon" in result.friction_law else ""
-        return f"exact{law}: the flow rule of all joints is the associative one, so no state is lower"
-    return ""
-
-
-def _is_associative(result: Outcome) -> bool:
-    """Whether the joints' own flow rule is the associative one: all exact states have one load factor."""
-    problem = result.assembly.problem
-    return np.array_equal(problem.dilatancy, problem.friction) and not problem.dilatancy_depends_on_stress
-
-
-def _left(result: Outcome) -> str:
-    """Residuals above what an exact state may leave; or that friction is by sides, not by the cone."""
-    above = LIMITS[Kind.EXACT].failing(result.certificate.as_dict() if result.certificate else {})
-    if not above and "polygon" in result.friction_law:
-        return f"friction, {_friction_law(result)}"
-    named = ", ".join(f"{name} {value:.1e}" for name, value in above.items())
-    return f"what its certificate leaves{f' ({named})' if named else ''}"
-
-
-def load_factors(result: Outcome) -> str:
-    """The load factors that a Coulomb answer comes with, and what each is for; none of a scene that falls."""
-    if result.kind is Kind.ASSOCIATIVE or result.status is Status.UNSTABLE:
-        return ""
-    found, expected = result.load_factor, result.expected
-    lowest = expected if result.end is None else result.end
-    told: list[tuple[str, str, str]] = []  # what each is, its digits, and a remark
-    if found is not None and result.kind is not Kind.COMPLIANT:
-        above, what, remark = lowest is not None and lowest < found and not same(lowest, found), "found", ""
-        if result.solution.below_zero <= ZERO:
-            what, remark = "lowest found", " (with the worst self-stress or fit it falls by itself)"
-        elif above:
-            remark = " (lower ones are likely)"
-        elif lowest is not None and result.exact:
-            what = "safe (lowest found)"
-        told.append((what, f" {_known(found)}", remark))
-    if expected is not None:
-        told.append(("expected in a test", f" {_known(expected)}", _doubt(result)))
-    elif {said.code for said in result.expected_reasons} - {said.code for said in result.reasons}:
-        told.append(("none expected in a test", "", f" ({message(result.expected_reasons)})"))
-    if result.associative is not None:
-        told.append(("upper bound", f" {_known(result.associative)}", " (classical limit analysis)"))
-    return " · ".join(_once(number, list(equal)) for number, equal in groupby(told, itemgetter(1)))
-
-
-def _once(number: str, equal: list[tuple[str, str, str]]) -> str:
-    """Load factors that are equal, each with what it is and a remark, said once."""
-    if len(equal) == 1:
-        return "".join(equal[0])
-    *before, last = (name + remark for name, _, remark in equal)
-    return f"{', '.join(before)} and {last}{number}"
-
-
-def _doubt(result: Outcome) -> str:
-    """What is not shown of the load to expect, or is left of it once blocks move, in brackets."""
-    for why in result.expected_reasons:
-        if why.code is Code.NO_PLATEAU:
-            return f" ({message([why])})"
-        doubts = ["no collapse proves it"] if why.code in (Code.GROWN, Code.LEVEL) else []
-        if why.code in (Code.RAY, Code.LEVEL) and why.values["peak"] is not None:
-            doubts.append(f"{'nothing' if result.end is None else _known(result.end)} as it moves on")
-        if doubts:
-            return f" ({', '.join(doubts)})"
-    return ""
-
-
-def _known(load_factor: float) -> str:
-    """A load factor, zero without the digits of its rounding."""
-    return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".5g")
-
-
 def _friction(result: Outcome) -> str:
-    """At what points forces act in space, and by which law friction holds there."""
+    """Return which law limits friction in space, and at which points forces act."""
     if result.size.contacts is None:
         return ""
     unlimited, expected = not len(result.assembly.problem.sliding), result.at_expected
-    said = [_friction_law(result)] if unlimited or result.friction_law else []
+    said = [friction_law(result)] if unlimited or result.friction_law else []
     if result.expected is not None and expected and expected.friction_law != result.friction_law:
-        said.append(f"the load to expect {_friction_law(expected)}")
+        said.append(f"incremental λ {friction_law(expected)}")
     if result.load_factor is not None:
-        said.append("λ is that of forces at contact points, the corners of joints")
+        said.append("forces act at contacts, the corners of joints")
     return "; ".join(said)
-
-
-def _friction_law(result: Outcome) -> str:
-    if "polygon" in result.friction_law:
-        return by_sides(result.assembly.problem.layout)
-    return f"by the {result.friction_law}" if result.friction_law else "unlimited"
 
 
 def _crushing(result: Outcome) -> str:
@@ -350,11 +263,6 @@ def _programs(result: Outcome) -> str:
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
     cones = "" if result.size.contacts is None else " or of cones"
     return f"{result.lp_solves} linear{cones}{nonlinear} ({counted(result.iterations, 'solver iteration')})"
-
-
-def told_factor(result: Outcome) -> str:
-    """The load factor, or why there is none."""
-    return str(result.status) if result.load_factor is None else f"λ = {numeral(result.load_factor, '.5f')}"
 
 
 def left_out(assembly: Assembly) -> tuple[str, ...]:

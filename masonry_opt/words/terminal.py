@@ -2,6 +2,7 @@
 
 import io
 import math
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 #: Columns shown as small numbers.
 _RESIDUALS = ("difference", "equilibrium", "yield", "flow", "kinematics", "virtual_work", "complementarity")
+
+#: A row of the table of load factors: two spaces, then a name. Continuation lines have more spaces.
+_LOAD_FACTOR_ROW = re.compile(r"  \w")
 
 #: Where results are printed while standard output is kept for them; else standard output.
 _results: TextIO | None = None
@@ -45,7 +49,7 @@ def print_text(text: str) -> None:
 
 
 def print_result(text: str) -> None:
-    """Print a result's lines, on a terminal its answer, the second, in bold, and warnings in yellow."""
+    """Print a result's lines: on a terminal its load factors in bold, and warnings in yellow."""
     console = Console(highlight=False, file=_results)
     if not console.is_terminal or console.no_color:
         print_text(text)
@@ -54,7 +58,7 @@ def print_result(text: str) -> None:
     for number, line in enumerate(lines):
         if line.plain.startswith("warning: "):
             line.stylize("bold yellow")
-        elif number == 1:
+        elif number == 1 or _LOAD_FACTOR_ROW.match(line.plain):
             line.stylize("bold")
     with _printing():
         console.print(Text("\n").join(lines), soft_wrap=True)

@@ -198,8 +198,8 @@ def test_where_simplex_takes_long_programs_lead_lower_than_the_push(no_simplex):
 @pytest.mark.slow
 def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
     """A push that claims to have ended is not believed where the certificate fails, nor the loop after it."""
-    never = dict.fromkeys(vars(LIMITS[Kind.ONE_PASS]), -1.0)
-    for kind in (Kind.ONE_PASS, Kind.EXACT, Kind.LOOP):
+    never = dict.fromkeys(vars(LIMITS[Kind.NEARLY_COMPLEMENTARY]), -1.0)
+    for kind in (Kind.NEARLY_COMPLEMENTARY, Kind.EXACT, Kind.LOOP):
         monkeypatch.setitem(LIMITS, kind, type(LIMITS[kind])(**never))
     result = mo.solve(two_blocks(), expected=False, descent=False)
     assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)

@@ -37,7 +37,7 @@ def test_each_sub_problem_is_told_before_it_is_solved():
 def test_a_push_and_what_follows_it():
     assert phases_of(WALLS[0], "mcp")[1] == [
         *FIRST,
-        "load to expect",
+        "incremental analysis",
         "pushed from rest",
         "method 'mcp'",
         "exact states nearby",

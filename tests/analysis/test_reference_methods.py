@@ -33,7 +33,7 @@ def test_refined_from_a_result_handed_in_counts_only_its_own_solves():
     refined = mo.solve(WALLS[0], "refined", start=loop)
     assert refined.load_factor <= loop.load_factor + 1e-7
     assert refined.history["origin"].iloc[0] == "start"
-    others = {"dead load": ["newton"], "load to expect": ["newton"], "associative": ["clarabel"]}
+    others = {"dead load": ["newton"], "incremental analysis": ["newton"], "associative": ["clarabel"]}
     assert refined.solvers == others | {"refinement": ["highs"]}
     no_forces = solved(pressed_down())
     for scene, start in ((WALLS[1], loop), (WALLS[0], "mpec"), (pressed_down(), no_forces)):

@@ -134,12 +134,12 @@ def test_a_lower_exact_state_is_kept_with_its_method(method):
     assert found == {"made/up": BestKnown(0.15, method)}
 
 
-def test_a_pass_alone_is_no_measure_of_others():
-    """It looks for no low state: where nothing else is known of the scene, its own is not the lowest."""
-    one_pass = exact(method="mcp", load_factor=0.15)
-    assert lowest_exact([one_pass], {}) == {}
+def test_a_nearly_exact_state_alone_is_no_measure_of_others():
+    """A single state that is nearly exact is not recorded as the lowest of its scene."""
+    nearly_exact = exact(method="mcp", load_factor=0.15)
+    assert lowest_exact([nearly_exact], {}) == {}
     searched = exact(load_factor=0.151)
-    assert lowest_exact([one_pass, searched], {}) == {"made/up": BestKnown(0.15, "mcp")}
+    assert lowest_exact([nearly_exact, searched], {}) == {"made/up": BestKnown(0.15, "mcp")}
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,7 @@ def test_of_a_block_that_slides_both_loads_are_the_friction():
     (row,) = json.loads(found.to_json())["sensitivity"]
     assert (row["rank_correlation"], row["expected_rank_correlation"]) == pytest.approx((1, 1))
     assert "by 0.0% (median)" in str(found)
-    assert str(found).count("; to expect the same") == 4
+    assert str(found).count("; incremental the same") == 4
 
 
 def test_loads_to_expect_stand_beside_the_lowest_found():
@@ -87,16 +87,16 @@ def test_loads_to_expect_stand_beside_the_lowest_found():
     found = sampled(np.linspace(0.3, 0.2, 21))
     assert found.quantiles()[["expected_value", "expected_lower"]].isna().all(axis=None)
     found.table["expected"] = [*np.linspace(0.31, 0.5, 20), np.nan]
-    assert "1 (4.8%) without a load to expect" in found.counted
+    assert "1 (4.8%) without an incremental λ" in found.counted
     row = found.sensitivity().loc[0]
     assert (row["rank_correlation"], row["expected_rank_correlation"]) == pytest.approx((-1, 1))
-    assert "-1.000 (-1.000 to -1.000); to expect +1.000 (" in str(found)
+    assert "-1.000 (-1.000 to -1.000); incremental +1.000 (" in str(found)
     curve = found.fragility([0.0, 0.305, 0.6])
     assert curve["expected_probability"].tolist() == pytest.approx([1 / 21, 1 / 21, 1])
     for kind in ("fragility", "sensitivity"):
         drawn = found.drawing(kind).chart.to_dict()
         rows = [row for rows in drawn["datasets"].values() for row in rows]
-        assert {row["of"] for row in rows} == {"lowest found", "to expect"}
+        assert {row["of"] for row in rows} == {"lowest found", "incremental"}
 
 
 def test_a_number_that_does_not_matter_is_drawn_too(tmp_path):

@@ -86,10 +86,12 @@ def test_text_says_what_moves_at_what_load_and_how_sure_that_is(monkeypatch, cap
     code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP)
     assert (code, err) == (0, "")
     assert "33 blocks, 83 joints" in out.splitlines()[0]
-    assert "λ = 0.6398" in out.splitlines()[1]
-    assert labels(out)[2:] == ["moves", "live load", "how sure", "load factors", "reference"]
+    assert out.splitlines()[1] == "load factor λ"
+    assert out.splitlines()[2].startswith("  found          0.6398")
+    assert labels(out)[2].startswith("at the state found: ")
+    assert labels(out)[3:] == ["live load", "reference"]
     # The loop's sliding contracts by 10⁻³ μ: no exact state, and what is left is told.
-    assert re.search(r"^how sure .*flow \d\.\de-0[34]", out, re.MULTILINE)
+    assert re.search(r"^  found .*flow \d\.\de-0[34]", out, re.MULTILINE)
     assert "\x1b" not in out
 
 
@@ -99,7 +101,7 @@ def test_verbose_adds_how_it_was_found(command):
     assert out.startswith(plain)
     assert set(labels(out)) - set(labels(plain)) >= TECHNICAL - {"not modelled"}
     assert not TECHNICAL & set(labels(plain))
-    words = r"^status +converged: the only result of 1 start$"
+    words = r"^status +converged: one exact state was found from 1 start$"
     assert re.search(words, out, re.MULTILINE)
     assert re.search(r"^programs +\d+ linear \(\d+ solver iterations\)$", out, re.MULTILINE)
     assert "complementarity problem: newton   refinement: highs" in out
@@ -118,7 +120,7 @@ def test_quiet_prints_the_load_factor_alone(monkeypatch, capsys, command, saved)
 @pytest.mark.parametrize(("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
 def test_colours_are_for_terminals(monkeypatch, terminal, environment, coloured):
     """The answer in bold and warnings in yellow, and nothing else."""
-    text = "case\nanswer\nhow sure [bold] :smile:\nwarning: odd"
+    text = "case\nload factor λ\n  found 0.1\nlive load [bold] :smile:\nwarning: odd"
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     with redirect_stdout(Screen(terminal=False)) as pipe:
@@ -128,8 +130,9 @@ def test_colours_are_for_terminals(monkeypatch, terminal, environment, coloured)
         print_result(text)
     out = screen.getvalue()
     assert re.sub(r"\x1b\[[\d;]*m", "", out) == text + "\n"
-    assert ("\x1b[1manswer" in out, "33mwarning: odd" in out) == (coloured, coloured)
-    assert "\x1b" not in out.splitlines()[2]
+    assert ("\x1b[1mload factor λ" in out, "33mwarning: odd" in out) == (coloured, coloured)
+    assert ("\x1b[1m  found 0.1" in out) is coloured
+    assert "\x1b" not in out.splitlines()[3]
 
 
 def test_a_plain_tool_is_as_plain_of_what_falls(command, saved, tmp_path):
@@ -142,7 +145,7 @@ def test_a_plain_tool_is_as_plain_of_what_falls(command, saved, tmp_path):
 
 def test_text_where_no_load_factor_exists(command, saved):
     out = command("solve", saved(pressed_down()), "-v", code=1)
-    # A pass whose λ grows without end asks for a proof first: the loop does not run in vain.
+    # A load history whose λ grows without end asks for a proof first: the loop does not run in vain.
     assert re.search(r"^programs +none: \d+ Newton steps$", out, re.MULTILINE)
     assert re.search(r"^existence +none exists: no mechanism lets the live load do work$", out, re.MULTILINE)
 
@@ -294,13 +297,16 @@ def case(saved):
 
 
 REFERENCE = '[reference]\nassociative = { value = 0.4, source = "none" }\n'
-COUNTED = "1 block, 1 joint, 4 contact points"
+COUNTED = "1 block, 1 joint, 4 contacts"
 
 
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
-        ("solve {} --method static --verbose", [COUNTED, "λ = 0.5000000", "by the cone"]),
+        (
+            "solve {} --method static --verbose",
+            [COUNTED, "associative    0.5   upper bound", "by the cone"],
+        ),
         ("solve {}", ["0.4 (none), here +25.000 %"]),
         ("check {}", ["agree"]),
         ("solve {} --method compliant -o curve=true --plot-kind curve --plot curve.png", ["does not fall"]),

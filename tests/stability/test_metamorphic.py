@@ -70,7 +70,7 @@ SPACE = {
 @pytest.mark.parametrize("name", mappings_in_space.SAME)
 @pytest.mark.parametrize("scene", ["box", "corner", pytest.param("corner of 20", marks=pytest.mark.slow)])
 def test_load_factors_in_space_are_unmoved(scene, name):
-    """Programs solved to 1e-9, twice; a pass to a gap of 1e-9, twice."""
+    """Programs solved to 1e-9, twice; a load history to a gap of 1e-9, twice."""
     one, other = SPACE[scene], mappings_in_space.SAME[name](SPACE[scene])
     for method, tolerance in (("static", EXACT), ("compliant", 1e-6)):
         first, second = solved(one, method), solved(other, method)

@@ -119,7 +119,7 @@ def test_the_default_is_exact_and_below_associative(kind, seed):
         assert result.reasons[0].code in (Code.PUSH_STOPPED, Code.JAMS, Code.WEDGED, Code.BELOW_ZERO)
         return
     assert result.load_factor <= associative.load_factor + RANDOM
-    if result.kind in (Kind.EXACT, Kind.ONE_PASS):
+    if result.kind in (Kind.EXACT, Kind.NEARLY_COMPLEMENTARY):
         left = result.certificate
         assert max(left.equilibrium, left.yield_, left.flow) <= 1e-8
         assert left.complementarity <= 1e-6 * max(abs(result.load_factor), SMALLEST)

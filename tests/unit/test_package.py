@@ -96,8 +96,8 @@ def copied(tmp_path):
 #: What takes seconds to import.
 DEAR = ("cvxpy", "pyomo", "casadi", "highspy", "matplotlib", "altair")
 
-#: Prints what is imported once names, a linear program and a pass are asked for, λ of the loop, and where the
-#: package and its models were found.
+#: Prints the modules imported after names, a linear program and method "mcp" were asked for, λ of the loop,
+#: and the folders of the package and its models.
 IN_A_CLONE = """
 import json, sys
 import masonry_opt as mo

@@ -123,11 +123,11 @@ def test_the_textbook_gives_an_exact_coulomb_state(path):
 
 
 def test_less_friction_needs_more_than_the_textbooks_bolt():
-    """Exact Coulomb states that hold only with larger bolts, by the pass; the associative bolt is the least
+    """Exact Coulomb states that hold only with larger bolts, by "mcp"; the associative bolt is the least
     of all."""
-    passed, associative = solved(SLOPE), solved(SLOPE, "static")
-    assert passed.certificate.worst < 1e-8
-    assert BOLT * (1 - passed.load_factor) > limit_equilibrium(0.65)[0]
+    coulomb, associative = solved(SLOPE), solved(SLOPE, "static")
+    assert coulomb.certificate.worst < 1e-8
+    assert BOLT * (1 - coulomb.load_factor) > limit_equilibrium(0.65)[0]
     assert BOLT * (1 - associative.load_factor) == pytest.approx(236.568, abs=0.05)
 
 

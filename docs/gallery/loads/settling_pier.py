@@ -40,7 +40,7 @@ settling.plot("greatest")
 # %%
 # Aside the pier needs no hold: its least reaction is below zero, for friction on its top holds it up to that
 # pull. How much friction bears there depends on the normal force, which other self-stress changes: Coulomb's
-# lowest found, the reaction to expect and the associative one lie far apart.
+# lowest found, the incremental and the associative reaction lie far apart.
 leaning = mo.settle(wall, "right", (1, 0))
 print(leaning)
 assert leaning.least.reaction < leaning.at_rest < leaning.greatest.reaction

@@ -4,7 +4,7 @@ What if friction is not known?
 
 Friction of masonry is known to some 15 %. How far does the load factor of a wall scatter with it? Wall 5 of
 Ferris & Tin-Loi (2001) is solved for frictions drawn from a lognormal distribution with a mean of 0.65: for
-the lowest of its states that are found, and for the load to expect.
+the lowest of its states that are found, and for the incremental load factor.
 """
 
 import masonry_opt as mo
@@ -25,12 +25,12 @@ assert (known.falling, known.unlimited, known.undecided) == (0, 0, 0)
 # it slides: 15 % more or less friction changes its load factor little.
 fragility = known.plot("fragility")
 lower, median, upper = known.quantiles()["expected_value"]
-print(f"To expect: 5 % collapse below λ = {lower:.4f}, half below {median:.4f}")
+print(f"Incremental: 5 % collapse below λ = {lower:.4f}, half below {median:.4f}")
 assert lower < 0.21451 < upper  # where friction is 0.65
 
 # %%
-# More friction, more load to expect: the ranks of both are nearly the same. The lowest state falls where
-# friction is high: friction also clamps, and with other forces at rest the wall then bears less.
+# The incremental load factor rises with friction: the ranks of both are nearly the same. The lowest found
+# falls where friction is high: friction also clamps, and with other forces at rest the wall then bears less.
 correlation = known.sensitivity().loc[0]
 assert correlation["expected_rank_correlation"] > 0.9
 assert correlation["upper"] < 0

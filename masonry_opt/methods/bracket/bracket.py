@@ -68,6 +68,7 @@ def global_search(task: Task) -> Solution:
     if best > 0:
         solution = _raised(task, solution, rising, began)
     solution = _concluded(problem, solution, rising.of, options)
+    solution = replace(solution, below_zero=start.below_zero)
     return solution.telling(*(said for said in start.reasons if said.code is Code.BELOW_ZERO))
 
 

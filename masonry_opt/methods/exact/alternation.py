@@ -119,7 +119,7 @@ def _in_turn(
         load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
         answer = certified(problem, load_factor, q, d)
         left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-        within = left <= _LEFT and not answer.failing(Kind.ONE_PASS)
+        within = left <= _LEFT and not answer.failing(Kind.NEARLY_COMPLEMENTARY)
         if within and (found is None or answer.exact or not found.exact):
             found = answer
         if weight is not None:

@@ -176,7 +176,7 @@ class Refiner(StateFinder):
         if state is None:
             return None
         left = over_load_factor(state.answer.certificate.complementarity, state.load_factor)
-        if state.answer.failing(Kind.ONE_PASS if self._roughly and left <= _LEFT else Kind.EXACT):
+        if state.answer.failing(Kind.NEARLY_COMPLEMENTARY if self._roughly and left <= _LEFT else Kind.EXACT):
             return None
         if lower and lower.exact and not self._weightless(lower):
             return replace(state, below=lower.load_factor)

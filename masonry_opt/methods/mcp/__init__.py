@@ -1,1 +1,1 @@
-"""Method "mcp": the Coulomb answer in one interior-point pass over the complementarity problem."""
+"""Method "mcp", the default: exact Coulomb states near the end of a load history, and the lowest of them."""

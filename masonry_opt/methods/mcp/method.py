@@ -1,4 +1,4 @@
-"""Method "mcp": an exact state of Coulomb friction next to the load to expect, the lowest of a few."""
+"""Method "mcp": the lowest of a few exact collapse states near the end of a load history."""
 
 from dataclasses import replace
 from math import inf
@@ -43,10 +43,11 @@ class McpOptions(Options):
 
 
 def mcp(task: Task) -> Solution:
-    """Load factor of an exact state that a push from rest leads to, on small scenes the lowest of several.
+    """Return an exact collapse state near the end of a load history, on small scenes the lowest of several.
 
-    Scenes of more than 3000 joints (in space contact points) are for the loop, those whose dilatancy falls
-    with stress, and those of more than 500 joints, or with a load to expect, on which none is found.
+    The loop solves scenes of more than 3000 joints (in space contact points), scenes whose dilatancy falls
+    with stress, and scenes without an exact state that have more than 500 joints or an incremental load
+    factor.
     """
     if task.problem.dilatancy_depends_on_stress or task.problem.joints > PUSHED_UP_TO:
         return _by_loop(task)
@@ -55,7 +56,7 @@ def mcp(task: Task) -> Solution:
     if expected is None or not expected.history:
         expected = compliant(task.with_options(None))
     else:
-        # The push to the load to expect is the first of this method.
+        # The load history was computed for the incremental load factor.
         effort.uses(task.solver.name, "complementarity problem")
         effort.iterations += len(expected.history)
         for step in expected.history:
@@ -89,9 +90,8 @@ def mcp(task: Task) -> Solution:
     answer = states.answer
     if answer is None:
         return _without(task, known, states.met.lowest, expected)
-    met = tuple(states.met.reasons) if states.met.load_factors else ()
-    solution = replace(known, found=answer, status=Status.CONVERGED, reasons=met)
-    return solution if solution.is_exact(task.problem) else replace(solution, kind=Kind.ONE_PASS)
+    solution = states.met.recorded_in(replace(known, found=answer, status=Status.CONVERGED, reasons=()))
+    return solution if solution.is_exact(task.problem) else replace(solution, kind=Kind.NEARLY_COMPLEMENTARY)
 
 
 class _States:
@@ -170,19 +170,22 @@ def _by_loop(task: Task) -> Solution:
 def _without(task: Task, solution: Solution, lowest: float, expected: Solution) -> Solution:
     """Return how a run without an exact state ends, by the first case that applies.
 
-    1. Statics carry any multiple, and joints press ever harder as the load grows from rest: jammed.
+    1. Statics carry any multiple, and joints press ever harder as the load grows from rest: no collapse.
     2. All states met lie below zero: no load factor.
     3. The dead load is not carried from rest: unstable.
     4. The loop ends with a load factor, or its load grows without end as statics allow: the loop's end.
     5. Neither the push nor the loop comes to an end: no load factor.
     """
-    found, stopped = solution.infeasibility, expected.values_of(Code.PUSH_STOPPED)
+    found = solution.infeasibility
     grows = next((said for said in expected.reasons if said.code is Code.JAMS), None)
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
         return replace(solution, status=Status.JAMMED, reasons=(grows,))
     if lowest < -ZERO:
-        return solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
-    word, steps = stopped.get("word", "no exact state lies nearby"), len(expected.history)
+        ended = solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
+        return replace(ended, below_zero=lowest)
+    word, steps = "no exact state lies nearby", len(expected.history)
+    if expected.has(Code.PUSH_STOPPED):
+        word = expected.values_of(Code.PUSH_STOPPED)["word"]
     if elastic_of(task).settled is None:
         return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, word=word, steps=steps, looped=False)
     by_loop = _by_loop(task).accepted()

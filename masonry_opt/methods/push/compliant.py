@@ -99,10 +99,11 @@ def _solution(elastic: Elastic, pushed: Pushed, asked: float | None) -> Solution
     if asked is None and pushed.ended is Ended.JAM:
         return solution.ended(Status.SOLVER_FAILED, Code.JAMS, **told)
     if asked is None and end is not None and elastic.tells(end.load_factor, end.d):
-        peak = pushed.peak or 0.0
-        told["peak"] = peak if peak > end.load_factor * (1 + PLATEAU) + ZERO else None
+        highest = pushed.peak or 0.0
+        peak = highest if highest > end.load_factor * (1 + PLATEAU) + ZERO else None
         code = Code.LEVEL if pushed.ended is Ended.LEVEL else Code.RAY
-        return replace(solution, found=end).ended(Status.CONVERGED, code, **told)
+        ended = replace(solution, found=end).ended(Status.CONVERGED, code, **told, peak=peak)
+        return replace(ended, followed_to_end=True, peak=peak)
     state = elastic.at(pushed, asked) if asked else elastic.carried(growth) if growth else None
     if state is None or state.answer.failing(Kind.COMPLIANT):
         stopped = {"word": str(pushed.ended), "steps": steps, "looped": False}

@@ -20,7 +20,7 @@ from masonry_opt.methods.push.path import Curve
 _FIRST, _LONGER, _SHORTER, _TRIES, _MOST = 0.3, 2.0, 4.0, 2, 600
 
 #: By how much a load grows that blocks are to come to rest under, over it; and by how much more it grows with
-#: motions of ``_FAR`` where friction jams the blocks.
+#: motions of ``_FAR`` where joints press ever harder.
 _APART, _JAMS = 2e-3, 0.25
 
 #: Damping at first, what it falls by after a step, and rises by where one fails; and steps at most.
@@ -47,7 +47,7 @@ class Growth:
 
 def grown(curve: Curve, follow: Callable[[float, float], None]) -> Growth | None:
     """How far the load grows from rest, each displacement and load that is come to being told; None if it
-    grows on, as where friction jams, or nothing rests without it."""
+    grows on, as where joints press ever harder, or nothing rests without it."""
     rest = come_to_rest(curve, 0.0)
     if rest is None:
         return None

@@ -60,7 +60,7 @@ _DEEP, _TRIFLE = 0.1, 1e-2
 
 
 class Ended(StrEnum):
-    """How a push ends: on a ray of collapse, where λ stays, where friction jams, or without such an end."""
+    """End of a load history: blocks move on for ever, λ stays, joints press ever harder, or none of these."""
 
     RAY = "ray"
     LEVEL = "level"

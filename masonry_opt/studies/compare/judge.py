@@ -22,7 +22,7 @@ from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 
 #: The kinds of answer that can be exact: in the loop's, sliding may contract.
-_EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
+_EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
 #: The two questions: the load factor with normal flow, and with Coulomb's.
 ASSOCIATIVE, COULOMB = "associative", "Coulomb"
@@ -88,7 +88,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
     pass ends in any exact state: it counts only where a low one is known or was searched for."""
     able = (row for row in rows if row["load_factor"] is not None and row["kind"] in _EXACT_KINDS)
     exact = [row for row in able if not _by_sides(row) and not residuals_over_limit(row, Kind.EXACT)]
-    low = {*known, *(row["scene"] for row in exact if row["kind"] != Kind.ONE_PASS)}
+    low = {*known, *(row["scene"] for row in exact if row["kind"] != Kind.NEARLY_COMPLEMENTARY)}
     best = dict(known)
     for row in exact:
         scene, found = row["scene"], row["load_factor"]

@@ -25,13 +25,18 @@ from masonry_opt.scene.loads import Earthquake
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.runs import at_least
 from masonry_opt.studies.writing import StudyAnswer, records
-from masonry_opt.words.summary import told_factor
+from masonry_opt.words.load_factors import factor_text, named_factor
 from masonry_opt.words.terminal import frame_text
 
 _BAR, _LETTERS = 0.09, 24  #: Height of a bar over the width of the axes; most letters of a name beside one.
 COLUMNS = ("load_factor", "status", "expected", "associative", "exact")  #: What a table says of results.
 _APART = 1e-4  #: Load factors no farther from λ than this are not drawn beside it.
 EVERY, _MOST = 15.0, 3600  #: Degrees between directions in plan, and the most directions.
+
+
+def _bar_label(result: Result) -> str:
+    """Return the text beside a bar: the load factor, or the status if there is none."""
+    return str(result.status) if result.load_factor is None else f"λ = {factor_text(result.load_factor)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +102,7 @@ class Cases(StudyAnswer):
 
     def _said(self) -> str:
         of = self.to_draw
-        governs = f"'{self.governing}' governs: {told_factor(of)}" if self.governing else "none governs"
+        governs = f"'{self.governing}' governs: {named_factor(of)}" if self.governing else "none governs"
         if self.left_out:
             governs += f"\nleft out: {', '.join(map(repr, self.left_out))}, for axles move: see 'crossing'"
         return printable(f"{of.case}: {counted(len(self.results), self.what)}\n{governs}")
@@ -116,7 +121,7 @@ class Cases(StudyAnswer):
 
     @property
     def _heading(self) -> str:
-        return f"least {told_factor(self.to_draw)}, {self.governing}" if self.governing else "no load factor"
+        return f"least {named_factor(self.to_draw)}, {self.governing}" if self.governing else "no load factor"
 
     def plot(self) -> Picture:
         """Draw load factors as bars, from the top down, the governing one marked."""
@@ -128,7 +133,7 @@ class Cases(StudyAnswer):
             axes = made.add_subplot()
             axes.set_box_aspect(_BAR * (len(names) + 1))
             bars = axes.barh(range(len(values)), values, color=colours, height=0.6)
-            axes.bar_label(bars, [*map(told_factor, self.results.values())], padding=4, fontsize=8)
+            axes.bar_label(bars, [*map(_bar_label, self.results.values())], padding=4, fontsize=8)
             axes.set_yticks(range(len(names)), [*map(printable, names)], fontsize=8, parse_math=False)
             axes.invert_yaxis()
             axes.set_xlim(min(0.0, *values), 1.25 * max(*values, 1e-9))
@@ -178,7 +183,7 @@ class Directions(Cases):
             shown = {"load_factor": f"λ ({drawn.method})"}
             ratios = table["vertical"].unique()
             if len(ratios) == 1:
-                shown |= {"expected": "expected in a test", "associative": "upper bound"}
+                shown |= {"expected": "incremental", "associative": "associative"}
             looks = zip(itertools.cycle(SERIES), itertools.product(ratios, shown.items()), strict=False)
             for colour, (ratio, (column, words)) in looks:
                 rows = table[table["vertical"] == ratio]

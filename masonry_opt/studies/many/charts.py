@@ -42,10 +42,10 @@ _LABEL = "load factor λ"  #: The axis of load factors.
 _MARGIN = 24  #: Pixels above and below the values, for those off the axis and for runs without a load factor.
 _SHOWN = 15  #: Most numbers drawn that are shown, those that matter most.
 #: The loads that a sample tells of, with how names of their columns begin; and their colours.
-_LOADS = {"lowest found": "", "to expect": EXPECTED}
+_LOADS = {"lowest found": "", "incremental": EXPECTED}
 _COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])
 #: Entry of the legend, and notes.
-_OFF, _RING, _DASHED = "off the axis: λ as written", "ringed: least", "dashes: load to expect"
+_OFF, _RING, _DASHED = "off the axis: λ as written", "ringed: least", "dashes: incremental λ"
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:

@@ -179,7 +179,7 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "reason": str(solution.reasons[0].code) if solution.reasons else "",
         "any_load": solution.carries_any_load,
         "exact": solution.is_exact(problem),
-        "states": solution.values_of(Code.STATES_MET).get("count"),
+        "states": solution.exact_states,
         "expected": solution.expected_value,
         "spread_lower": min(ends, default=None),
         "spread_upper": max(ends, default=None),

@@ -114,7 +114,7 @@ class Sample(StudyAnswer):
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
             "undecided, counted as fallen": self.undecided,
-            "without a load to expect, counted as fallen there": unexpected.sum(),
+            "without an incremental λ, counted as fallen there": unexpected.sum(),
         }
         told = [f"{count} ({count / self.runs:.1%}) {what}" for what, count in without.items() if count]
         return "; ".join([counted(self.runs, "run"), *told])
@@ -239,7 +239,7 @@ class Sample(StudyAnswer):
             share = ((upper - lower) / self.table["expected"]).median()
             within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
             by = f"by {share:.1%} (median) with other stiffness of contacts and self-stress"
-            told["spread"] = f"the load to expect of a run {by}, in all {within}"
+            told["spread"] = f"the incremental λ of a run {by}, in all {within}"
         return told
 
     def __str__(self) -> str:
@@ -271,7 +271,7 @@ def _told(row: Mapping[Any, Any], name: str, spec: str) -> str:
     found, beside = (f"{value} ({lower} to {upper})" for value, lower, upper in told)
     if math.isnan(row[EXPECTED + name]):
         return found
-    return f"{found}; to expect {'the same' if beside == found else beside}"
+    return f"{found}; incremental {'the same' if beside == found else beside}"
 
 
 def _refuse_shares(**shares: Sequence[float]) -> None:

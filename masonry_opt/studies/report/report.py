@@ -35,10 +35,10 @@ from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.load_cases.cases import Cases, Directions
 from masonry_opt.studies.settle.answer import Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
+from masonry_opt.words.load_factors import certainty, known_least, named_factor
 from masonry_opt.words.page import RESIDUALS
 from masonry_opt.words.page import answer as in_full
 from masonry_opt.words.sentences import numeral
-from masonry_opt.words.summary import facts, known_least, told_factor
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: What can be reported.
 _NAMED = 60  #: Blocks whose names are written into the drawing, at most.
@@ -141,7 +141,7 @@ def _part(answer: object) -> Part:
 @_part.register
 def _(answer: Result) -> Part:
     heading, told = _of_case("Collapse", answer), {f"method {answer.method}": answer}
-    return Part(heading=heading, says=told_factor(answer), assembly=answer.assembly, told=told)
+    return Part(heading=heading, says=named_factor(answer), assembly=answer.assembly, told=told)
 
 
 @_part.register
@@ -159,7 +159,7 @@ def _(answer: Crossing) -> Part:
     open_ = f"Positions between those solved ({known['solved']}): λ may be less there."
     return Part(
         heading=f"{named}, every load case" if every else _of_case(named, worst),
-        says=f"least {told_factor(worst)}: {known['axles']}, {known['at']}{governs}",
+        says=f"least {named_factor(worst)}: {known['axles']}, {known['at']}{governs}",
         assembly=least.passage.assembly,
         told={f"worst position, method {worst.method}": worst},
         facts=known,
@@ -176,17 +176,17 @@ def _(answer: Crossing) -> Part:
 @_part.register
 def _(answer: Cases) -> Part:
     found, what, shaken = answer.to_draw, answer.what, isinstance(answer, Directions)
-    sure = [facts(result).get("how sure") or result.message for result in answer.results.values()]
+    sure = [certainty(result) or result.message for result in answer.results.values()]
     rows = answer.table.assign(sure=sure).drop(columns="exact")
     governs = f"'{answer.governing}' governs" if answer.governing else "none governs"
     return Part(
         heading=_of_case("Earthquakes", found) if shaken else "Load cases",
-        says=f"{told_factor(found)}: {governs} of {counted(len(answer.results), what)}",
+        says=f"{named_factor(found)}: {governs} of {counted(len(answer.results), what)}",
         assembly=found.assembly,
         told={answer.governing or next(iter(answer.results)): found},
         others=answer.results,
         pictures={f"λ by {what}": answer.plot()},
-        tables={f"Every {what} ({len(rows)})": frame_table(rows, load_case="load case", sure="how sure")},
+        tables={f"Every {what} ({len(rows)})": frame_table(rows, load_case="load case", sure="certainty")},
         left_out=dict.fromkeys(answer.left_out, "its axles move, and only a crossing answers it"),
         varied=("earthquake",) if shaken else (),
     )
@@ -213,7 +213,7 @@ def _(answer: Settlement) -> Part:
 def _(answer: Capacity) -> Part:
     return Part(
         heading=_of_case("After the onset", answer.result),
-        says=f"{told_factor(answer.result)} at the onset; {answer.message}",
+        says=f"{named_factor(answer.result)} at the onset; {answer.message}",
         assembly=answer.result.assembly,
         told={f"onset, method {answer.result.method}": answer.result},
         facts=answer.facts(),
@@ -262,7 +262,7 @@ def _page(parts: Sequence[Part], units: dict[str, str]) -> str:
         residuals=table(["answer", *RESIDUALS], [[name, *_residuals(of)] for name, of in found.items()]),
         meaning=RESIDUALS,
         stands=found,
-        unproven={name: facts(of)["how sure"] for name, of in factors.items() if not proven[name]},
+        unproven={name: certainty(of) for name, of in factors.items() if not proven[name]},
         solved={of.load_case for of in results.values()} | {name for part in parts for name in part.crossed},
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),

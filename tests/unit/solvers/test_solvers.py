@@ -125,7 +125,7 @@ for _method in ("refined", "global"):
 @pytest.mark.parametrize("method", DOES)
 def test_methods_say_which_solver_did_what(method):
     result = mo.solve(two_blocks(), method)
-    expected = {"dead load": "newton", "load to expect": "newton"} | DOES[method]
+    expected = {"dead load": "newton", "incremental analysis": "newton"} | DOES[method]
     assert result.solvers == {purpose: [solver] for purpose, solver in expected.items()}
     assert result.as_dict()["solvers"] == result.solvers
     assert result.as_dict()["model"] == result.model == DECLARED[method]

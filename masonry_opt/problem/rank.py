@@ -1,0 +1,58 @@
+"""Numeric rank of an equilibrium matrix: does equilibrium alone fix all joint forces?"""
+
+from collections.abc import Iterator
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components, structural_rank
+
+#: Smallest singular value of a scaled matrix with independent columns, relative to its largest one. A larger
+#: value calls fewer scenes statically determinate. A stack of 600 blocks has 4e-6, a redundant joint 1e-16.
+_INDEPENDENT = 1e-9
+
+#: Columns of a connected component up to which its singular values are computed (about a second at most).
+#: Larger components count as dependent, so that no uniqueness is claimed for them.
+_MOST_COLUMNS = 1500
+
+_SCALINGS = 5  #: Rounds of scaling that bring rows and columns near unit length; more change little.
+
+
+def has_independent_columns(matrix: sp.csr_array) -> bool:
+    """Return True if the columns of a matrix are shown to be linearly independent.
+
+    The structural rank, which any zeros of the matrix bound from above, refutes most scenes at once. It is
+    not enough: two contact points on one edge carry two shears along one line, which no zero reveals.
+    The singular values of each connected component, of scaled rows and columns, decide the others.
+    """
+    if structural_rank(matrix) < matrix.shape[1]:
+        return False
+    return all(_component_is_independent(component) for component in _components(matrix))
+
+
+def _components(matrix: sp.csr_array) -> Iterator[sp.csr_array]:
+    """Yield the diagonal blocks of a matrix whose rows and columns do not share any entry."""
+    rows = matrix.shape[0]
+    graph = sp.block_array([[None, matrix], [matrix.T, None]], format="csr")
+    count, label = connected_components(graph, directed=False)
+    for component in range(count):
+        members = np.flatnonzero(label == component)
+        columns = members[members >= rows] - rows
+        if len(columns):
+            yield matrix[members[members < rows]][:, columns]
+
+
+def _component_is_independent(component: sp.csr_array) -> bool:
+    if component.shape[1] > _MOST_COLUMNS:
+        return False
+    singular = la.svdvals(_scaled(component.toarray()))
+    return bool(singular[-1] > _INDEPENDENT * singular[0])
+
+
+def _scaled(matrix: np.ndarray) -> np.ndarray:
+    """Return a matrix with rows and columns of about unit length, by Ruiz scaling."""
+    for _ in range(_SCALINGS):
+        for axis in (0, 1):
+            length = np.sqrt(np.linalg.norm(matrix, axis=axis, keepdims=True))
+            matrix = matrix / np.where(length > 0, length, 1.0)
+    return matrix

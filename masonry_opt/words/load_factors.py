@@ -1,0 +1,267 @@
+"""The load factors of a result, each with its name and what is known of it: the head of every summary."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.outcome import Outcome
+from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.answer.thresholds import ZERO, same
+from masonry_opt.errors import counted
+from masonry_opt.words.sentences import by_sides, message, numeral, sentences
+
+LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
+LEAST = "least, proven"  #: Name of the load factor of an exact state, if no state is lower.
+FOUND = "found"  #: Name where the state is not exact, or lies above the end of the load history.
+INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
+ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
+
+#: Codes of method "global": how far the lowest state is from the bound below it, and what the bound assumes.
+_BOUNDS = (
+    *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
+    *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
+)
+
+#: Remarks on an incremental load factor, by the code of how its load history ended.
+_ENDS = {
+    Code.NO_WORK: "collapse in which the live load does no work",
+    Code.LEVEL: "λ stays constant as blocks move on; no exact collapse state confirms it",
+    Code.GROWN: "largest load that was carried as it grew; no exact collapse state confirms it",
+    Code.PLATEAU: "state of elastic contacts that give as much as option 'give' asks for",
+    Code.NO_PLATEAU: "state of elastic contacts that give as much as option 'give' asks for",
+}
+#: Remark on an incremental load factor whose load history ended as usual.
+_LOST = "equilibrium is lost as the live load is raised from rest"
+#: Remark that follows where method "compliant" alone was asked.
+_LOWER_MAY_EXIST = "lower collapse states may exist (method 'refined' looks for them)"
+
+_NAME_WIDTH = 15  #: Columns of the table for names; the longest name has 13 letters.
+
+
+@dataclass(frozen=True)
+class LoadFactorLine:
+    """A row of the table of load factors."""
+
+    name: str
+    load_factor: float | None  #: None where there is none, for the reason in the remark
+    remark: str  #: what the number is, and what is known of lower ones
+
+
+def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
+    """Return the known load factors, the method's own first; none of a scene unstable under dead load."""
+    if result.status is Status.UNSTABLE:
+        return ()
+    lines = []
+    if result.kind is Kind.ASSOCIATIVE:
+        return () if result.load_factor is None else (_own_line(result),)
+    if result.load_factor is not None and result.kind is not Kind.COMPLIANT:
+        lines.append(_own_line(result))
+    why_not = why_not_incremental(result)
+    if result.expected is not None:
+        lines.append(_incremental_line(result))
+    elif why_not and result.load_factor is not None:
+        lines.append(LoadFactorLine(INCREMENTAL, None, why_not))
+    if result.associative is not None:
+        lines.append(LoadFactorLine(ASSOCIATIVE, result.associative, _UPPER_BOUND))
+    return tuple(lines)
+
+
+def why_not_incremental(result: Outcome) -> str:
+    """Return why there is no incremental load factor; "" if there is one, or the result's reasons say it."""
+    codes = {said.code for said in result.reasons}
+    known = all(said.code in codes for said in result.expected_reasons)
+    return "" if known or result.expected is not None else message(result.expected_reasons)
+
+
+def load_factor_table(result: Outcome) -> str:
+    """Return the table as lines of text with a heading; "" if no load factor is known."""
+    lines = load_factor_lines(result)
+    if not lines:
+        return ""
+    values = [value_text(result, line) for line in lines]
+    width = max(map(len, values))
+    rows = [
+        f"  {line.name:<{_NAME_WIDTH}}{value:<{width}}   {line.remark}"
+        for line, value in zip(lines, values, strict=True)
+    ]
+    return "\n".join([_heading(result), *rows])
+
+
+def value_text(result: Outcome, line: LoadFactorLine) -> str:
+    """Return a load factor in six digits, with the tilt of the ground where the ground is tilted."""
+    if line.load_factor is None:
+        return "none"
+    value = factor_text(line.load_factor)
+    if result.assembly.scene.tilt is None:
+        return value
+    return f"{value} ({numeral(np.degrees(np.arctan(line.load_factor)), '.4f')}°)"
+
+
+def factor_text(load_factor: float) -> str:
+    """Return a load factor in six digits, without the digits of a zero that are rounding."""
+    return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".6g")
+
+
+def own_name(result: Outcome) -> str:
+    """Return the name of the method's own load factor."""
+    if result.kind is Kind.ASSOCIATIVE:
+        return ASSOCIATIVE
+    if result.kind is Kind.COMPLIANT:
+        return INCREMENTAL
+    if known_least(result):
+        return LEAST
+    return LOWEST if result.exact and not _lower_end_is_known(result) else FOUND
+
+
+def named_factor(result: Outcome) -> str:
+    """Return the method's own load factor with its name, or the status if there is none."""
+    if result.load_factor is None:
+        return str(result.status)
+    return f"λ = {factor_text(result.load_factor)} ({own_name(result)})"
+
+
+def certainty(result: Outcome) -> str:
+    """Return what is known of the method's own load factor; "" if there is none."""
+    return "" if result.load_factor is None else _own_line(result).remark
+
+
+def known_least(result: Outcome) -> str:
+    """Return why no state has a lower load factor than the answer; "" where that is not known."""
+    if result.solution.has(Code.PROVEN) and not _falls_by_itself(result):
+        return "exact collapse state; proven: no state is lower"
+    if result.solution.is_only_state and result.exact:
+        return "exact collapse state; equilibrium alone fixes all forces, so there is no other state"
+    if not _flow_rule_is_associative(result) or result.kind is Kind.COMPLIANT:
+        return ""
+    if result.kind is not Kind.ASSOCIATIVE and not result.exact:
+        return ""
+    law = f" {friction_law(result)}" if "polygon" in result.friction_law else ""
+    rule = "the flow rule of all joints is the associative one, so no state is lower"
+    return f"exact collapse state{law}; {rule}"
+
+
+def friction_law(result: Outcome) -> str:
+    """Return how friction is limited in space."""
+    if "polygon" in result.friction_law:
+        return by_sides(result.assembly.problem.layout)
+    return f"by the {result.friction_law}" if result.friction_law else "unlimited"
+
+
+def _heading(result: Outcome) -> str:
+    heading = "load factor λ" if result.load_factor is not None else "other load factors λ"
+    tilt = result.assembly.scene.tilt
+    if tilt is None:
+        return heading
+    side = f"to the {tilt}" if isinstance(tilt, str) else f"towards [{', '.join(f'{x:g}' for x in tilt)}]"
+    return f"{heading} (the ground is tilted {side} by atan λ)"
+
+
+def _own_line(result: Outcome) -> LoadFactorLine:
+    """Return the row of the method's own load factor, which exists."""
+    name = own_name(result)
+    if name == INCREMENTAL:
+        return _incremental_line(result)
+    if name == ASSOCIATIVE:
+        return LoadFactorLine(name, result.load_factor, known_least(result) or _associative_remark(result))
+    return LoadFactorLine(name, result.load_factor, known_least(result) or _coulomb_remark(result))
+
+
+#: Remark on an associative load factor.
+_UPPER_BOUND = "upper bound (classical limit analysis)"
+
+
+def _associative_remark(result: Outcome) -> str:
+    """Return what an associative load factor says of joints that slide without opening."""
+    if result.exact:
+        return f"{_UPPER_BOUND}; exact collapse state of Coulomb friction too, {_not_proven(result)}"
+    return (
+        f"{_UPPER_BOUND}; joints that slide without opening may collapse at less (method 'mcp' computes it)"
+    )
+
+
+def _incremental_line(result: Outcome) -> LoadFactorLine:
+    """Return the row of the incremental load factor, which exists."""
+    remark = _incremental_remark(result)
+    if result.kind is Kind.COMPLIANT:
+        remark = f"{remark}; {_LOWER_MAY_EXIST}"
+    return LoadFactorLine(INCREMENTAL, result.expected, remark)
+
+
+def _incremental_remark(result: Outcome) -> str:
+    """Return how the load history ended, and how much of its largest load is left once blocks move."""
+    state = result.solution.at_expected
+    assert state is not None
+    remark = next((words for code, words in _ENDS.items() if state.has(code)), _LOST)
+    if state.has(Code.NO_PLATEAU):
+        remark += f"; {message([said for said in state.reasons if said.code is Code.NO_PLATEAU])}"
+    if state.peak is None:
+        return remark
+    left = "nothing" if result.end is None else f"λ = {factor_text(result.end)}"
+    return f"{remark}; {left} is left as blocks move on"
+
+
+def _coulomb_remark(result: Outcome) -> str:
+    """Return how exact the collapse state is, from how many starts, and what is known of lower states."""
+    return "; ".join([_state(result) + _starts(result), *_lower_states(result)])
+
+
+def _state(result: Outcome) -> str:
+    """Return whether the collapse state is exact; else its residuals, or the polygons that limit friction."""
+    if result.exact:
+        return "exact collapse state"
+    residuals = result.certificate.as_dict() if result.certificate else {}
+    above = LIMITS[Kind.EXACT].failing(residuals)
+    if not above and "polygon" in result.friction_law:
+        return f"collapse state with friction {friction_law(result)}"
+    named = ", ".join(f"{name} {numeral(residuals[name], '.1e')}" for name in above)
+    return f"collapse state, exact but for its residuals{f' ({named})' if named else ''}"
+
+
+def _starts(result: Outcome) -> str:
+    solution = result.solution
+    if solution.starts is None:
+        return ""
+    starts = counted(solution.starts, "start")
+    if solution.exact_states is None or solution.exact_states < 2:
+        return f", from {starts}"
+    return f", the lowest of {solution.exact_states} from {starts}"
+
+
+def _lower_states(result: Outcome) -> list[str]:
+    """Return what is proven, searched or known of states below the answer, a phrase each."""
+    known = list(sentences([said for said in result.reasons if said.code in _BOUNDS]))
+    if not known:
+        known = [_not_proven(result)]
+    if _lower_end_is_known(result):
+        known.append("the load history ends in a lower state")
+    if _falls_by_itself(result):
+        known += sentences([said for said in result.reasons if said.code is Code.BELOW_ZERO])
+    return known
+
+
+def _not_proven(result: Outcome) -> str:
+    if result.solution.interrupted:
+        return "not proven least: the search was interrupted"
+    if result.solution.has(Code.SEARCHED):
+        return "not proven least: a longer search may find lower ones"
+    return "not proven least (method 'refined' with search=10 looks for lower ones)"
+
+
+def _lower_end_is_known(result: Outcome) -> bool:
+    """Return True if the load history ends in a state below the answer."""
+    end = result.expected if result.end is None else result.end
+    if end is None or result.load_factor is None or result.kind is Kind.COMPLIANT:
+        return False
+    return end < result.load_factor and not same(end, result.load_factor)
+
+
+def _falls_by_itself(result: Outcome) -> bool:
+    """Return True if the scene needs no live load to fall with the forces of a state besides the answer."""
+    return result.solution.below_zero <= ZERO
+
+
+def _flow_rule_is_associative(result: Outcome) -> bool:
+    """Return True if the joints' own flow rule is the associative one, under which λ is unique."""
+    problem = result.assembly.problem
+    return np.array_equal(problem.dilatancy, problem.friction) and not problem.dilatancy_depends_on_stress

@@ -1,0 +1,31 @@
+"""Claims about the least load factor, on a scene with a state at half of the one that most starts lead to."""
+
+from pathlib import Path
+
+import pytest
+
+import masonry_opt as mo
+
+#: A random wall of 13 joints. All three load factors of a few starts were 32.025; an exact state exists at
+#: 16.4710 (by method "global", whose certificate is computed from the matrices alone).
+TWO_STATES = Path(__file__).parent / "scenes" / "two_states.toml"
+LOWER = 16.4710
+
+
+def test_the_lowest_found_is_not_claimed_to_be_the_least():
+    result = mo.solve(TWO_STATES)
+    assert result.load_factor >= LOWER * (1 - 1e-5)
+    assert "not proven least" in result.summary
+    for claim in ("safe", "least, proven", "no state is lower", "collapses when"):
+        assert claim not in result.summary
+
+
+@pytest.mark.slow
+def test_a_bound_that_assumes_something_names_its_assumption():
+    """The bound closes for limited slips, so the state is not named the least without condition."""
+    result = mo.solve(TWO_STATES, "global")
+    assert result.load_factor == pytest.approx(LOWER, rel=1e-5)
+    assert result.exact
+    assert not result.solution.bound_derived
+    assert "least, proven" not in result.summary
+    assert "had to be assumed" in result.summary
