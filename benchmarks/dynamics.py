@@ -3,10 +3,10 @@
     python benchmarks/dynamics.py --damping 0.98
 
 The scenes are 60 random ones whose path folds and 20 whose path does not (tests/atlas; seeds from 910000 on,
-the first of each family). The compiled program tests/contact_dynamics.py pushes each by a growing load, with one
-scene in each process. The script prints a row for each scene: joints, λ at the ray, highest λ of the path, the
-deepest fall before it, λ from which the path first falls by a tenth, and λ at which the load brings the scene
-down.
+the first of each family). The compiled program tests/contact_dynamics.py pushes each by a growing load, one
+scene in each process. The script prints a row for each scene: joints, λ at the ray, highest λ of the path,
+the deepest fall before it, λ from which the path first falls by a tenth, and λ at which the load brings the
+scene down.
 """
 
 import argparse

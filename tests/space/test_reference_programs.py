@@ -1,4 +1,4 @@
-"""Contact dynamics in space against closed forms, values of LMGC90 and stored values of an implicit program."""
+"""Contact dynamics in space against closed forms, LMGC90 and stored values of an implicit program."""
 
 from math import degrees, hypot
 
@@ -8,8 +8,8 @@ from scenes_in_space import box_on_floor, pushed_box
 from space.reference_values import REFERENCES
 from space.test_closed_forms import overturning
 
-#: Relative difference of load factors by contact dynamics: a load waits for rest only while forces out of
-#: balance exceed a thousandth or so of it, so that a scene falls a little late.
+#: Relative error of load factors by contact dynamics. Its load grows until forces out of balance exceed a
+#: share of it, so that a scene is seen to fall a little late.
 LATE = 0.005
 
 #: The flat box, of weight 1 and area 2, slides at μ W + c A, overturns far above. About the vertical four
@@ -32,8 +32,7 @@ def test_a_box_carries_what_brings_it_down_by_hand(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("reference", [of for of in REFERENCES if of.blocks <= 20], ids=str)
 def test_load_carried(reference):
-    """Another program, implicit in time and viscous, stored ``carried``. Rigid blocks in LMGC90 begin to leave
-    within 3.5 % of it."""
+    """An implicit, viscous program found ``carried``; rigid blocks in LMGC90 begin to leave within 3.5 %."""
     found = collapse_load(reference.scene, 1.3 * reference.carried, QUICK)
     assert found == pytest.approx(reference.carried, rel=LATE)
     assert found < reference.associative * (1 + LATE)
