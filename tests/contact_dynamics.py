@@ -48,8 +48,8 @@ class DynamicsSettings:
     patience: int = 1_000_000
     #: Growth of the load, relative to the whole load, that ends the waiting and starts it anew.
     progress: float = 5e-3
-    #: Displacement since the last progress, relative to that which the dead load causes with every contact
-    #: closed, at which a scene counts as fallen. A smaller value takes large slips for a collapse.
+    #: Displacement since the last progress at which a scene counts as fallen, relative to that of the largest
+    #: load on the mean stiffness against a block. A smaller value takes large slips for a collapse.
     far: float = 1e5
 
 
@@ -112,8 +112,7 @@ class _Motion:
         self.dead, self.live, self.settings = assembly.problem.dead, assembly.problem.live, settings
         self.mass, self.shears = mass, np.zeros(columns.shape[1])
         self.moved, self.velocity = np.zeros(len(mass)), np.zeros(len(mass))
-        # A block of the mean load on the mean stiffness against its motion moves by one.
-        self.unit = max(np.abs(self.dead).max(), 1e-12) / float(np.mean(row_sums))
+        self.stiffness = float(np.mean(row_sums))  # against the motion of a block
 
     def raise_load(self, base: np.ndarray, increment: np.ndarray) -> float:
         """Return the share of an increment that the scene carries beside a base load; 1 if it rests.
@@ -127,7 +126,14 @@ class _Motion:
             self.mass,
             (self.moved, self.velocity, self.shears),
             (base, increment),
-            (of.damping, of.gain, of.waiting * largest, of.rest * largest, of.progress, of.far * self.unit),
+            (
+                of.damping,
+                of.gain,
+                of.waiting * largest,
+                of.rest * largest,
+                of.progress,
+                of.far * largest / self.stiffness,
+            ),
             of.patience,
         )
         if np.isnan(share):
