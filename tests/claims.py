@@ -17,12 +17,12 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.problem.assembly import Assembly
 
-#: Range of a normal force over equilibrium and yield, relative to the largest load, from which it is not unique.
+#: Range of a force over equilibrium and yield, relative to the largest load, from which it is not unique.
 RANGE = 1e-5
 #: Normal forces whose ranges are looked at, evenly over all of them: each takes two programs.
 SAMPLED = 20
-#: Bounds of forces and of velocities in mixed-integer programs, over the largest load and the mean motion of the
-#: live load. States beyond them are not found.
+#: Bounds of forces and of velocities in mixed-integer programs, relative to the largest load and the mean
+#: motion of the live load. States beyond them are not found.
 BIG = 1e3
 #: Relative difference of load factors of two states.
 SAME = 1e-4
@@ -84,16 +84,6 @@ def _not_unique(assembly: Assembly, load_factor: float) -> list[str]:
     return found
 
 
-def _gaps(assembly: Assembly) -> tuple[sp.csr_array, sp.csr_array, sp.csr_array, np.ndarray]:
-    """Return how the contacts of a scene in the plane move with its blocks: what opens, which must be ≥ 0 with
-    ψ |slip| taken off, the slip of each joint, the motion of limited forces, and the joint of each opening."""
-    statics = program(assembly, inside=True)[0]
-    motion = sp.csr_array(statics.T)
-    joints = len(assembly.joints.first)
-    own = np.tile(np.arange(joints), 2)
-    return motion[: 2 * joints], motion[2 * joints : 3 * joints], motion[3 * joints :], own
-
-
 def live_work(assembly: Assembly) -> float:
     """Return the largest work, up to 1, of the live load in a mechanism of the joints' own flow rule.
 
@@ -107,21 +97,16 @@ def live_work(assembly: Assembly) -> float:
     joint = joints.joint if space else np.arange(len(joints.first))
     count = len(joint)
     slope = np.where(np.isfinite(joints.friction[joint]), joints.dilatancy[joint], 0.0)
-    crushes = (
-        np.isfinite(joints.strength[joint]) & (joints.extent[joint] > 0)
-        if not space
-        else np.zeros(count, bool)
-    )
+    crushes = np.isfinite(joints.strength[joint]) & (joints.extent[joint] > 0) & (not space)
     grips = ~np.isfinite(joints.friction[joint])
-    normals = [motion[:count]] if space else [motion[:count], motion[count : 2 * count]]
-    shears = (
-        [motion[count : 2 * count], motion[2 * count : 3 * count]]
-        if space
-        else [motion[2 * count : 3 * count]]
-    )
-    directions = (
-        [(np.cos(a), np.sin(a)) for a in 2 * np.pi / 24 * np.arange(24)] if space else [(1.0,), (-1.0,)]
-    )
+    kinds = [motion[kind * count : (kind + 1) * count] for kind in range(3)]
+    points = 1 if space else 2
+    normals, shears = kinds[:points], kinds[points:]
+    directions: list[tuple[float, ...]] = [(1.0,), (-1.0,)]
+    if space:
+        directions = [
+            (float(np.cos(angle)), float(np.sin(angle))) for angle in 2 * np.pi / 24 * np.arange(24)
+        ]
     most = []
     for normal in normals:
         for direction in directions:
@@ -156,7 +141,6 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
     if assembly.scene.dimension == 3 or crushes or count > SMALL or not problem.live.any():
         return None
     statics, rows, limits = program(assembly, inside=True)
-    opening, slips, own, joint = _gaps(assembly)
     # Rates p belong to the rows in their order: openings, slip of either sign, motion at either limit.
     slides = np.flatnonzero(np.isfinite(joints.friction))
     forces, velocities, conditions = statics.shape[1], len(problem.live), rows.shape[0]

@@ -120,20 +120,14 @@ class _Motion:
         Raises Undecided if forces neither leave nor find equilibrium.
         """
         of, largest = self.settings, max(np.abs(base).max(), np.abs(increment).max())
+        far = of.far * largest / self.stiffness
         share = _raise_load(
             *self.columns,
             *self.law,
             self.mass,
             (self.moved, self.velocity, self.shears),
             (base, increment),
-            (
-                of.damping,
-                of.gain,
-                of.waiting * largest,
-                of.rest * largest,
-                of.progress,
-                of.far * largest / self.stiffness,
-            ),
+            (of.damping, of.gain, of.waiting * largest, of.rest * largest, of.progress, far),
             of.patience,
         )
         if np.isnan(share):

@@ -61,8 +61,8 @@ def random_of_any_kind(seed: int) -> mo.Scene:
 def verdict_on(scene: mo.Scene) -> str:
     """Return "agrees" if methods "static" and the default agree with the bounds of this program.
 
-    Else the verdict begins with "on the edge" (polygons inside and outside differ on whether the scene stands),
-    "open" (a method decided nothing) or "wrong". Claims beside load factors are checked by :mod:`claims`.
+    Else the verdict begins with "on the edge" (polygons inside and outside differ on whether the scene
+    stands), "open" (a method decided nothing) or "wrong". :mod:`claims` checks claims beside load factors.
     """
     # Claims are checked by programs that are built on those of this module.
     from claims import wrong_claims

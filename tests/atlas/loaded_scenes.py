@@ -57,13 +57,7 @@ def _without_live(scene: mo.Scene) -> mo.Scene:
         none["live_moment"] = (0.0, 0.0, 0.0)
     else:
         none["live_at"] = None
-    given = [
-        {key: value for key, value in none.items() if key in type(block).model_fields}
-        for block in scene.blocks
-    ]
-    blocks = [
-        block if block.fixed else block.replace(**of) for block, of in zip(scene.blocks, given, strict=True)
-    ]
+    blocks = [block if block.fixed else block.replace(**none) for block in scene.blocks]
     return scene.replace(blocks=blocks)
 
 
@@ -95,12 +89,16 @@ def _moments(rng: Rng, scene: mo.Scene, weight: float) -> list[mo.Load]:
 
 
 def _edge_loads(rng: Rng, scene: mo.Scene, weight: float) -> list[mo.EdgeLoad]:
-    """Return a load along an edge of a block in the plane, which may be no free edge."""
+    """Return a load along the highest edge of the highest block, or of any block, in the plane.
+
+    An edge of any block may not be free; assembly then refuses the scene.
+    """
     if scene.dimension == 3 or rng.random() < 0.6:
         return []
-    corners = scene[str(rng.choice(_free(scene)))].vertices
-    number = int(rng.integers(len(corners)))
-    start, end = corners[number], corners[(number + 1) % len(corners)]
+    highest = max(_free(scene), key=lambda name: max(y for _, y in scene[name].vertices))
+    corners = scene[highest if rng.random() < 0.8 else str(rng.choice(_free(scene)))].vertices
+    edges = [(corners[number - 1], corners[number]) for number in range(len(corners))]
+    start, end = max(edges, key=lambda edge: edge[0][1] + edge[1][1])
     pressure = float(rng.uniform(0.1, 1.0)) * weight / math.dist(start, end)
     kind = str(rng.choice(["dead", "live"]))
     return [mo.EdgeLoad(start=start, end=end, pressure=pressure, kind=kind)]
