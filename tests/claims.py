@@ -15,7 +15,7 @@ from second_program import Bounds, program
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, Status
-from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.assembly import Assembly, assemble
 
 #: Range of a force over equilibrium and yield, relative to the largest load, from which it is not unique.
 RANGE = 1e-5
@@ -24,6 +24,8 @@ SAMPLED = 20
 #: Bounds of forces and of velocities in mixed-integer programs, relative to the largest load and the mean
 #: motion of the live load. States beyond them are not found.
 BIG = 1e3
+#: Error of a reaction, relative to its size and to the weight of the scene.
+REACTION = 1e-6
 #: Relative difference of load factors of two states.
 SAME = 1e-4
 #: Joints up to which a mixed-integer program looks for a state, and its seconds.
@@ -208,3 +210,72 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
     if np.abs(z * p).max() > 1e-5 * max(found.x[0], 1.0):
         return None
     return float(found.x[0] * unit / problem.live_norm)
+
+
+def wrong_reactions(scene: mo.Scene, seed: int) -> list[str]:
+    """Return what is wrong with the reactions of a random support that settles in a random direction.
+
+    With associative flow the least and the greatest reaction lie between those of polygons inside and outside
+    of friction cones and parabolas of crushing.
+    """
+    assembly, rng = assemble(scene), np.random.default_rng([17, seed])
+    joints = assembly.joints
+    touched = np.unique([*joints.first, *joints.second])
+    supports = [int(block) for block in touched if scene.blocks[block].fixed]
+    if not supports or scene.fills:
+        return []
+    support = int(rng.choice(supports))
+    direction = rng.normal(size=scene.dimension)
+    direction /= np.linalg.norm(direction)
+    name = scene.blocks[support].name
+    settled = mo.settle(scene, name, tuple(direction.tolist()), method="static")
+    ends = {"least": settled.least, "greatest": settled.greatest}
+    inside, outside = (_reactions(assembly, support, direction, inside=of) for of in (True, False))
+    size = float(assembly.problem.force_sizes(assembly.problem.dead).sum() * assembly.problem.force_unit)
+    if settled.fallen is not None:
+        return [] if inside is None else [f"settle {name}: 'falls', but reactions are {inside}"]
+    if outside is None:
+        return [f"settle {name}: {ends}, but no reaction holds the scene"]
+    found = []
+    for number, (end, sign) in enumerate({"least": -1.0, "greatest": 1.0}.items()):
+        of = ends[end]
+        value = sign * inf if of is not None and of.unlimited else None if of is None else of.reaction
+        limits = sorted(sign * each[number] for each in (inside or outside, outside))
+        room = REACTION * size + REACTION * min(abs(limits[1]), 1e6 * size)
+        if value is None:
+            found.append(f"settle {name} along {direction}: no {end} reaction, but {outside[number]}")
+        elif not limits[0] - room <= sign * value <= limits[1] + room:
+            found.append(f"settle {name} along {direction}: {end} {value}, but {outside[number]}")
+    return found
+
+
+def _reactions(
+    assembly: Assembly, support: int, direction: np.ndarray, inside: bool
+) -> tuple[float, float] | None:
+    """Return the least and the greatest reaction of a support against a direction; None if there is none."""
+    statics, rows, limits = program(assembly, inside)
+    joints, space = assembly.joints, assembly.scene.dimension == 3
+    joint = joints.joint if space else np.arange(len(joints.first))
+    normal = joints.normal[joint]
+    if space:
+        tangent = joints.tangent[joint]
+        forces = [normal, tangent, np.cross(normal, tangent)]
+    else:
+        forces = [normal, normal, np.column_stack([normal[:, 1], -normal[:, 0]])]
+    sign = (joints.first[joint] == support).astype(float) - (joints.second[joint] == support)
+    cost = np.concatenate([*(sign * (of @ direction) for of in forces), np.zeros(len(assembly.limited))])
+    ends = []
+    for way in (1.0, -1.0):
+        found = linprog(
+            way * cost,
+            A_ub=-rows,
+            b_ub=limits,
+            A_eq=statics,
+            b_eq=-assembly.problem.dead,
+            bounds=[(None, None)] * len(cost),
+        )
+        if found.status == 2:
+            return None
+        assert found.status in (0, 3), found.message
+        ends.append(-way * inf if found.status == 3 else way * found.fun * assembly.problem.force_unit)
+    return ends[0], ends[1]
