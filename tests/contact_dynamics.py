@@ -11,7 +11,7 @@ The model:
   joint together. It is returned to |s| ≤ c + μ n after each time step, so that slip is remembered.
 - Ties, props and earth pressures are springs whose force stays between its limits.
 - Blocks move in time with a damping that takes a share of each velocity in each step. Masses are chosen so
-  that explicit time steps of one are stable; masses and stiffness affect no state of rest.
+  that explicit time steps of one are stable. A common factor of all stiffness changes no force at rest.
 - The dead load grows from zero, then the live load does. Loads wait while forces are out of balance.
 
 From the package the program takes where joints are, the loads, friction and cohesion. Equilibrium is that of
@@ -38,8 +38,8 @@ class DynamicsSettings:
     damping: float = 0.98
     #: Growth of a load in a time step, relative to the whole load. A faster load overshoots more.
     gain: float = 5e-6
-    #: Largest force out of balance, relative to the largest load on a block, under which the load grows. A
-    #: collapse that begins slowly is seen late by about this force; a smaller value takes longer.
+    #: Largest force out of balance, relative to the largest component of the loads, under which the load
+    #: grows. A collapse that begins slowly is seen late by about this force; a smaller value takes longer.
     waiting: float = 5e-4
     #: Largest force out of balance, in the same measure, of a scene at rest.
     rest: float = 1e-4
@@ -69,10 +69,9 @@ class Undecided(ArithmeticError):
 
 
 def collapse_load(scene: mo.Scene, highest: float, settings: DynamicsSettings = DEFAULTS) -> float:
-    """Return the load factor under which a scene falls as its live load grows from zero; ``inf`` if the scene
-    carries the highest load factor and comes to rest under it.
+    """Return the load factor under which a scene falls as its live load grows from zero.
 
-    The load grows by ``settings.gain`` of the highest load factor in a time step, so a highest value near the
+    The load factor is ``inf`` if the scene carries the highest one and comes to rest under it. The load grows by ``settings.gain`` of the highest load factor in a time step, so a highest value near the
     result gives more digits. Raises FallsUnderItsWeight if the scene does not carry its dead load.
     """
     motion = _Motion(assemble(scene), settings)

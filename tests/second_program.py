@@ -91,7 +91,7 @@ def _wrong_associative(result: mo.Result, found: "Bounds") -> list[str]:
         return []
     inside, most = found.inside or 0.0, found.outside or 0.0
     if result.load_factor is None:
-        right = result.status in ANY_LOAD and (most == inf or result.status is Status.LOCKED)
+        right = result.status in ANY_LOAD and most == inf
     else:
         right = inside * (1 - SAME) - SAME <= result.load_factor <= most * (1 + SAME) + SAME
     return [] if right else [f"static: {result.status} {result.load_factor}, bounds {found}"]
