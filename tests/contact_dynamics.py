@@ -71,8 +71,9 @@ class Undecided(ArithmeticError):
 def collapse_load(scene: mo.Scene, highest: float, settings: DynamicsSettings = DEFAULTS) -> float:
     """Return the load factor under which a scene falls as its live load grows from zero.
 
-    The load factor is ``inf`` if the scene carries the highest one and comes to rest under it. The load grows by ``settings.gain`` of the highest load factor in a time step, so a highest value near the
-    result gives more digits. Raises FallsUnderItsWeight if the scene does not carry its dead load.
+    The load factor is ``inf`` if the scene carries the highest one and comes to rest under it. The load grows
+    by ``settings.gain`` of the highest load factor in a time step, so a highest value near the result gives
+    more digits. Raises FallsUnderItsWeight if the scene does not carry its dead load.
     """
     motion = _Motion(assemble(scene), settings)
     if motion.raise_load(np.zeros_like(motion.dead), motion.dead) < 1.0:
