@@ -40,7 +40,7 @@ def wrong_claims(result: mo.Result, bounds: Bounds) -> list[str]:
     every = [*result.reasons, *result.expected_reasons]
     codes = {reason.code for reason in every}
     if any(reason.values.get("fixed") for reason in every):
-        found += _not_unique(assembly, result.load_factor or 0.0)
+        found += refute_uniqueness(assembly, result.load_factor or 0.0)
     if result.status is Status.UNLIMITED and Code.NO_MECHANISM in codes:
         work = live_work(assembly)
         if work > 0:
@@ -54,8 +54,12 @@ def wrong_claims(result: mo.Result, bounds: Bounds) -> list[str]:
     return found
 
 
-def _not_unique(assembly: Assembly, load_factor: float) -> list[str]:
-    """Return what contradicts that statics fix all forces: the rank of equilibrium, the range of a force."""
+def refute_uniqueness(assembly: Assembly, load_factor: float) -> list[str]:
+    """Return what contradicts that equilibrium alone fixes all forces under a load factor.
+
+    It is a rank of the equilibrium matrix below its number of columns, a force whose range over equilibrium
+    and yield is not zero, or a state at a lower load factor.
+    """
     statics, rows, limits = program(assembly, inside=False)
     least = other_state(assembly)
     rank = np.linalg.matrix_rank(statics.toarray())
