@@ -12,7 +12,8 @@ The model:
 - Ties, props and earth pressures are springs whose force stays between its limits.
 - Blocks move in time with a damping that takes a share of each velocity in each step. Masses are chosen so
   that explicit time steps of one are stable. A common factor of all stiffness changes no force at rest.
-- The dead load grows from zero, then the live load does. Loads wait while forces are out of balance.
+- The dead load grows from zero, and prestress and the least earth pressures with it. Then the live load
+  grows. Loads wait while forces are out of balance.
 
 From the package the program takes where joints are, the loads, friction and cohesion. Equilibrium is that of
 :mod:`second_program`. The model has neither dilatancy nor limited compressive strength.
@@ -76,7 +77,7 @@ def collapse_load(scene: mo.Scene, highest: float, settings: DynamicsSettings = 
     more digits. Raises FallsUnderItsWeight if the scene does not carry its dead load.
     """
     motion = _Motion(assemble(scene), settings)
-    if motion.raise_load(np.zeros_like(motion.dead), motion.dead) < 1.0:
+    if motion.raise_load(np.zeros_like(motion.dead), motion.dead, preloads=True) < 1.0:
         raise FallsUnderItsWeight(scene.title)
     share = motion.raise_load(motion.dead, highest * motion.live)
     return inf if share >= 1.0 else share * highest
@@ -114,10 +115,11 @@ class _Motion:
         self.moved, self.velocity = np.zeros(len(mass)), np.zeros(len(mass))
         self.stiffness = float(np.mean(row_sums))  # against the motion of a block
 
-    def raise_load(self, base: np.ndarray, increment: np.ndarray) -> float:
+    def raise_load(self, base: np.ndarray, increment: np.ndarray, preloads: bool = False) -> float:
         """Return the share of an increment that the scene carries beside a base load; 1 if it rests.
 
-        Raises Undecided if forces neither leave nor find equilibrium.
+        Limited forces that must act, such as prestress, grow with the increment if it ``preloads``. Raises
+        Undecided if forces neither leave nor find equilibrium.
         """
         of, largest = self.settings, max(np.abs(base).max(), np.abs(increment).max())
         far = of.far * largest / self.stiffness
@@ -126,7 +128,7 @@ class _Motion:
             *self.law,
             self.mass,
             (self.moved, self.velocity, self.shears),
-            (base, increment),
+            (base, increment, preloads),
             (of.damping, of.gain, of.waiting * largest, of.rest * largest, of.progress, far),
             of.patience,
         )
@@ -159,7 +161,7 @@ def _raise_load(
     The share is NaN if the scene still moves at the end of its patience under the whole load.
     """
     moved, velocity, shears = state
-    base, increment = loads
+    base, increment, preloads = loads
     damping, gain, waiting, rest, progress, far = rules
     sliders, columns, size = len(friction), len(stiffness), len(mass)
     force, origin = np.empty(size), moved.copy()
@@ -201,7 +203,14 @@ def _raise_load(
                 stretch += values[entry] * velocity[rows[entry]]
             number_of = column - 3 * sliders
             held = shears[column] - stiffness[column] * stretch
-            shears[column] = min(max(held, limits[number_of, 0]), limits[number_of, 1])
+            low, high = limits[number_of, 0], limits[number_of, 1]
+            if preloads:
+                # A force that must act grows with the dead load.
+                if low > 0.0:
+                    low *= share
+                if high < 0.0:
+                    high *= share
+            shears[column] = min(max(held, low), high)
             for entry in range(pointers[column], pointers[column + 1]):
                 force[rows[entry]] += shears[column] * values[entry]
         unbalanced, moves = 0.0, 0.0
