@@ -1,16 +1,20 @@
-"""Which λ of its path brings a scene down, where the path falls and rises again? Asks contact dynamics.
+"""Compare the load that brings a scene down in contact dynamics with the path of its push.
 
     python benchmarks/dynamics.py --damping 0.98
 
-60 random scenes whose path folds and 20 whose path does not (tests/atlas; seeds from 910000 on, the first of
-each family), pushed by a growing load in tests/contact_dynamics.py from the same forces at rest. Prints a row
-a scene: joints, λ at the ray, highest λ of the path, the deepest fall before it, λ from which the path first
-falls by a tenth, and λ at which the load brings the scene down; some 20 minutes.
+The scenes are 60 random ones whose path folds and 20 whose path does not (tests/atlas; seeds from 910000 on,
+the first of each family). The compiled program tests/contact_dynamics.py pushes each by a growing load, one
+scene in each process. The script prints a row for each scene: joints, λ at the ray, highest λ of the path,
+the deepest fall before it, λ from which the path first falls by a tenth, and λ at which the load brings the
+scene down.
 """
 
 import argparse
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
 from itertools import count
 from pathlib import Path
 
@@ -22,7 +26,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 from atlas.held_scenes import held  # noqa: E402
 from atlas.large_scenes import large_scene  # noqa: E402
 from atlas.random_scenes import random_scene  # noqa: E402
-from contact_dynamics import onset  # noqa: E402
+from contact_dynamics import DEFAULTS, DynamicsSettings, collapse_load  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.errors import CaseError  # noqa: E402
@@ -46,8 +50,8 @@ FIRST = 910_000
 #: λ on the way over the ray's, and a fall on the way over the highest λ before, of a path that folds; a fall
 #: that is deep; and the highest λ before, over that of the path, below which none is one.
 HIGHER, FALL, DEEP, TRIFLE = 0.01, 0.02, 0.1, 0.01
-#: Scenes in motion side by side.
-STACK = 10
+#: Highest load factor of contact dynamics, over the highest of the path.
+UP_TO = 1.3
 
 
 def scene_of(family: str, seed: int) -> mo.Scene:
@@ -68,7 +72,7 @@ def on_the_way(found: Pushed) -> tuple[float, float, float]:
 
 
 def scenes() -> Iterator[tuple[str, int, Elastic, Pushed]]:
-    """Family, seed, contacts that give, and push of all."""
+    """Yield the family, seed, elastic contacts and push of each scene."""
     for family, numbers in FAMILIES.items():
         left = list(numbers)
         for seed in count(FIRST):
@@ -88,23 +92,37 @@ def scenes() -> Iterator[tuple[str, int, Elastic, Pushed]]:
                 break
 
 
+def fall(of: tuple[str, int, float], settings: DynamicsSettings) -> float:
+    """Return the load factor under which the scene of a family and a seed falls; NaN if dynamics do not tell.
+
+    The third value is the highest load factor on the path.
+    """
+    family, seed, highest = of
+    try:
+        return collapse_load(scene_of(family, seed), UP_TO * highest, settings)
+    except ArithmeticError:
+        return float("nan")
+
+
 def main() -> None:
     """Print the table."""
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    options.add_argument("--damping", type=float, default=0.98)
-    options.add_argument("--steps", type=int, default=1_000_000)
+    options.add_argument("--damping", type=float, default=DEFAULTS.damping)
+    options.add_argument(
+        "--steps", type=int, default=DEFAULTS.patience, help="steps that a load waits for rest"
+    )
+    options.add_argument("--processes", type=int, default=2)
     chosen = options.parse_args()
+    settings = replace(DEFAULTS, damping=chosen.damping, patience=chosen.steps)
     print("family,seed,joints,ray,highest,fall,deep,onset", flush=True)
     of_all = sorted(scenes(), key=lambda of: of[2].problem.joints)
-    for start in range(0, len(of_all), STACK):
-        some = of_all[start : start + STACK]
-        told = [on_the_way(found) for *_, found in some]
-        problems, settled = [of[2].problem for of in some], [of[2].settled for of in some]
-        at = onset(problems, settled, [of[0] for of in told], chosen.damping, chosen.steps)
-        for (family, seed, elastic, found), numbers, by_time in zip(some, told, at, strict=True):
-            load_factors = found.answer.load_factor, *numbers, by_time
-            of = ",".join(f"{number:.5f}" for number in load_factors)
-            print(f"{family},{seed},{elastic.problem.joints},{of}", flush=True)
+    paths = [on_the_way(found) for *_, found in of_all]
+    asked = [(family, seed, path[0]) for (family, seed, *_), path in zip(of_all, paths, strict=True)]
+    with ProcessPoolExecutor(chosen.processes) as pool:
+        falls = pool.map(partial(fall, settings=settings), asked)
+        for (family, seed, elastic, found), path, load_factor in zip(of_all, paths, falls, strict=True):
+            numbers = ",".join(f"{number:.5f}" for number in (found.answer.load_factor, *path, load_factor))
+            print(f"{family},{seed},{elastic.problem.joints},{numbers}", flush=True)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from math import inf
 import numpy as np
 import scipy.sparse as sp
 from atlas.held_scenes import held
+from atlas.loaded_scenes import loaded
 from atlas.random_scenes import KINDS, random_scene
 from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE
 from atlas.random_scenes_in_space import random_scene_in_space
@@ -34,8 +35,10 @@ ANY_LOAD = (Status.UNLIMITED, Status.LOCKED)
 
 
 def random_of_any_kind(seed: int) -> mo.Scene:
-    """A random scene in the plane or in space, bare, under fill, or held by ties and props; in the plane some
-    with joints of limited strength."""
+    """Return a random scene in the plane or in space, bare, under fill, or held by ties and props.
+
+    Some joints in the plane have limited strength. Loads are of every kind (:mod:`atlas.loaded_scenes`).
+    """
     plain = [*KINDS, *KINDS_IN_SPACE]
     kinds = [*((kind, False) for kind in plain), *((kind, True) for kind in (*plain, "filled"))]
     kind, is_held = kinds[seed % len(kinds)]
@@ -52,32 +55,56 @@ def random_of_any_kind(seed: int) -> mo.Scene:
         scene = mo.Scene(
             **{name: getattr(scene, name) for name in scene.model_fields_set} | {"joints": joints}
         )
-    return scene
+    return loaded(scene, seed)
 
 
-def told_of(scene: mo.Scene) -> str:
-    """How methods "static" and the default agree with bounds: "agrees", "on the edge" (polygons inside and
-    outside differ on whether it stands), or what is wrong or open."""
-    found, result = bounds(assemble(scene)), mo.solve(scene, "static")
+def verdict_on(scene: mo.Scene) -> str:
+    """Return "agrees" if methods "static" and the default agree with the bounds of this program.
+
+    Else the verdict begins with "on the edge" (polygons inside and outside differ on whether the scene
+    stands), "open" (a method decided nothing) or "wrong". :mod:`claims` checks claims beside load factors.
+    """
+    # Claims are checked by programs that are built on those of this module.
+    from claims import wrong_claims
+
+    assembly = assemble(scene)
+    found, result = bounds(assembly), mo.solve(scene, "static")
     if found.stands is None:
         return "on the edge"
     if result.status is Status.SOLVER_FAILED:
-        return f"open: {result.message}"
-    if (result.status is Status.UNSTABLE) == found.stands:
-        return f"wrong: {result.status}, bounds {found}"
+        return f"open: static: {result.message}"
     coulomb = mo.solve(scene)
+    wrong = [*_wrong_associative(result, found), *_wrong_coulomb(coulomb, found)]
+    for each in (result, coulomb):
+        wrong += wrong_claims(each, found)
+    if wrong:
+        return f"wrong: {'; '.join(wrong)}"
+    if coulomb.status is Status.SOLVER_FAILED:
+        return f"open: {coulomb.message}"
+    return "agrees"
+
+
+def _wrong_associative(result: mo.Result, found: "Bounds") -> list[str]:
+    if (result.status is Status.UNSTABLE) == found.stands:
+        return [f"static: {result.status}, bounds {found}"]
     if not found.stands:
-        return "agrees" if coulomb.status is Status.UNSTABLE else f"wrong: by default {coulomb.status}"
-    most = found.outside or 0.0
-    for of in (coulomb.load_factor, coulomb.expected):
-        if of is not None and of > most * (1 + SAME) + SAME:
-            return f"wrong: Coulomb {of} above {most}"
+        return []
+    inside, most = found.inside or 0.0, found.outside or 0.0
     if result.load_factor is None:
         right = result.status in ANY_LOAD and most == inf
     else:
-        inside = found.inside or 0.0
         right = inside * (1 - SAME) - SAME <= result.load_factor <= most * (1 + SAME) + SAME
-    return "agrees" if right else f"wrong: {result.status} {result.load_factor}, bounds {found}"
+    return [] if right else [f"static: {result.status} {result.load_factor}, bounds {found}"]
+
+
+def _wrong_coulomb(result: mo.Result, found: "Bounds") -> list[str]:
+    if not found.stands:
+        return [] if result.status is Status.UNSTABLE else [f"by default {result.status}, but it falls"]
+    most = found.outside or 0.0
+    above = [
+        of for of in (result.load_factor, result.expected) if of is not None and of > most * (1 + SAME) + SAME
+    ]
+    return [f"Coulomb {of} above {most}" for of in above]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Load factors of walls in space, as programs beside the package found them; blocks pushed outwards (−y).
 
 `associative` is of a program that found contact points and equilibrium of boxes for itself, and handed
-cones to Clarabel as they stand; `carried` is what `contact_dynamics` gives.
+cones to Clarabel as they stand. `carried` is of contact dynamics with implicit, viscous time steps, whose
+values the explicit program `contact_dynamics` reproduces on walls of up to 20 blocks.
 """
 
 from collections.abc import Callable

@@ -1,16 +1,16 @@
-"""Contact dynamics, the program beside the package for blocks in space: closed forms, LMGC90, values kept."""
+"""Contact dynamics in space against closed forms, LMGC90 and stored values of an implicit program."""
 
 from math import degrees, hypot
 
 import pytest
+from contact_dynamics import QUICK, collapse_load
 from scenes_in_space import box_on_floor, pushed_box
-from space.contact_dynamics import load_carried
 from space.reference_values import REFERENCES
 from space.test_closed_forms import overturning
 
-#: What is carried lies below the load factor by less than the second.
-EXACT, LAST_INCREMENT = 1e-6, 6.3e-4
-
+#: Relative error of load factors by contact dynamics. Its load grows until forces out of balance exceed a
+#: share of it, so that a scene is seen to fall a little late.
+LATE = 0.005
 
 #: The flat box, of weight 1 and area 2, slides at μ W + c A, overturns far above. About the vertical four
 #: corners at √(a² + b²)/2 from the middle bear μ W √(a² + b²)/2, however they share the weight.
@@ -25,16 +25,16 @@ BY_HAND = {
 @pytest.mark.parametrize("name", BY_HAND)
 def test_a_box_carries_what_brings_it_down_by_hand(name):
     scene, expected = BY_HAND[name]
-    found = load_carried(scene, increment=0.08)
-    assert expected - LAST_INCREMENT < found < expected + EXACT
+    found = collapse_load(scene, 1.3 * expected, QUICK)
+    assert found == pytest.approx(expected, rel=LATE)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("reference", [of for of in REFERENCES if of.blocks <= 20], ids=str)
 def test_load_carried(reference):
-    """As it gave it of the larger walls. Rigid blocks in LMGC90 begin to leave within 3.5 % of it."""
-    found = load_carried(reference.scene)
-    assert found == pytest.approx(reference.carried, abs=LAST_INCREMENT)
-    assert found < reference.associative + EXACT
+    """An implicit, viscous program found ``carried``; rigid blocks in LMGC90 begin to leave within 3.5 %."""
+    found = collapse_load(reference.scene, 1.3 * reference.carried, QUICK)
+    assert found == pytest.approx(reference.carried, rel=LATE)
+    assert found < reference.associative * (1 + LATE)
     if reference.lmgc90 is not None:
         assert found == pytest.approx(reference.lmgc90, rel=0.035)

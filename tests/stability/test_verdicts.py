@@ -4,7 +4,7 @@ Of 1,000 scenes at once: ``python benchmarks/second_program.py``.
 """
 
 import pytest
-from second_program import random_of_any_kind, told_of
+from second_program import random_of_any_kind, verdict_on
 
 #: Seeds that nothing is tuned on, and of the first eight those that take a second at most.
 FIRST, FAST = 910_000, (0, 2, 3, 4)
@@ -14,4 +14,4 @@ FIRST, FAST = 910_000, (0, 2, 3, 4)
     "seed", [pytest.param(FIRST + n, marks=() if n in FAST else pytest.mark.slow) for n in range(16)]
 )
 def test_no_verdict_is_wrong_or_left_open(seed):
-    assert told_of(random_of_any_kind(seed)) in ("agrees", "on the edge")
+    assert verdict_on(random_of_any_kind(seed)) in ("agrees", "on the edge")

@@ -34,7 +34,7 @@ result = mo.solve(facade(0.6))
 print(result)
 
 # %%
-# Contact dynamics, another program (``tests/space/contact_dynamics.py``), pushes the same blocks from rest
+# Contact dynamics, another program (``tests/contact_dynamics.py``), pushes the same blocks from rest
 # until they fall: at 0.379. A ninth of the promise is not there. The least state lies at little more than
 # half of it: nothing presses on the teeth, and what leaves, by hand, 4, 6, 8 and 10 half blocks from the foot
 # up, turns about the foot as if there were no friction.
