@@ -103,7 +103,8 @@ def test_a_number_that_does_not_matter_is_drawn_too():
     """Nor does any of one run: the chart of what matters has no marks, and no legend."""
     found = sampled([0.3, 0.3, 0.3, 0.3])
     assert found.sensitivity()["rank_correlation"].isna().all()
-    assert "nothing drawn matters" in chart_contents("Sample", [found.drawing("sensitivity")])["sensitivity.svg"]
+    files = chart_contents("Sample", [found.drawing("sensitivity")])
+    assert "nothing drawn matters" in files["sensitivity.svg"]
 
 
 def test_failed_runs_count_as_collapsed():
