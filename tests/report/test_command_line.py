@@ -358,13 +358,8 @@ ENDING = {
 )
 def test_a_command_ends_without_a_word_on_standard_error(tmp_path, name):
     """No file is left open, which Python says of after the command, where no exception can be raised."""
-    command = [
-        sys.executable,
-        *warned,
-        "-c",
-        "from masonry_opt.cli import main; main()",
-        *map(str, arguments),
-    ]
+    run = "from masonry_opt.cli import main; main()"
+    command = [sys.executable, "-W", "error", "-X", "dev", "-c", run, *ENDING[name]]
     ended = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ended.stdout
