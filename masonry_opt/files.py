@@ -1,11 +1,13 @@
-"""Files are written whole or not at all, and replace none without a mark of this package; plain data."""
+"""Files are written whole or not at all, and replace only files that this package wrote; plain data."""
 
 import contextlib
+import hashlib
+import json
 import math
 import os
 import re
 from base64 import b64encode
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -20,7 +22,9 @@ MARK = f"written by {WRITER}"
 
 JSON_KEY = "written_by"  #: The key of JSON files that says it.
 
-#: Patterns of marks by the end of a file's name. Lists of names (.row, .col) bear that of their .nl file.
+_NAME_LISTS = (".row", ".col")  #: Lists of names beside an .nl file, which has the mark for all three.
+
+#: Patterns of marks by the end of a file's name.
 _MARKS = {
     ".toml": rf"\A# {MARK}",
     ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',
@@ -36,6 +40,10 @@ _MARKS = {
     ".pdf": rf"/Creator \({WRITER}\)",
     ".html": rf'<meta name="generator" content="{WRITER}">',
 }
+
+#: File of an output folder that lists the SHA-256 digests of the files that were written into the folder, by
+#: name. Tables and charts have no place for a mark: they are known by their digest.
+RECORD = ".masonry_opt.json"
 
 _ENDS = 1 << 16  #: Bytes at either end of a file in which its mark stands: only of PDF files at the end.
 
@@ -63,17 +71,73 @@ def writing(path: Path, kept: str = "") -> Iterator[None]:
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
-    """Write a file so that a reader sees the old content or the new, never a part. Raises OSError if the
-    folder is missing, full or cannot be written; the old file then stands."""
+    """Write a file so that a reader sees the old content or the new, never a part.
+
+    Raises OSError if the folder is missing, full or cannot be written; the old file then remains.
+    """
     path = Path(path)
-    data = content.encode("utf-8") if isinstance(content, str) else content
-    # A name of its own for every writer: of two that write at once, the last to end is kept whole.
+    # Each writer has its own temporary file: of two that write at once, the last to end is kept whole.
     temporary = path.parent / f".writing.{uuid4().hex}"
     try:
-        temporary.write_bytes(data)
+        temporary.write_bytes(_encoded(content))
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def write_together(contents: Mapping[Path, str | bytes]) -> None:
+    """Write several files, each whole, by their paths.
+
+    All contents are first written to temporary files, so that a full disk leaves every old file as it was.
+    Raises OutputError, which names the first file that cannot be written.
+    """
+    temporaries = {path: path.parent / f".writing.{uuid4().hex}" for path in contents}
+    try:
+        for path, temporary in temporaries.items():
+            with writing(path):
+                temporary.write_bytes(_encoded(contents[path]))
+        for path, temporary in temporaries.items():
+            with writing(path):
+                temporary.replace(path)
+    finally:
+        for temporary in temporaries.values():
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+def write_folder(folder: Path, contents: Mapping[str, str | bytes], force: bool = False) -> list[Path]:
+    """Write files into a folder by their names, as :func:`write_together`; returns their paths.
+
+    The record of the folder lists their digests, by which a later run knows that it may replace them. Raises
+    OptionError as :func:`refuse_outputs`.
+    """
+    refuse_outputs(folder, contents, force)
+    record = _recorded(folder)
+    for name, content in contents.items():
+        # Until the file is replaced, the digest of the old file holds.
+        before = [digest for digest in record.get(name, []) if digest == _digest_of(folder / name)]
+        record[name] = [*before, hashlib.sha256(_encoded(content)).hexdigest()]
+    lines = json.dumps({JSON_KEY: WRITER, "files": record}, indent=1, ensure_ascii=False) + "\n"
+    write_together({folder / RECORD: lines})
+    paths = {folder / name: content for name, content in contents.items()}
+    write_together(paths)
+    return [*paths]
+
+
+def _encoded(content: str | bytes) -> bytes:
+    return content.encode("utf-8") if isinstance(content, str) else content
+
+
+def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> None:
+    """Raise OptionError if a file of a folder could not be replaced; to be asked before long work.
+
+    A missing folder holds no files. Without ``force``, only files that this package wrote are replaced.
+    """
+    for name in (*names, RECORD):
+        path = folder / name
+        if path.is_dir():
+            raise OptionError(f"{path}: cannot be written: is a folder")
+        refuse_replacing(path, force)
 
 
 def refuse_unwritable(path: Path, force: bool = False) -> None:
@@ -94,28 +158,48 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
 
 
 def refuse_replacing(path: Path, force: bool = False) -> None:
-    """Raise OptionError if a file that holds something bears no mark of this package, unless ``force``."""
+    """Raise OptionError if a file holds something that this package did not write, unless ``force``."""
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
-        unmarked = f"is there already, and does not bear the mark of what {WRITER} writes"
-        instead = "choose another name, or replace it with --force (in Python: force=True)"
-        raise OptionError(f"{path}: {unmarked}: {instead}")
+        foreign = f"is there already, and {WRITER} did not write it, or it was changed since"
+        remedy = "choose another name or folder, or replace it with --force (in Python: force=True)"
+        raise OptionError(f"{path}: {foreign}: {remedy}")
 
 
 def _is_replaceable(path: Path) -> bool:
     if not path.is_file():  # a pipe, a device, a link to nothing
         return False
-    suffix = path.suffix.lower()
-    if suffix not in _MARKS:  # a list of names
-        path, suffix = path.with_suffix(".nl"), ".nl"
+    recorded = _recorded(path.parent).get(path.name)
+    if recorded and _digest_of(path) in recorded:
+        return True
+    marked = path.with_suffix(".nl") if path.suffix.lower() in _NAME_LISTS else path
+    mark = _MARKS.get(marked.suffix.lower())
     try:
-        with path.open("rb") as stream:
+        with marked.open("rb") as stream:
             data = stream.read(_ENDS)
-            if (size := path.stat().st_size) > _ENDS:
+            if (size := marked.stat().st_size) > _ENDS:
                 stream.seek(max(_ENDS, size - _ENDS))
                 data += stream.read()
     except OSError:
         return False
-    return not data or re.search(_MARKS[suffix].encode(), data, re.DOTALL) is not None
+    return not data or (mark is not None and re.search(mark.encode(), data, re.DOTALL) is not None)
+
+
+def _recorded(folder: Path) -> dict[str, list[str]]:
+    """Return the digests of the files that were written into a folder, by name; none without a record."""
+    try:
+        files = json.loads((folder / RECORD).read_bytes())["files"]
+        return {str(name): [*map(str, digests)] for name, digests in files.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def _digest_of(path: Path) -> str:
+    """Return the SHA-256 digest of a file, "" if it cannot be read."""
+    try:
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return ""
 
 
 def plain(value: Any) -> Any:

@@ -14,6 +14,22 @@ def box(x, y, z):
     return np.array(corners, dtype=float), QUADS
 
 
+def divided_box(x, y, z, count):
+    """Corners and triangles of a box, each of whose sides has a net of count × count pairs of triangles."""
+    low, high = np.array([x, y, z], dtype=float).T
+    numbers, faces = {}, []
+    for axis in range(3):
+        for end in (0, 1):
+            for row, column in np.ndindex(count, count):
+                quad = []
+                for across, up in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                    share = np.roll([end, (row + across) / count, (column + up) / count], axis)
+                    quad.append(numbers.setdefault(tuple(share), len(numbers)))
+                own = [(quad[0], quad[1], quad[2]), (quad[0], quad[2], quad[3])]
+                faces += own if end else [face[::-1] for face in own]
+    return low + np.array(list(numbers)) * (high - low), faces
+
+
 def prism(outline, depth):
     """A polygon of x and z from y = 0 to a depth, its two ends as one face each, whatever its notches."""
     count = len(outline)

@@ -193,17 +193,23 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     T, closing = problem.of_forces(q)[those] * problem.force_unit, problem.of_forces(u)[those]
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
     lowest, highest = np.array([[each.lowest, each.highest] for each in forces], float).reshape(-1, 2).T
+    # A solver leaves a force off its limit by its tolerance, which is a share of the scene's forces.
+    rounding = IDLE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
+    within = np.clip(T, lowest, highest)
+    T = np.where(np.abs(T - within) <= rounding, within, T)
+    # Of a scene that falls no forces are known.
+    goes_on = (highest > 0) & (-closing > MOVES * fastest(assembly, d))
+    yields = goes_on & ~(AT_HIGHEST * highest > T)
     columns = {
         "name": [force.name for force in forces],
         "kind": [str(force.role) for force in forces],
         "first": [names[force.actions[0].block] for force in forces],
         "second": [names[force.actions[-1].block] if force.actions[1:] else "ground" for force in forces],
-        "force": T,
+        "force": np.where(yields & (np.abs(highest - T) <= rounding), highest, T),
         "lowest": lowest,
         "highest": highest,
         # What a force works on, it goes along with: a tie shortens, a prop lengthens.
         "lengthens": np.where([force.role is Role.PROP for force in forces], closing, -closing),
-        # Of a scene that falls no forces are known.
-        "yields": (highest > 0) & (-closing > MOVES * fastest(assembly, d)) & ~(AT_HIGHEST * highest > T),
+        "yields": yields,
     }
     return framed(columns)

@@ -137,8 +137,14 @@ class Code(StrEnum):
     IDLE_SUPPORTS = "idle supports"  # blocks
     HELD_BY_CLAMPING = "held by clamping"  # pairs
     FAR_AWAY = "far away"  # blocks, distance, size: of the rest
-    # blocks, ratio: of the first one's weight per area to the median; per: "volume" in space.
+    # blocks, ratio: of the first one's weight per area to the median of all; per: "volume" in space.
     WEIGHTS_DIFFER = "weights differ"
+    # fill: counted from 1; backing: True if its backing is meant; unit_weight; beside: "blocks" or "fill", of
+    # the unit weight other.
+    FILL_WEIGHT_DIFFERS = "fill weight differs"
+    # kind: "tie" or "prop", name, key: "strength" or "prestress", value; weight: of a median block, or if the
+    # value is larger of all dead loads.
+    STRENGTH_DIFFERS = "strength differs"
     SMALL_GAPS = "small gaps"  # pairs: of blocks; widths: of the gap of each
     CORNERS_MEET = "corners meet"  # pairs: of blocks
     WITHOUT_NORMAL = "without normal"  # pairs: of blocks in space

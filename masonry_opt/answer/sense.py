@@ -9,6 +9,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.fill import fill_forces
+from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import weights
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import linked
@@ -23,8 +24,8 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 #: Distance of a group of blocks from all others, over the larger of their sizes, from which it is far away.
 _FAR = 10.0
 
-#: Weights per area, or volume, and forces over weights, that differ by more are perhaps in other units (N and
-#: kN differ by a thousand, stone and timber by five).
+#: Ratio of unit weights, and of forces to weights, from which they are perhaps in different units: N and kN
+#: differ by a thousand, stone and timber by five. A larger value misses mistakes in some materials.
 _OTHER_UNITS = 300.0
 
 #: A dead force so many times smaller than its block's weight acts on nothing. (A live force may be of any
@@ -53,6 +54,8 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_far_away(assembly),
         *_acting_outside(assembly),
         *_weights(assembly),
+        *_fill_weights(assembly),
+        *_strengths(assembly),
     )
 
 
@@ -178,14 +181,14 @@ def _weights(assembly: Assembly) -> list[Reason]:
     """Weights per area, or volume, and forces over weights, that look like those of other units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     weight = weights(scene, assembly.geometry, movable)
-    density = weight / assembly.geometry.size[movable]
+    density = _unit_weights(assembly)
     heavy = density > 0
     if not heavy.any():
         return []
-    usual = np.quantile(density[heavy], 0.5, method="lower")
-    ratio = np.where(heavy, density / usual, 1.0)
+    median = _lower_median(density[heavy])
+    ratio = np.where(heavy, density / median, 1.0)
     most = (_OTHER_UNITS, _OTHER_UNITS)
-    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, **_PER[scene.dimension])
+    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, median=median, **_PER[scene.dimension])
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
@@ -200,8 +203,55 @@ def _weights(assembly: Assembly) -> list[Reason]:
     return found
 
 
+def _unit_weights(assembly: Assembly) -> np.ndarray:
+    """Return the weight of each movable block per area, or volume, shape (b,)."""
+    scene, movable = assembly.scene, assembly.movable
+    size = assembly.geometry.size[movable] * scene.thickness
+    return weights(scene, assembly.geometry, movable) / size
+
+
+def _lower_median(values: np.ndarray) -> float:
+    return float(np.quantile(values, 0.5, method="lower"))
+
+
+def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
+    """Unit weights of fills and backings that look like those of another unit than that of the blocks.
+
+    A backing beside weightless blocks is compared with its fill.
+    """
+    of_blocks = _unit_weights(assembly)
+    heavy = of_blocks[of_blocks > 0]
+    for number, fill in enumerate(assembly.scene.fills, start=1):
+        beside = "blocks" if len(heavy) else "fill"
+        other = _lower_median(heavy) if len(heavy) else fill.unit_weight
+        for zone, backing in zip(fill.zones, (False, True), strict=False):
+            ratio = zone.unit_weight / other
+            if not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS:
+                values = {"unit_weight": zone.unit_weight, "beside": beside, "other": other}
+                yield reason(Code.FILL_WEIGHT_DIFFERS, fill=number, backing=backing, **values)
+
+
+def _strengths(assembly: Assembly) -> Iterator[Reason]:
+    """Strengths and prestresses of ties and props that look like forces of another unit than the weights."""
+    problem = assembly.problem
+    weight = weights(assembly.scene, assembly.geometry, assembly.movable)
+    if not weight.any():
+        return
+    median = _lower_median(weight[weight > 0])
+    all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
+    for force in assembly.limited:
+        if force.role not in (Role.TIE, Role.PROP):
+            continue
+        named = {"kind": str(force.role), "name": force.name}
+        for key, value in (("strength", force.highest), ("prestress", force.lowest)):
+            if np.isfinite(value) and value > _OTHER_UNITS * all_dead:
+                yield reason(Code.STRENGTH_DIFFERS, **named, key=key, value=value, weight=all_dead)
+            elif 0 < value < median / _NO_FORCE:
+                yield reason(Code.STRENGTH_DIFFERS, **named, key=key, value=value, weight=median)
+
+
 def _differing(
-    assembly: Assembly, code: Code, ratio: np.ndarray, most: tuple[float, float], **values: str
+    assembly: Assembly, code: Code, ratio: np.ndarray, most: tuple[float, float], **values: object
 ) -> list[Reason]:
     """A reason naming blocks whose ratio exceeds ``most[0]``, or its inverse ``most[1]``, most off first."""
     (above, below), off = most, np.abs(np.log(ratio))

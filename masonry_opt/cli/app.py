@@ -3,6 +3,7 @@
 import contextlib
 import os
 import sys
+from collections.abc import Iterator
 from importlib import import_module
 from importlib.metadata import version as package_version
 from io import TextIOWrapper
@@ -80,11 +81,28 @@ def main() -> None:
     """Run the command line; every foreseeable mistake ends as one message and an exit code."""
     if sys.stdout is None:  # closed by the caller
         _end("standard output is closed: give it a file or a pipe", OutputError.exit_code)
-    if (own := sys.__stdout__) is not None and own is sys.stdout:
-        # What libraries write to the descriptor goes to standard error: results have another.
-        results = os.fdopen(os.dup(1), "w", encoding=own.encoding)
+    with _results_apart():
+        _run()
+
+
+@contextlib.contextmanager
+def _results_apart() -> Iterator[None]:
+    """Give results a descriptor of their own: what libraries write to descriptor 1 goes to standard error."""
+    own = sys.stdout
+    if own is not sys.__stdout__:  # a test reads what is printed
+        yield
+        return
+    with os.fdopen(os.dup(1), "w", encoding=own.encoding) as results:
         os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
         sys.stdout = results
+        try:
+            yield
+        finally:
+            sys.stdout = own
+
+
+def _run() -> None:
+    """Run the command that was typed, and end with one message if it raises an error of this package."""
     for stream in (sys.stdout, sys.stderr):
         # What a stream cannot encode (a file's name in foreign bytes) is written as an escape.
         if isinstance(stream, TextIOWrapper):

@@ -17,7 +17,7 @@ from masonry_opt.drawing.pictures import doubts, scene_picture
 from masonry_opt.drawing.solids import refuse_view
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
-from masonry_opt.files import writing
+from masonry_opt.files import refuse_replacing, refuse_unwritable, writing
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
@@ -63,6 +63,7 @@ def export(given: Given, case: Path, file: Path, load_case: str | None = None) -
     """Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written."""
     what: mo.Scene | mo.Result = as_scene(case, load_case)
     if file.suffix.lower() in SOLID_ENDS and (method := given.pop("method", None)):
+        refuse_unwritable(file, given.get("force", False))
         what = mo.solve(case, method, expected=False, load_case=load_case)
     print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))
 
@@ -98,12 +99,14 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     """Layers, names, arcs, COMPAS data and meshes: docs/drawings.md. From a case file to OUT.dxf it draws the
     blocks. Of a mesh of more than 10,000 corners the case file names the file."""
     if out.suffix.lower() == ".dxf":
+        refuse_replacing(out, force)
         _refuse(given, {}, f"{out}: a drawing is written of a case file as it stands")
         scene = mo.load(drawing)
         mo.write_dxf(scene, out, force)
         _tell(scene, out)
         return
     as_path(out, "a case file", ".toml", ".json")
+    refuse_replacing(out, force)
     suffix = drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 import masonry_opt as mo
 from masonry_opt.cli.command import Given, command, ended_by_kill, numbers, reader
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
+from masonry_opt.files import WRITER
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.compare.comparison import OUT
 from masonry_opt.studies.many.draws import BY, parse
@@ -60,7 +61,7 @@ def _vary(text: str) -> tuple[str, list[float]]:
     seed=typer.Option(min=0),
     by=typer.Option(help=f"With --sample: of properties of joints, {', '.join(BY)}."),
     workers=typer.Option(min=1),
-    force=typer.Option("--force", help="Replace a table that has other runs."),
+    force=typer.Option("--force", help=f"Replace a table of other runs, and what {WRITER} did not write."),
     out=typer.Option(help="Folder of the table and charts."),
 )
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:

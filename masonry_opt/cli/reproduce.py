@@ -1,5 +1,6 @@
 """The command `masonry-opt reproduce`: runs the paper's examples, the scripts of the guide's gallery."""
 
+import ast
 import contextlib
 import io
 import sys
@@ -15,14 +16,23 @@ from matplotlib.figure import Figure
 from masonry_opt.cli.command import Given, command
 from masonry_opt.drawing.figure import boxes, style
 from masonry_opt.errors import NoLoadFactorError, OptionError
-from masonry_opt.files import picture_metadata, refuse_unwritable, writing
+from masonry_opt.files import (
+    RECORD,
+    picture_metadata,
+    refuse_outputs,
+    refuse_unwritable,
+    write_folder,
+    writing,
+)
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.studies.writing import csv_text, write_files
+from masonry_opt.studies.writing import csv_text
 from masonry_opt.words.terminal import print_text
 
 _BEYOND = "bracket"  #: Not an example of the paper; takes a quarter of an hour.
 _EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
+_TABLE = "table"  #: Beginning of the names of a script's variables that are written as tables.
+_FIGURE = "figure"  #: Beginning of the names of a script's variables that are written as pictures.
 _PACKAGE = Path(__file__).parents[1]
 
 
@@ -35,7 +45,7 @@ def scripts() -> dict[str, Path]:
 
 
 @command(example=typer.Argument(help=_EXAMPLE), out=typer.Option(help=_OUT))
-def reproduce(_: Given, example: str = "", out: Path = Path("results")) -> bool:
+def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: bool = False) -> bool:
     """Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
     example or folder, or an extra is missing."""
     known = scripts()
@@ -52,12 +62,14 @@ def reproduce(_: Given, example: str = "", out: Path = Path("results")) -> bool:
     # The folder is made before the minutes that filling it takes.
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
-    refuse_unwritable(out / ".masonry_opt")
+    refuse_unwritable(out / RECORD, force)
+    for name in names:
+        refuse_outputs(out, _outputs(name, known[name]), force)
     missed = False
     for name in names:
         print(f"{name}: {_title(known[name])} ...", file=sys.stderr, flush=True)
         start = time.perf_counter()
-        missed = _run(name, known[name], out) or missed
+        missed = _run(name, known[name], out, force) or missed
         print(f"{name}: {time.perf_counter() - start:.1f} s, written to {out}", file=sys.stderr, flush=True)
     return not missed
 
@@ -67,8 +79,24 @@ def _title(path: Path) -> str:
     return path.read_text("utf-8").split("\n", 2)[1]
 
 
-def _run(name: str, path: Path, out: Path) -> bool:
-    """Run a script; print what it prints, and write its tables and figures. True if a value is missed."""
+def _outputs(name: str, path: Path) -> list[str]:
+    """Return the names of the files that a script's tables and figures may be written to."""
+    nodes = ast.walk(ast.parse(path.read_text("utf-8")))
+    variables = [node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
+    return [file for variable in dict.fromkeys(variables) for file in _files(name, variable)]
+
+
+def _files(name: str, variable: str) -> list[str]:
+    """Return the names of the files of a script's variable: ``table_x`` of fig6 is written to fig6_x.csv."""
+    if variable.startswith(_TABLE):
+        return [f"{name}{variable.removeprefix(_TABLE)}.csv"]
+    if variable.startswith(_FIGURE):
+        return [f"{name}{variable.removeprefix(_FIGURE)}.{kind}" for kind in ("png", "svg")]
+    return []
+
+
+def _run(name: str, path: Path, out: Path, force: bool) -> bool:
+    """Run a script, print what it prints, write its tables and figures; return True if a value is missed."""
     names: dict[str, Any] = {"__name__": "__main__", "__file__": str(path)}
     said, missed = io.StringIO(), ""
     with contextlib.redirect_stdout(said):
@@ -80,26 +108,26 @@ def _run(name: str, path: Path, out: Path) -> bool:
             missed = f"{name}: not as published ({path.name}, line {line}): {error}"
     # Before the next example begins: an interrupt loses one at most.
     print_text(said.getvalue() + missed)
-    write_files(out, _written(name, names))
+    write_folder(out, _written(name, names), force)
     return bool(missed)
 
 
 def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
-    """Files of a script's variables ``table...`` and ``figure...``: fig6's ``table_x`` becomes fig6_x.csv."""
+    """Return the contents of the files of a script's tables and figures, by name."""
     files: dict[str, str | bytes] = {}
     for variable, value in names.items():
-        if variable.startswith("table") and isinstance(value, pd.DataFrame):
-            files[f"{name}{variable.removeprefix('table')}.csv"] = csv_text(value)
-        elif variable.startswith("figure") and isinstance(value, Figure):
-            files |= _pictures(value, name + variable.removeprefix("figure"))
+        if variable.startswith(_TABLE) and isinstance(value, pd.DataFrame):
+            files |= dict.fromkeys(_files(name, variable), csv_text(value))
+        elif variable.startswith(_FIGURE) and isinstance(value, Figure):
+            files |= zip(_files(name, variable), _pictures(value), strict=True)
     return files
 
 
-def _pictures(figure: Figure, name: str) -> dict[str, bytes]:
-    """PNG and SVG of a figure, by file name; the same to the last byte from run to run."""
+def _pictures(figure: Figure) -> tuple[bytes, bytes]:
+    """Return PNG and SVG of a figure, equal to the last byte from run to run."""
     png, svg = io.BytesIO(), io.BytesIO()
     with style(), boxes():
         figure.savefig(png, format="png", dpi=150, metadata=picture_metadata("png"))
         figure.set_layout_engine("none")  # laid out: the next kind looks the same
         figure.savefig(svg, format="svg", dpi=150, metadata=picture_metadata("svg"))
-    return {f"{name}.png": png.getvalue(), f"{name}.svg": svg.getvalue()}
+    return png.getvalue(), svg.getvalue()

@@ -18,7 +18,7 @@ from masonry_opt.analysis import refuse_unsuited, solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.exports.solid_files import SOLID_ENDS, solid_file
-from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable
+from masonry_opt.files import MARK, refuse_unwritable, write_together
 from masonry_opt.methods.bracket.relaxation import a_little_above, assumed_rates, bounds_of
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
@@ -291,7 +291,7 @@ def export(
         raise OptionError(f"{path}: a program of method '{method}' {named}")
     refuse_unwritable(path, force)
     for beside in (".row", ".col") if end == ".nl" else ():
-        refuse_replacing(path.with_suffix(beside), force)
+        refuse_unwritable(path.with_suffix(beside), force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
     # Where dilatancy falls with stress a method may ask the loop: programs of flow have a constant one.
     known = METHODS[method]
@@ -302,8 +302,7 @@ def export(
     names = names_in(program, assembly, legal=end != ".nl")
     files = _WRITERS[end](program, names, [*_header(method, assembly), *said])
     paths = {of: path.with_suffix(path.suffix if of == end else of) for of in files}
-    for of, text in files.items():
-        write_file(paths[of], text, OutputError)
+    write_together({paths[of]: text for of, text in files.items()})
     return tuple(reversed(paths.values()))
 
 

@@ -23,6 +23,7 @@ class Stone(NamedTuple):
     area: float | None  #: that weighs; None of a support
     weight_at: Point | None = None  #: where a voussoir's weight acts
     back: Point | None = None  #: the middle of a voussoir's outer edge
+    area_ratio: float = 1.0  #: the area that weighs, over the area of the polygon
 
     def mapped(self, point: Callable[[Point], Point]) -> "Stone":
         """With its points elsewhere."""
@@ -190,7 +191,9 @@ class ArchRing(AnyGenerator):
             "straight": (math.sin(angle) * radius * thickness, mean * math.cos(angle / 2)),
         }[self.weights]
         corners = [polar(inner, begin), polar(outer, begin), polar(outer, end), polar(inner, end)]
-        return Stone("", corners, area, polar(centroid, middle), polar(outer * math.cos(angle / 2), middle))
+        back = polar(outer * math.cos(angle / 2), middle)
+        drawn_area = math.sin(angle) * radius * thickness
+        return Stone("", corners, area, polar(centroid, middle), back, area / drawn_area)
 
     def _half_key(self, begin: float) -> Stone:
         """The last voussoir of a pointed arch's left arc, seen from its centre, up to the upright joint."""
@@ -200,14 +203,15 @@ class ArchRing(AnyGenerator):
         corners = [polar(inner, begin), polar(outer, begin)]
         corners += [polar(outer, crown[outer]), polar(inner, crown[inner])]
         back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
-        if weights == "centreline":
-            angle = begin - crown[radius]
-            distance = radius * 2 * math.sin(angle / 2) / angle
-            return Stone("", corners, angle * radius * thickness, polar(distance, begin - angle / 2), back)
         points, after = np.array(corners), np.array([*corners[1:], corners[0]])
         cross = after[:, 0] * points[:, 1] - points[:, 0] * after[:, 1]  # corners go clockwise
+        drawn_area = area = float(cross.sum()) / 2
+        if weights == "centreline":
+            angle = begin - crown[radius]
+            area = angle * radius * thickness
+            centroid = polar(radius * 2 * math.sin(angle / 2) / angle, begin - angle / 2)
+            return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
         moment = (cross[:, None] * (points + after) / 6).sum(axis=0)
-        area = float(cross.sum()) / 2
         if weights == "sector":
             # The arcs bulge: beyond the outer edge there is more, beyond the inner one less.
             for distance, sign in ((outer, 1.0), (inner, -1.0)):
@@ -216,8 +220,14 @@ class ArchRing(AnyGenerator):
                 area += sign * distance**2 * (angle - math.sin(angle)) / 2
                 size = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
                 moment += polar(size, begin - angle / 2)
-        # Without any area it is refused, with what wants one.
-        return Stone("", corners, area, tuple((moment / area).tolist()) if area else back, back)
+        # A stone without any area is refused when the scene is assembled.
+        centroid = tuple((moment / area).tolist()) if area else back
+        return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
+
+
+def _ratio(area: float, drawn_area: float) -> float:
+    """Return the quotient of two areas, 1 if nothing is drawn."""
+    return area / drawn_area if drawn_area else 1.0
 
 
 class PointLoad(Record):
@@ -257,15 +267,23 @@ class Arch(ArchRing, Generator):
             if loads > 1:
                 yield f"'point_loads' has two loads on voussoir {number}: add them up"
 
-    def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The voussoirs ``v1``, ``v2``, ..., ``skewback 1`` and ``2``, then ``abutment 1`` and ``2``."""
+    def blocks(self, thickness: float | None = None) -> list[Block]:
+        """Return the voussoirs ``v1``, ``v2``, ..., ``skewback 1`` and ``2``, ``abutment 1`` and ``2``.
+
+        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``. The
+        ``unit_weight`` of a block refers to the polygon that is drawn. Where ``weights`` counts the area
+        between arcs, the unit weight of a voussoir is scaled so that its polygon weighs as much.
+        """
         forces = {f"v{load.voussoir}": load.force for load in self.point_loads if any(load.force)}
         built = []
-        for name, corners, area, weight_at, back in self._stones():
+        for name, corners, area, weight_at, back, area_ratio in self._stones():
             if area is None:
                 built.append(self._block(name, {"vertices": corners}, fixed=True))
                 continue
             live = {"live": forces[name], "live_at": back} if name in forces else {}
-            weight = self.unit_weight * area * thickness
-            built.append(self._stone(name, corners, weight, weight_at=weight_at, **live))
+            if thickness is None:
+                weight = {"unit_weight": self.unit_weight * area_ratio}
+            else:
+                weight = {"weight": self.unit_weight * area * thickness}
+            built.append(self._stone(name, corners, weight_at=weight_at, **weight, **live))
         return built

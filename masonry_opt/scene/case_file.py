@@ -85,7 +85,7 @@ class CaseFile(SceneKeys):
         these make no scene, CaseError if a generator cannot build its own or the mesh cannot be read."""
         blocks = list(self.blocks)
         for flat in self._of(Generator):
-            blocks += flat.blocks(self.thickness)
+            blocks += flat.blocks()
         for solid in self._of(SolidGenerator):
             blocks += solid.blocks()
         # Those that were given: what is refused by name is refused whatever its value.

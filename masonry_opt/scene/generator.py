@@ -79,14 +79,19 @@ class Generator(AnyGenerator):
         if any(self.live) and any(self.live_per_weight):
             yield "'live' is the old name of 'live_per_weight': give one of them"
 
-    def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The blocks, with weights and live loads; a scene's thickness multiplies a ``unit_weight``."""
+    def blocks(self, thickness: float | None = None) -> list[Block]:
+        """Return the blocks, with weights and live loads.
+
+        A generator with a ``unit_weight`` gives each block a ``unit_weight``, which a scene multiplies by its
+        own thickness. If ``thickness`` is given, each block has instead its ``weight`` at this thickness,
+        which a scene leaves as it is.
+        """
         raise NotImplementedError
 
-    def _stone(self, name: str, corners: Iterable[Point], weight: float, **keys: Any) -> Block:
-        """A movable block; points are seen from the generator's origin."""
+    def _stone(self, name: str, corners: Iterable[Point], **keys: Any) -> Block:
+        """Return a movable block, whose points are relative to the generator's origin."""
         push = self.live_per_weight if any(self.live_per_weight) else self.live
-        return self._block(name, {"vertices": corners}, weight=weight, live_per_weight=push, **keys)
+        return self._block(name, {"vertices": corners}, live_per_weight=push, **keys)
 
 
 class WeighedGenerator(Generator):
@@ -100,9 +105,15 @@ class WeighedGenerator(Generator):
         if (self.weight is None) == (self.unit_weight is None):
             yield "give 'weight' or 'unit_weight'" + ("" if self.weight is None else ", not both")
 
-    def _weight_of(self, area: float, thickness: float) -> float:
-        """Weight of the whole, of the given area."""
-        return self.weight if self.weight is not None else (self.unit_weight or 0.0) * area * thickness
+    def _weighed_stone(
+        self, name: str, corners: Iterable[Point], weight: float | None, area: float, thickness: float | None
+    ) -> Block:
+        """Return a movable block of the given weight, or without one of the generator's unit weight."""
+        if weight is not None:
+            return self._stone(name, corners, weight=weight)
+        if thickness is None:
+            return self._stone(name, corners, unit_weight=self.unit_weight)
+        return self._stone(name, corners, weight=(self.unit_weight or 0.0) * area * thickness)
 
 
 class SolidGenerator(AnyGenerator):

@@ -15,8 +15,8 @@ Course = Annotated[
     Discriminator(lambda entry: "<one>" if isinstance(entry, str) else "<several>"),
 ]
 
-#: Left end, right end (in full blocks) and weight of a block of a course.
-_CoursePiece = tuple[float, float, float]
+#: A block of a course: its ends, in full blocks, and its weight, None if it weighs by its area.
+_CoursePiece = tuple[float, float, float | None]
 
 
 class Wall(WeighedGenerator):
@@ -64,17 +64,20 @@ class Wall(WeighedGenerator):
     def _lengths(self, entry: str | list[float]) -> list[float]:
         return self.course.get(entry, []) if isinstance(entry, str) else entry
 
-    def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The blocks, course by course from the left, named ``course-block``, the base last."""
-        full, right = self._weight_of(self.block[0] * self.block[1], thickness), 0.0
+    def blocks(self, thickness: float | None = None) -> list[Block]:
+        """Return the blocks, course by course from the left, named ``course-block``, the base last.
+
+        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
+        """
+        right = 0.0
         courses: list[list[_CoursePiece]] = []
         for entry in self.courses:
             parts = self._lengths(entry)
             at = [*accumulate(map(abs, parts), initial=0.0)]
             pieces = zip(at, parts, strict=False)
-            courses.append([(x, x + part, full * part) for x, part in pieces if part > 0])
+            courses.append([(x, x + part, _share(self.weight, part)) for x, part in pieces if part > 0])
             right = max(right, at[-1])
-        return _built(self, courses * self.repeat, right)
+        return _built(self, courses * self.repeat, right, thickness)
 
 
 class Facade(WeighedGenerator):
@@ -147,18 +150,18 @@ class Facade(WeighedGenerator):
         """Width in blocks."""
         return self.openings[0] * (self.opening[0] + 2 * self.jamb)
 
-    def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The blocks, course by course from the left, named ``course-block``, the base last."""
-        full = self._weight_of(self.block[0] * self.block[1], thickness)
-        # The lintel bears half a block on either side of its opening.
-        lintel = full * (self.opening[0] + 1) if self.lintel_weight is None else self.lintel_weight
-        courses = [self._course(row, full, lintel) for row in range(self.openings[1] * self.storey)]
+    def blocks(self, thickness: float | None = None) -> list[Block]:
+        """Return the blocks, course by course from the left, named ``course-block``, the base last.
+
+        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
+        """
+        courses = [self._course(row) for row in range(self.openings[1] * self.storey)]
         if self.omit_top_left:
             del courses[-1][0]
-        return _built(self, courses, self.width)
+        return _built(self, courses, self.width, thickness)
 
-    def _course(self, row: int, full: float, lintel: float) -> list[_CoursePiece]:
-        """The blocks of a course, given the weights of a full block and of a lintel."""
+    def _course(self, row: int) -> list[_CoursePiece]:
+        """Return the blocks of a course."""
         level = row % self.storey - self.sill
         bond = [x + 0.5 * (row % 2) for x in range(self.width)]
         gaps: list[tuple[float, float]] = []
@@ -169,10 +172,10 @@ class Facade(WeighedGenerator):
             gaps = self._openings(self.doors)
         ends = sorted({0.0, *bond, float(self.width), *(end for gap in gaps for end in gap)})
         runs = [run for run in pairwise(ends) if not any(start <= run[0] < end for start, end in gaps)]
-        pieces = [(left, right, full * (right - left)) for left, right in runs]
-        if level == self.opening[1]:
-            pieces += [(left, right, lintel) for left, right in gaps]
-        return sorted(pieces)
+        pieces = [(left, right, _share(self.weight, right - left)) for left, right in runs]
+        if level == self.opening[1]:  # the course of the lintels, which bear half a block on either side
+            pieces += [(left, right, self.lintel_weight) for left, right in gaps]
+        return sorted(pieces, key=lambda piece: piece[0])
 
     def _openings(self, numbers: Iterable[int], bearing: float = 0.0) -> list[tuple[float, float]]:
         """Left and right ends of the openings with these numbers, and so much beyond, in blocks."""
@@ -213,10 +216,13 @@ class Column(WeighedGenerator):
         if self.batter != "both" and bottom == top:
             yield f"'batter' says that the {self.batter} side slopes: give 'width' as [bottom, top]"
 
-    def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The drums ``d1``, ``d2``, ... from the bottom, then the base."""
+    def blocks(self, thickness: float | None = None) -> list[Block]:
+        """Return the drums ``d1``, ``d2``, ... from the bottom, then the base.
+
+        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
+        """
         bottom, top = both(self.width)
-        weight = self._weight_of((bottom + top) / 2 * self.height, thickness)
+        area = (bottom + top) / 2 * self.height
         # How much of the batter is the left side's.
         left = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
         levels = []  # left end, right end and height of each bed joint
@@ -225,22 +231,31 @@ class Column(WeighedGenerator):
             levels.append((left * narrower, bottom - (1 - left) * narrower, self.height * up))
         built: list[Block] = []
         for number, ((x0, x1, low), (x2, x3, high)) in enumerate(pairwise(levels), start=1):
-            share = (x1 - x0 + x3 - x2) / (bottom + top) / self.drums * weight
-            built.append(self._stone(f"d{number}", [(x0, low), (x1, low), (x3, high), (x2, high)], share))
+            share = (x1 - x0 + x3 - x2) / (bottom + top) / self.drums
+            corners, weight = [(x0, low), (x1, low), (x3, high), (x2, high)], _share(self.weight, share)
+            built.append(self._weighed_stone(f"d{number}", corners, weight, share * area, thickness))
         if self.base:
             foot = rectangle(0.0, bottom, -self.height / self.drums, 0.0)
             built.append(self._block("base", {"vertices": foot}, fixed=True))
         return built
 
 
-def _built(wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]], width: float) -> list[Block]:
-    """The blocks of courses one above the other, and the base."""
+def _share(weight: float | None, share: float) -> float | None:
+    """Return a share of a weight, None if there is no weight."""
+    return None if weight is None else weight * share
+
+
+def _built(
+    wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]], width: float, thickness: float | None
+) -> list[Block]:
+    """Return the blocks of courses, one above the other, and the base."""
     length, height = wall.block
     built: list[Block] = []
     for row, course in enumerate(courses):
         for number, (left, right, weight) in enumerate(course, start=1):
             corners = rectangle(left * length, right * length, row * height, (row + 1) * height)
-            built.append(wall._stone(f"{row + 1}-{number}", corners, weight))
+            name, area = f"{row + 1}-{number}", (right - left) * length * height
+            built.append(wall._weighed_stone(name, corners, weight, area, thickness))
     if wall.base:
         foot = rectangle(-length, (width + 1) * length, -height, 0.0)
         built.append(wall._block("base", {"vertices": foot}, fixed=True))

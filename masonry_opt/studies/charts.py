@@ -10,7 +10,7 @@ import matplotlib
 
 from masonry_opt.errors import OptionError
 from masonry_opt.files import image_source
-from masonry_opt.studies.writing import NEEDED, render, write_files
+from masonry_opt.studies.writing import NEEDED, render
 
 try:
     import altair as alt
@@ -19,7 +19,7 @@ except ImportError:
     raise OptionError(NEEDED) from None
 
 # Altair is imported from here: one place says that it is missing.
-__all__ = ["NamedChart", "alt", "axis", "legend", "pictures", "script", "write_charts"]
+__all__ = ["NamedChart", "alt", "axis", "chart_contents", "legend", "pictures", "script"]
 
 #: On paper: width of a chart and of a panel in pixels; most panels side by side, and in all.
 _WIDTH, _PANEL, _COLUMNS, _PANELS = 620, 230, 4, 24
@@ -120,8 +120,7 @@ def script() -> str:
     return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # it has a default, unlike its stub
 
 
-def write_charts(title: str, drawings: Sequence[NamedChart], folder: Path) -> list[Path]:
-    """Write charts as PNG, as SVG and on one page that needs no network; returns the files. Raises
-    OutputError if one cannot be written."""
+def chart_contents(title: str, drawings: Sequence[NamedChart]) -> dict[str, str | bytes]:
+    """Return the files of charts by name: PNG and SVG of each, and one page that needs no network."""
     page = render("charts.html", title=title, charts=drawings, script=script())
-    return write_files(folder, pictures(drawings) | {"charts.html": page})
+    return pictures(drawings) | {"charts.html": page}

@@ -46,7 +46,10 @@ class Journal:
         with writing(self.path):
             folder.mkdir(parents=True, exist_ok=True)
             data = self.path.read_bytes() if self.path.exists() else b""
-            whole = data[: data.rfind(b"\n") + 1] or _line(head)
+            whole = data[: data.rfind(b"\n") + 1]
+            if data and not whole:  # a journal is begun with a whole line
+                raise OptionError(f"{self.path}: is no journal of runs: choose another folder")
+            whole = whole or _line(head)
             if whole != data:
                 write_whole(self.path, whole)
         try:
@@ -162,13 +165,9 @@ def csv_text(frame: pd.DataFrame) -> str:
     return unsigned(frame).to_csv(index=False, lineterminator="\n")
 
 
-def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]:
-    """Write contents by their files' names, each whole or not at all; returns the files. Raises OutputError
-    with the name of the first that cannot be written; those before stay."""
-    for name, content in contents.items():
-        with writing(folder / name):
-            write_whole(folder / name, content)
-    return [folder / name for name in contents]
+def chart_files(names: Iterable[str]) -> list[str]:
+    """Return the names of the files of some charts: PNG and SVG of each, and the page of all."""
+    return [*(f"{name}.{kind}" for name in names for kind in ("png", "svg")), "charts.html"]
 
 
 def in_words(

@@ -179,6 +179,30 @@ def _grown(v: dict[str, Any]) -> str:
     return f"the largest load that was carried as it grew, with contacts that remember slip; {ends}"
 
 
+def _rounded(value: float) -> str:
+    """Return a number of three significant digits, such as 18000."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def _weights_differ(v: dict[str, Any]) -> str:
+    own, median = _rounded(v["ratio"] * v["median"]), _rounded(v["median"])
+    said = f"the weight per {v.get('per', 'area')} of {blocks(v['blocks'])} is {own}"
+    return f"{said}, the median of all blocks {median}: give weights and lengths in one unit each"
+
+
+def _fill_weight_differs(v: dict[str, Any]) -> str:
+    own, other = _rounded(v["unit_weight"]), _rounded(v["other"])
+    what = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
+    return f"the unit weight of {what} is {own}, that of the {v['beside']} {other}: give both in one unit"
+
+
+def _strength_differs(v: dict[str, Any]) -> str:
+    own, weight = _rounded(v["value"]), _rounded(v["weight"])
+    beside = "all dead loads together" if v["value"] > v["weight"] else "the median weight of a block"
+    said = f"the {v['key']} of {v['kind']} '{v['name']}' is {own}, {beside} {weight}"
+    return f"{said}: give forces and weights in one unit"
+
+
 def _friction_high(v: dict[str, Any]) -> str:
     angle = v["friction"]
     meant = f": in degrees? tan {angle:g}° = {tan(radians(angle)):.3f}" if angle < 90 else ""
@@ -389,10 +413,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         if v["names"]
         else "axles, which the load case names, are left out, as they move: see 'crossing'"
     ),
-    Code.WEIGHTS_DIFFER: lambda v: (
-        f"the weight per {v.get('per', 'area')} of {blocks(v['blocks'])} is {v['ratio']:.3g} times the "
-        "median of all blocks: are weights and lengths in one unit each?"
-    ),
+    Code.WEIGHTS_DIFFER: _weights_differ,
+    Code.FILL_WEIGHT_DIFFERS: _fill_weight_differs,
+    Code.STRENGTH_DIFFERS: _strength_differs,
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside of the block: is "
         f"'{v['load']}_at' (of a load: 'at') in the scene's coordinates?"

@@ -149,7 +149,7 @@ def test_an_arch_by_a_second_program():
     """Loaded on a haunch; between events, where four joints hinge; the path itself finds which."""
     loads = {"unit_weight": 1, "point_loads": [mo.PointLoad(voussoir=4, force=(0, -10))]}
     ring = mo.Arch(radius=10, angles=(157.5, 22.5), thickness=1.5, voussoirs=15, **loads)
-    curve = followed(mo.Scene(joints=mo.JointDefaults(friction=2.0), blocks=ring.blocks()))
+    curve = followed(mo.Scene(joints=mo.JointDefaults(friction=2.0), blocks=ring.blocks(thickness=1.0)))
     *voussoirs, first, last = (block.name for block in curve.result.assembly.scene.blocks)
     order = [first, *voussoirs, last]
     λ, compared = curve.table["load_factor"].to_numpy(), 0

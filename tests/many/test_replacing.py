@@ -1,12 +1,15 @@
-"""Tables in a folder: replaced by those that have all of their runs, others by force alone."""
+"""Files in the folder of a study: replaced if they were written there, and tables if no run is lost."""
 
 import csv
+import json
+import re
 
 import pytest
-from scenes import block_on_floor
+from scenes import CASES, block_on_floor, run_command, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import OptionError, OutputError
+from masonry_opt.files import RECORD, write_folder
 
 pytestmark = pytest.mark.usefixtures("without_charts")
 
@@ -84,3 +87,138 @@ def test_no_zero_of_a_table_has_a_sign(tmp_path):
     frame = swept(tmp_path, [-0.0, 0.5])
     assert "-0.0" not in (tmp_path / "runs.csv").read_text()
     assert "-0.0" not in frame.to_csv()
+
+
+#: Names of files that the studies write, beside their journals.
+SWEPT = ["runs.csv", "load_factor.png", "load_factor.svg", "charts.html"]
+SAMPLED = ["quantiles.csv", "fragility.csv", "sensitivity.png", "fragility.svg", "charts.html"]
+COMPARED = [
+    "results.csv",
+    "summary.csv",
+    "report.html",
+    "time_error_associative.png",
+    "time_error_coulomb.svg",
+]
+FOREIGN = b"mine, by hand\n"
+
+
+def compared(out, **keys):
+    asked = {"methods": "static", "models": "cvxpy", "solvers": "highs", "tolerances": [1e-9], "repeats": 1}
+    return mo.compare("two_blocks", **asked, out=out, cases=CASES, **keys)
+
+
+STUDIES = {
+    "sweep": (lambda out, **keys: swept(out, FRICTIONS, **keys), SWEPT),
+    "sample": (lambda out, **keys: sampled(out, 2, **keys), SAMPLED),
+    "compare": (compared, COMPARED),
+}
+
+
+@pytest.mark.parametrize(
+    ("study", "name"), [(study, name) for study, (_, names) in STUDIES.items() for name in names]
+)
+def test_a_file_of_someone_else_is_refused_before_anything_is_solved(tmp_path, study, name):
+    run, _ = STUDIES[study]
+    (tmp_path / name).write_bytes(FOREIGN)
+    with pytest.raises(OptionError, match=rf"{re.escape(name)}: .*--force") as refused:
+        run(tmp_path, progress=lambda *_: pytest.fail("something was solved"))
+    assert refused.value.exit_code == 2
+    assert contents(tmp_path) == {name: FOREIGN}
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_force_replaces_files_of_someone_else_and_a_study_its_own(tmp_path, study):
+    run, names = STUDIES[study]
+    table = names[0]
+    (tmp_path / table).write_bytes(FOREIGN)
+    run(tmp_path, force=True)
+    written = (tmp_path / table).read_bytes()
+    assert FOREIGN not in written
+    run(tmp_path)
+    assert (tmp_path / table).read_bytes() == written
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_a_table_that_was_changed_is_refused(tmp_path, study):
+    """A user's remarks in a column of their own, and in a value."""
+    run, names = STUDIES[study]
+    run(tmp_path)
+    path = tmp_path / names[0]
+    changed = path.read_bytes().replace(b"\n", b",remark\n")
+    path.write_bytes(changed)
+    with pytest.raises(OptionError, match=rf"{path.name}: .*--force"):
+        run(tmp_path)
+    assert path.read_bytes() == changed
+
+
+def test_a_folder_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    write_folder(tmp_path, {"a.csv": "old\n", "b.csv": "old\n"})
+    before = {name: content for name, content in contents(tmp_path).items() if name != RECORD}
+    write_bytes = type(tmp_path).write_bytes
+    full = OSError(28, "No space left on device")
+
+    def fails_on_the_second(path, data):
+        if data == b"second\n":
+            raise full
+        return write_bytes(path, data)
+
+    monkeypatch.setattr(type(tmp_path), "write_bytes", fails_on_the_second)
+    with pytest.raises(OutputError, match=r"b\.csv: cannot be written: No space left"):
+        write_folder(tmp_path, {"a.csv": "first\n", "b.csv": "second\n"})
+    assert {name: content for name, content in contents(tmp_path).items() if name != RECORD} == before
+    monkeypatch.undo()
+    # The old files are still known as the package's own, and so are the new ones.
+    for content in ("third\n", "fourth\n"):
+        write_folder(tmp_path, {"a.csv": content, "b.csv": content})
+
+
+def test_a_record_of_someone_else_is_no_leave_to_replace(tmp_path):
+    (tmp_path / RECORD).write_text(json.dumps({"files": {"runs.csv": []}}))
+    with pytest.raises(OptionError, match=rf"{RECORD}: .*--force"):
+        swept(tmp_path, FRICTIONS)
+
+
+def test_a_folder_in_the_place_of_a_file_is_refused_whatever_is_forced(tmp_path):
+    (tmp_path / "summary.csv").mkdir()
+    with pytest.raises(OptionError, match=r"summary\.csv: .*is a folder"):
+        compared(tmp_path, force=True)
+
+
+@pytest.mark.parametrize("name", ["fig8.csv", "fig8_a.png"])
+def test_reproduce_refuses_files_of_someone_else_before_it_begins(monkeypatch, capsys, tmp_path, name):
+    (tmp_path / name).write_bytes(FOREIGN)
+    code, _, err = run_command(monkeypatch, capsys, "reproduce", "fig8", "--out", tmp_path)
+    assert code == 2
+    assert f"{name}: " in err
+    assert "--force" in err
+    assert contents(tmp_path) == {name: FOREIGN}
+
+
+def test_commands_refuse_before_they_solve(monkeypatch, capsys, tmp_path):
+    """Nothing is printed on standard output."""
+    case, file = tmp_path / "case.toml", tmp_path / "mine"
+    mo.save(two_blocks(), case)
+    for end, command in (
+        (".png", ["solve", case, "--plot"]),
+        (".html", ["report", case, "--out"]),
+        (".obj", ["export", case, "--method", "static"]),
+        (".png", ["draw", case]),
+        (".dxf", ["convert", case]),
+        (".png", ["capacity", case, "--plot"]),
+        (".html", ["settle", case, "--support", "base", "--direction", "0,-1", "--plot"]),
+    ):
+        path = file.with_suffix(end)
+        path.write_bytes(FOREIGN)
+        code, out, err = run_command(monkeypatch, capsys, *command, path)
+        assert (code, out) == (2, "")
+        assert f"{path}: " in err
+        assert "--force" in err
+        assert path.read_bytes() == FOREIGN
+
+
+def test_a_journal_of_someone_else_is_kept(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    path.write_bytes(b"dear diary")
+    with pytest.raises(OptionError, match="is no journal of runs"):
+        swept(tmp_path, FRICTIONS)
+    assert contents(tmp_path) == {"journal.jsonl": b"dear diary"}

@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from scenes import CASES, block_on_floor
 
 import masonry_opt as mo
+from masonry_opt.files import RECORD
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import COLUMNS, Study, row, run_many, run_scene
@@ -93,7 +94,7 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
 def test_a_folder_of_something_else_is_refused(tmp_path):
     vary = {"joints.friction": [0.3]}
     sweep(vary, out=tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", JOURNAL}  # tables need no extra
+    assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", JOURNAL, RECORD}  # tables need no extra
     for changed in ({"method": "kinematic"}, {"solver": "highs"}):
         with pytest.raises(mo.OptionError, match="other method"):
             sweep(vary, out=tmp_path, **changed)

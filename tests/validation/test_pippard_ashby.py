@@ -16,4 +16,4 @@ def test_the_rib_has_the_geometry_stated():
     assert last[0] - first[0] == pytest.approx(10, rel=1e-9)
     assert intrados - first[1] == pytest.approx(2.5, rel=1e-9)
     assert 12 * ARCH.thickness == pytest.approx(10, rel=1e-9)
-    assert RIB.blocks[0].weight == pytest.approx(1, rel=1e-9)
+    assert ARCH.blocks(RIB.thickness)[0].weight == pytest.approx(1, rel=1e-9)

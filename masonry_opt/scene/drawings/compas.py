@@ -13,7 +13,7 @@ from pydantic import ConfigDict
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import stones
-from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron
+from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron, refuse_holes
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import box
 from masonry_opt.scene.tables import as_path, parse_file
@@ -197,6 +197,8 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
     thickness = np.ptp(along)
     if mesh.flat != (thickness <= tolerance):
         raise ValueError("does not lie across it" if mesh.flat else "has no thickness along it")
+    if not mesh.flat:
+        refuse_holes(mesh, tolerance)
     ends = []
     for side in sorted(polyhedron(mesh, tolerance).sides, key=lambda side: side.base @ unit):
         if np.ptp(along[side.rings[0]]) <= tolerance:

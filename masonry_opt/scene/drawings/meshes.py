@@ -8,7 +8,8 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from masonry_opt.scene.rows import linked, steps_round, turned
+from masonry_opt.scene.rows import linked, spaces, steps_round, turned
+from masonry_opt.scene.space.faces import place
 
 _OFF_TRIANGLE = 4.0  #: Tolerances that triangles of a polygon that is flat lie off the plane of one of them.
 _ALIKE = 0.9  #: Cosine of the angle up to which faces may be of one plane.
@@ -106,6 +107,35 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     if not faces:
         raise ValueError(f"is smaller than the tolerance of {tolerance:.3g}: is it drawn in another unit?")
     return MeshSolid(points, _sides(points, faces, tolerance))
+
+
+def refuse_holes(mesh: Mesh, tolerance: float) -> None:
+    """Raise ValueError, with the place, if a hole wider than the tolerance is in the surface of a block.
+
+    An edge that one face alone has borders a hole, unless other such edges lie along its whole length. They
+    do where the corners of one face lie on an edge of another, and in gaps narrower than the tolerance.
+    """
+    faces = _joined(mesh.points, mesh.faces, tolerance)
+    open_edges = np.array([edge for edge, having in _by_edge(faces).items() if len(having) == 1], dtype=int)
+    ends = mesh.points[open_edges.reshape(-1, 2)]
+    for number, edge in enumerate(ends):
+        if not _is_covered(edge, np.delete(ends, number, axis=0), tolerance):
+            one, other = map(place, edge)
+            raise ValueError(
+                f"is not closed at its edge from {one} to {other}, which one face alone has: add the missing "
+                "face, or close the hole in the program that drew the block"
+            )
+
+
+def _is_covered(edge: np.ndarray, others: np.ndarray, tolerance: float) -> bool:
+    """Return True if others, shape (edges, 2, 3), lie along the whole length of an edge, shape (2, 3)."""
+    length = float(np.linalg.norm(edge[1] - edge[0]))
+    direction = (edge[1] - edge[0]) / length
+    arms = others - edge[0]
+    along = arms @ direction
+    off = np.linalg.norm(arms - along[..., None] * direction, axis=-1)
+    beside = np.sort(along[(off <= tolerance).all(axis=1)], axis=1).tolist()
+    return not spaces(0.0, length, beside, least=2 * tolerance)
 
 
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:

@@ -13,7 +13,7 @@ from pydantic import ConfigDict
 from masonry_opt.errors import CaseError, printable
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, Record
 from masonry_opt.scene.drawings.convex_parts import convex_parts
-from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, polyhedron, used
+from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, polyhedron, refuse_holes, used
 from masonry_opt.scene.geometry import NEAR_MISS, RELATIVE_TOLERANCE
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
@@ -126,7 +126,8 @@ class SolidDrawing(Drawing):
     live: Vector = (0.0, 0.0, 0.0)
 
     def solid(self, mesh: Mesh, tolerance: float) -> Solid:
-        """The solid of a closed mesh. Raises ValueError if it cannot be cut into convex parts."""
+        """Return the solid of a closed mesh. Raises ValueError if it is open or has too many convex parts."""
+        refuse_holes(mesh, tolerance)
         whole = polyhedron(mesh, tolerance)
         parts = [whole] if whole.convex(tolerance) else convex_parts(whole, tolerance)
         shape = _keys(parts[0]) if len(parts) == 1 else {"parts": [_keys(part) for part in parts]}

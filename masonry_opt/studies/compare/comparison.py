@@ -12,13 +12,14 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.scene.case_file import case_folder
 from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.compare import judge, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan, find_scenes, plan
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
-from masonry_opt.studies.writing import Journal, csv_text, digest, machine, versions, write_files
+from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, machine, versions
 
 _SCENE_TIME = 120.0  #: Seconds that the bounds of a scene may take at least.
 #: Defaults: the methods that take seconds on a wall of Table 1, the solvers of the package, a loose tolerance
@@ -27,6 +28,9 @@ METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
 SOLVERS = ("clarabel", "highs", "highs-ipm")
 TOLERANCES = (1e-6, 1e-9)
 OUT = Path("results/compare")  #: Folder of results and report.
+_PAGE = "report.html"  #: Page of a comparison, which has its charts too.
+_CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.COULOMB)]
+_FILES = ("results.csv", "summary.csv", _PAGE, *chart_files(_CHARTS))  #: Files that a comparison may write.
 
 
 class NoRunEndedError(MasonryError):
@@ -46,6 +50,7 @@ def compare(
     time_limit: float = RunLimits.time,
     memory_limit: float = RunLimits.memory,
     out: str | Path = OUT,
+    force: bool = False,
     cases: str | Path | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> judge.Comparison:
@@ -54,9 +59,10 @@ def compare(
     Runs that ``out`` holds already are not made again: an interrupted comparison (Ctrl-C) is reported with
     what it has, and continues when it is called again.
 
-    Raises CaseError if a case file is missing or wrong; OptionError if an argument is wrong,
-    nothing is left to compare, or ``out`` holds other runs; OutputError if ``out`` cannot be written;
-    NoRunEndedError if every run crashed or died (the report is written nevertheless).
+    Raises CaseError if a case file is missing or wrong; OptionError if an argument is wrong, nothing is left
+    to compare, or ``out`` holds other runs or files of these names that were not written here; OutputError if
+    ``out`` cannot be written; NoRunEndedError if every run crashed or died (the report is written
+    nevertheless).
 
     Parameters
     ----------
@@ -66,6 +72,7 @@ def compare(
     repeats: runs of each; times are medians.
     time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
     out: folder of results and report.
+    force: replace files there that were not written here.
     progress: called with a line before each run.
     """
     limits = RunLimits(time_limit, memory_limit, whole("repeats", repeats, 1))
@@ -76,9 +83,10 @@ def compare(
     if not named:
         raise OptionError("nothing to compare: name case files")
     found = find_scenes(named, folder)
+    refuse_outputs(out, _FILES, force)
     comparison = run_plan(found, planned, limits, out, progress, judge.best_known(found, folder))
     progress("report")
-    comparison = replace(comparison, files=tuple(write_report(comparison, out)))
+    comparison = replace(comparison, files=tuple(write_report(comparison, out, force)))
     ended = comparison.results["ended"]
     if len(ended) and ended.isin((CRASHED, DIED)).all() and not comparison.interrupted:
         ends = Counter(zip(ended, comparison.results["message"], strict=True))
@@ -97,9 +105,13 @@ def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
     return names
 
 
-def write_report(comparison: judge.Comparison, folder: Path) -> list[Path]:
-    """Write results.csv, summary.csv and, where the extra "studies" is installed, charts (PNG and SVG) and
-    report.html; returns their paths. Raises OutputError if the folder cannot be written."""
+def write_report(comparison: judge.Comparison, folder: Path, force: bool = False) -> list[Path]:
+    """Write the files of a comparison; returns their paths.
+
+    These are results.csv, summary.csv and, where the extra "studies" is installed, charts (PNG and SVG) and
+    report.html. Raises OutputError if the folder cannot be written; OptionError if, without ``force``, it
+    holds files of these names that were not written here.
+    """
     tables = {"results.csv": comparison.results, "summary.csv": comparison.summary}
     files: dict[str, str | bytes] = {name: csv_text(of) for name, of in tables.items()}
     with contextlib.suppress(OptionError):  # the tables need no extra
@@ -108,8 +120,8 @@ def write_report(comparison: judge.Comparison, folder: Path) -> list[Path]:
         from masonry_opt.studies.compare.page import charts, page
 
         drawn = charts(comparison.summary)
-        files |= pictures(drawn) | {"report.html": page(comparison, drawn)}
-    return write_files(folder, files)
+        files |= pictures(drawn) | {_PAGE: page(comparison, drawn)}
+    return write_folder(folder, files, force)
 
 
 def run_plan(

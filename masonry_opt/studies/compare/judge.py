@@ -83,6 +83,11 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
     return found
 
 
+def chart_name(question: str) -> str:
+    """Return the name of the chart of time against error for a question."""
+    return f"time_error_{question.lower()}"
+
+
 def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
     """The lowest exact Coulomb states, by scene name: those known, or of runs, in space by the cone. A single
     pass ends in any exact state: it counts only where a low one is known or was searched for."""

@@ -109,7 +109,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     ]
     title = f"{question.capitalize()} λ: time against {what}"
     chart = alt.layer(*layers, data=marks)
-    return NamedChart(f"time_error_{question.lower()}", title, chart, "; ".join(notes), "scene")
+    return NamedChart(judge.chart_name(question), title, chart, "; ".join(notes), "scene")
 
 
 def _decades(values: pd.Series) -> tuple[float, float]:

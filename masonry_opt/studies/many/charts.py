@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
-from masonry_opt.studies.many.runs import EXPECTED, at_least, ends
+from masonry_opt.studies.many.runs import EXPECTED, HEAT_MAP, at_least, chart_names, ends
 
 #: Colour and mark of each mechanism. Joints have the same in pictures.
 _LOOKS = {
@@ -111,7 +111,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     written = marks[off] if off.sum() <= _MOST_NAMED else marks[off].nlargest(1, "λ")
     text = alt.Chart(written).mark_text(color=_DARK, dy=-_MARGIN)
     layers.append(text.encode(x=x, y=at_head, text=alt.Text("λ:Q", format=".4~g")))
-    file = "load_factor" if len(names) <= 2 else f"load_factor_{[*names].index(name) + 1}"
+    file = chart_names(names)[[*names].index(name)]
     notes = [note for note, there in ((_RING, marks["least"].any()), (_DASHED, len(beside))) if there]
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 
@@ -135,7 +135,7 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     notes += ["grey: no load factor"] if missing else []
     coloured = found.encode(fill=alt.Fill("λ:Q", scale=scale, legend=of_colours))
     chart = (every + coloured + ring.encode(x, y)).properties(height=300)
-    return NamedChart("heat_map", f"{_LABEL} over two numbers", chart, "; ".join(notes))
+    return NamedChart(HEAT_MAP, f"{_LABEL} over two numbers", chart, "; ".join(notes))
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:

@@ -20,13 +20,14 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError, counted
+from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.runner import FINISHED, REFUSED, Task, TaskEnd, Workers
-from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions, write_files
+from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
 from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order, and their types in a table. ``seconds`` alone depends on
@@ -52,6 +53,9 @@ RunProgress = Callable[[int, int], None]  #: Called with how many runs are done,
 _TABLE = "runs.csv"  #: The table's name in a study's folder, and what to do where it must not be replaced.
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
+_AGAINST = "load_factor"  #: Name of the chart of λ against a number; of several numbers the first part of it.
+HEAT_MAP = "heat_map"  #: Name of the chart of λ over two numbers.
+
 _kept = threading.local()  #: Of a worker's thread: how the scenes of its study are solved, and its session.
 
 
@@ -61,6 +65,25 @@ class Study(NamedTuple):
     how: HowToSolve
     make: Callable[[Mapping[str, float]], Scene]
     scene: Scene | None = None
+
+
+class StudyOutput(NamedTuple):
+    """The folder of a study, the names of its files beside the table, and whether to replace foreign ones."""
+
+    folder: Path
+    beside: Sequence[str]
+    force: bool
+
+    def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:
+        """Write the table of the runs and the files beside it. Raises OutputError if it cannot."""
+        write_folder(self.folder, {_TABLE: csv_text(frame), **beside}, self.force)
+
+
+def chart_names(names: Sequence[str]) -> list[str]:
+    """Return the names of a sweep's charts: λ against each number, or of two numbers a map beside it."""
+    if len(names) > 2:
+        return [f"{_AGAINST}_{number}" for number in range(1, len(names) + 1)]
+    return [_AGAINST, HEAT_MAP][: len(names)]
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
@@ -74,17 +97,17 @@ def run_many(
     study: Study,
     points: Sequence[Mapping[str, float]],
     *,
-    out: str | Path | None = None,
-    force: bool = False,
+    output: StudyOutput | None = None,
     by: tuple[int | None, str | None] = (None, None),
     progress: RunProgress = lambda done, of: None,
 ) -> pd.DataFrame:
     """One row a point, in the order of the points, which are values by name: see :func:`~.sweep.sweep`,
     errors and other parameters too. Scenes are made in this process; runs are by so many workers, or those
-    of a Dask scheduler. Finished runs are kept in a journal beside the table, and not made again."""
+    of a Dask scheduler. Finished runs are kept in a journal in the folder of the output, and not made
+    again. The caller writes the output."""
     study.how.refuse_functions()
     how = pickle.dumps(study.how)
-    journal = None if out is None else _journal(Path(out), force, study, points)
+    journal = None if output is None else _journal(output, study, points)
     rows: dict[int, dict[str, Any]] = {}
 
     def missing() -> Iterator[tuple[tuple[int, str], Task]]:
@@ -110,15 +133,16 @@ def run_many(
                 journal.add(key, rows[index])
             progress(len(rows), len(points))
     progress(len(rows), len(points))
-    frame = framed([rows[index] for index in range(len(points))], list(points[0]))
-    if out is not None:
-        write_files(Path(out), {_TABLE: csv_text(frame)})
-    return frame
+    return framed([rows[index] for index in range(len(points))], list(points[0]))
 
 
-def _journal(folder: Path, force: bool, study: Study, points: Sequence[Mapping[str, float]]) -> Journal:
-    """That of these runs. Raises OptionError if the folder holds others, or a table that would lose some."""
-    how = study.how
+def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, float]]) -> Journal:
+    """Return the journal of these runs.
+
+    Raises OptionError if the folder holds other runs, a table that would lose some, or files that were not
+    written here.
+    """
+    how, folder = study.how, output.folder
     head = {
         "scene": "" if study.scene is None else _of_scene(study.scene),
         "method": digest((how.method, how.model, how.solver, how.tolerance, how.expected)),
@@ -127,8 +151,9 @@ def _journal(folder: Path, force: bool, study: Study, points: Sequence[Mapping[s
     }
     # A journal of other runs is refused first; none is begun beside a table that stays.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
-    if not force:
+    if not output.force:
         _refuse_losing(folder / _TABLE, points)
+    refuse_outputs(folder, (_TABLE, *output.beside), output.force)
     return journal or Journal(folder, head)
 
 

@@ -19,9 +19,9 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.runs import EXPECTED, RunProgress, Study, ends, run_many
+from masonry_opt.studies.many.runs import EXPECTED, RunProgress, Study, StudyOutput, ends, run_many
 from masonry_opt.studies.runner import whole
-from masonry_opt.studies.writing import StudyAnswer, csv_text, records, write_files
+from masonry_opt.studies.writing import StudyAnswer, chart_files, csv_text, records
 from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 RUNS = 128  #: Default number of runs: Sobol's points are most even for powers of two.
 CONFIDENCE = 0.95  #: Confidence of intervals, unless another is asked for.
 KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
+_TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")  #: Tables beside that of the runs.
 _PRINTED = 5  #: Most rank correlations that are printed.
 
 
@@ -304,8 +305,9 @@ def sample(
     Numbers are independent of each other.
 
     Raises OptionError if a name, distribution or argument is wrong, the scene refuses a value drawn, or
-    ``out`` holds runs of something else, or a table with other runs; CaseError if the scene is wrong;
-    OutputError if ``out`` cannot be written (runs already made are kept).
+    ``out`` holds runs of something else, a table with other runs, or files of these names that were not
+    written here; CaseError if the scene is wrong; OutputError if ``out`` cannot be written (runs already made
+    are kept).
 
     Parameters
     ----------
@@ -329,12 +331,19 @@ def sample(
     values = draws.table(n, seed)
     study = Study(prepare(method, **options).how, draws.scene, scene)
     points: list[Any] = values.to_dict("records")
-    table = run_many(study, points, out=out, force=force, by=(workers, dask), progress=progress)
+    output = None if out is None else StudyOutput(Path(out), [*_TABLES, *chart_files(KINDS)], force)
+    table = run_many(study, points, output=output, by=(workers, dask), progress=progress)
     found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
-    if out is not None:
-        write_files(Path(out), {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
-        with contextlib.suppress(OptionError):  # the tables need no extra
-            from masonry_opt.studies.charts import write_charts
-
-            write_charts("Sample", [found.drawing(kind) for kind in KINDS], Path(out))
+    if output is not None:
+        tables = {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()}
+        output.write(table, tables | _charts(found))
     return found
+
+
+def _charts(found: Sample) -> dict[str, str | bytes]:
+    """Return the files of charts by name; none if the extra "studies" is not installed."""
+    with contextlib.suppress(OptionError):
+        from masonry_opt.studies.charts import chart_contents
+
+        return chart_contents("Sample", [found.drawing(kind) for kind in KINDS])
+    return {}

@@ -17,7 +17,16 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, RunProgress, Study, at_least, run_many
+from masonry_opt.studies.many.runs import (
+    COLUMNS,
+    RunProgress,
+    Study,
+    StudyOutput,
+    at_least,
+    chart_names,
+    run_many,
+)
+from masonry_opt.studies.writing import chart_files
 from masonry_opt.words.sentences import numeral
 
 
@@ -36,8 +45,9 @@ def sweep(
     """Solve a scene for every combination of values of its numbers.
 
     Raises OptionError if a name, a value, a method or an option is wrong, or ``out`` holds runs of something
-    else, or a table with other runs; CaseError if the case file or scene is wrong as it stands; OutputError
-    if ``out`` cannot be written (runs already made are kept).
+    else, a table with other runs, or files of these names that were not written here; CaseError if the case
+    file or scene is wrong as it stands; OutputError if ``out`` cannot be written (runs already made are
+    kept).
 
     Parameters
     ----------
@@ -47,7 +57,7 @@ def sweep(
     method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
     out: Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds are not made
         again: an interrupted sweep goes on where it stopped. A table that would lose runs is not replaced.
-    force: Replace such a table too. (Its runs stay in ``journal.jsonl``.)
+    force: Replace such a table, and files that were not written here. (Runs stay in ``journal.jsonl``.)
     workers: Processes; by default one a core.
     dask: Address of a Dask scheduler, whose workers make the runs instead (needs the extra ``dask``).
     progress: Called with the number of runs done, and of all.
@@ -74,14 +84,21 @@ def sweep(
         parameters.check_names(vary)
         make = parameters.at
     study = Study(prepare(method, **options).how, make, of)
-    frame = run_many(study, points, out=out, force=force, by=(workers, dask), progress=progress)
-    if out is not None:
-        with contextlib.suppress(OptionError):  # the table needs no extra
-            from masonry_opt.studies.charts import write_charts
-            from masonry_opt.studies.many.charts import drawings
-
-            write_charts("Sweep", drawings(frame, list(vary)), Path(out))
+    output = None if out is None else StudyOutput(Path(out), chart_files(chart_names(list(vary))), force)
+    frame = run_many(study, points, output=output, by=(workers, dask), progress=progress)
+    if output is not None:
+        output.write(frame, _charts(frame, list(vary)))
     return frame
+
+
+def _charts(frame: pd.DataFrame, names: Sequence[str]) -> dict[str, str | bytes]:
+    """Return the files of charts by name; none if the extra "studies" is not installed."""
+    with contextlib.suppress(OptionError):
+        from masonry_opt.studies.charts import chart_contents
+        from masonry_opt.studies.many.charts import drawings
+
+        return chart_contents("Sweep", drawings(frame, names))
+    return {}
 
 
 def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:

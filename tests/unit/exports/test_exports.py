@@ -20,7 +20,7 @@ from scenes import (
 from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
-from masonry_opt.errors import NoLoadFactorError, OutputError
+from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.exports.export import EPSILON, names_in, unique
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
 from masonry_opt.problem.assembly import assemble
@@ -207,7 +207,7 @@ def test_a_format_carries_a_program_or_is_refused_with_those_that_do(tmp_path, m
 
 def test_a_program_is_not_written_without_its_names(tmp_path):
     (tmp_path / "two.col").mkdir()
-    with pytest.raises(OutputError):
+    with pytest.raises(mo.OptionError, match=r"two\.col: cannot be written: is a folder"):
         mo.export(two_blocks(), tmp_path / "two.nl", "mcp")
     assert not (tmp_path / "two.nl").exists()
 

@@ -17,12 +17,12 @@ def arch(**changes):
 
 def test_weights_are_those_of_annular_sectors_and_balance_there_or_on_the_centreline():
     """Between the radii 9 and 11: ∫∫ r dr da, and ∫∫ r² cos a dr da over it."""
-    first, angle = arch().blocks()[0], math.pi / 9
+    first, angle = arch().blocks(thickness=1.0)[0], math.pi / 9
     area = angle * (11**2 - 9**2) / 2
     assert first.weight == pytest.approx(3 * area, rel=1e-12)
     distance = 2 * math.sin(angle / 2) * (11**3 - 9**3) / 3 / area
     assert math.hypot(*first.weight_at) == pytest.approx(distance, rel=1e-12)
-    on_line = arch(weights="centreline").blocks()[0]
+    on_line = arch(weights="centreline").blocks(thickness=1.0)[0]
     assert on_line.weight == first.weight
     assert math.hypot(*on_line.weight_at) == pytest.approx(10 * np.sinc(angle / 2 / math.pi), rel=1e-12)
 
@@ -68,7 +68,7 @@ def test_a_segment_by_span_and_rise_is_that_by_radius_and_angles(rise):
         at=(0.0, rise - within),
         **{key: getattr(by_rise(rise), key) for key in ("thickness", "voussoirs", "unit_weight")},
     )
-    for one, other in zip(by_rise(rise).blocks(), circular.blocks(), strict=True):
+    for one, other in zip(by_rise(rise).blocks(1.0), circular.blocks(1.0), strict=True):
         assert one.name == other.name
         np.testing.assert_allclose(one.vertices, other.vertices, atol=1e-12)
         assert one.weight == pytest.approx(other.weight, rel=1e-12, abs=0) if one.weight else one.fixed
@@ -80,7 +80,7 @@ def test_a_pointed_arch_springs_level_and_meets_upright(rise):
     arch = by_rise(rise)
     joints = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch.blocks())).joints
     assert len(joints.extent) == 9
-    blocks = arch.blocks()
+    blocks = arch.blocks(thickness=1.0)
     radius = (16 + rise**2) / 8
     assert blocks[0].vertices[:2] == [pytest.approx((-4, 0), abs=1e-12), pytest.approx((-5, 0), abs=1e-12)]
     outer = math.sqrt((radius + 1) ** 2 - (radius - 4) ** 2)
@@ -99,7 +99,7 @@ def test_a_pointed_arch_springs_level_and_meets_upright(rise):
 @pytest.mark.parametrize("voussoirs", [2, 8])
 def test_a_pointed_arch_weighs_what_lies_between_its_arcs(voussoirs):
     """By slices, and moments about the springing line. (Between chords: see the tests of generators.)"""
-    built = by_rise(6.0, weights="sector", voussoirs=voussoirs).blocks()[:voussoirs]
+    built = by_rise(6.0, weights="sector", voussoirs=voussoirs).blocks(thickness=1.0)[:voussoirs]
     radius = (16 + 36) / 8
     y = (np.arange(400_000) + 0.5) / 400_000 * 10.0
     within = np.sqrt(np.maximum(radius**2 - y**2, 0)) - (radius - 4)

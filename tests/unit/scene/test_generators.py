@@ -5,10 +5,12 @@ from operator import attrgetter
 
 import numpy as np
 import pytest
+import tomli_w
 from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.loads import weights
 
 WALL = {"block": (2.0, 1.0), "courses": [[1, 1], [0.5, 1, 0.5]], "live": (1.0, 0.0)}
 FACADE = {
@@ -46,7 +48,7 @@ def test_a_name_and_a_place_change_nothing_else(kind):
             if getattr(one, at) is not None:
                 moved = np.array(getattr(other, at)) - [3, -2]
                 np.testing.assert_allclose(moved, getattr(one, at), atol=1e-12)
-        for key in ("weight", "live", "live_per_weight", "fixed"):
+        for key in ("unit_weight", "live", "live_per_weight", "fixed"):
             assert getattr(one, key) == getattr(other, key)
 
 
@@ -72,8 +74,10 @@ def test_a_place_is_that_of_the_left_end_of_the_foot(kind):
 @pytest.mark.parametrize("kind", ["wall", "facade", "column", "ring", "pointed"])
 def test_unit_weight_weighs_the_blocks_drawn(kind):
     drawn = {"weights": "straight"} if kind in ("ring", "pointed") else {}
-    scene = mo.Scene(joints={"friction": 0.5}, blocks=made(kind, **drawn, live=(0.5, 0)).blocks())
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=made(kind, **drawn, live=(0.5, 0)).blocks(1.0))
     shapes, unit_weight = assemble(scene).geometry, BUILT[kind][1]["unit_weight"]
+    for block in made(kind, **drawn).blocks():
+        assert block.unit_weight == (None if block.fixed else unit_weight)
     for block, size, centroid in zip(scene.blocks, shapes.size, shapes.centroid, strict=True):
         if not block.fixed:
             assert block.weight == pytest.approx(unit_weight * size, rel=1e-12)
@@ -82,11 +86,55 @@ def test_unit_weight_weighs_the_blocks_drawn(kind):
             np.testing.assert_allclose(block.weight_at, centroid + shapes.origin, atol=1e-12)
 
 
-@pytest.mark.parametrize("kind", BUILT)
-def test_thickness_multiplies_what_weighs_by_its_size(kind):
-    for one, other in zip(made(kind).blocks(), made(kind).blocks(thickness=0.3), strict=True):
+#: Generators of every kind of weight: by area, between arcs, along the centreline, and forces as they are.
+WEIGHED = BUILT | {
+    "centreline": (mo.Arch, RING | {"weights": "centreline"}),
+    "pointed centreline": (mo.Arch, ARCH | {"weights": "centreline"}),
+    "straight": (mo.Arch, ARCH | {"weights": "straight"}),
+    "skewbacks": (mo.Arch, ARCH | {"rise": 1.0, "skewbacks": 1.0}),
+    "buttress": (mo.Column, COLUMN | {"unit_weight": 2.0, "batter": "left"}),
+    "wall by force": (mo.Wall, WALL | {"weight": 3.0}),
+    "facade by force": (mo.Facade, FACADE | {"weight": 3.0, "lintel_weight": 5.0}),
+    "column by force": (mo.Column, COLUMN | {"weight": 3.0}),
+}
+
+
+@pytest.mark.parametrize("thickness", [0.5, 1.0, 7.8])
+@pytest.mark.parametrize("kind", WEIGHED)
+def test_python_and_case_files_give_equal_weights(kind, thickness, tmp_path):
+    """A unit weight is multiplied by the scene's thickness once, however the blocks reach the scene."""
+    record, keys = WEIGHED[kind]
+    generator = record(**keys)
+    table = {record.__name__.lower(): generator.model_dump(exclude_defaults=True)}
+    path = tmp_path / "case.toml"
+    path.write_text(tomli_w.dumps({"joints": {"friction": 0.6}, "thickness": thickness} | table))
+    base = 1.0 if "unit_weight" in keys else 1.0 / thickness  # forces are not multiplied
+    flat = [block.weight for block in generator.blocks(thickness=1.0) if not block.fixed]
+
+    def weights_of(scene):
+        assembly = assemble(scene, floating=True)
+        return weights(scene, assembly.geometry, assembly.movable)
+
+    python = {"joints": {"friction": 0.6}, "thickness": thickness}
+    scenes = [
+        mo.load(path),
+        mo.Scene(blocks=generator.blocks(), **python),
+        mo.Scene(blocks=generator.blocks(thickness), **python),
+        mo.Scene(blocks=generator.blocks(), **python | {"thickness": 1.0}).replace(thickness=thickness),
+    ]
+    mo.save(scenes[1], tmp_path / "saved.toml")
+    for scene in (*scenes, mo.load(tmp_path / "saved.toml")):
+        assert weights_of(scene) == pytest.approx(np.multiply(flat, thickness * base), rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", WEIGHED)
+def test_blocks_at_a_thickness_have_a_force_that_no_scene_multiplies(kind):
+    record, keys = WEIGHED[kind]
+    per_area = "unit_weight" in keys
+    for one, other in zip(record(**keys).blocks(1.0), record(**keys).blocks(thickness=0.3), strict=True):
         if not one.fixed:
-            assert other.weight == pytest.approx(0.3 * one.weight, rel=1e-12)
+            assert other.unit_weight is None
+            assert other.weight == pytest.approx((0.3 if per_area else 1.0) * one.weight, rel=1e-12)
 
 
 #: What is told of changes to them.

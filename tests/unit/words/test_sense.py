@@ -1,6 +1,7 @@
 """What looks unintended in a scene is told, and what does not is not."""
 
 import json
+from dataclasses import replace
 from math import inf
 
 import pytest
@@ -8,9 +9,12 @@ from atlas.small_scenes import rectangle
 from scenes import ALL_CASES, block_on_floor, run_command, small_wall, two_blocks
 
 import masonry_opt as mo
+from masonry_opt.answer.frames import tie_frame
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.limited_forces import Role
+from masonry_opt.words.sentences import sentences
 
 #: Façades of ten to a hundred thousand joints.
 LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
@@ -229,3 +233,96 @@ def test_corners_that_press_where_strength_is_limited(method, weight):
     (values,) = told(on_two_tips(weight, strength=100.0))
     assert values["normal_forces"] == pytest.approx([left], rel=1e-3)
     assert told(on_two_tips(weight)) == []
+
+
+#: A bridge of unit weight 22 with a fill and its backing, by the unit weights of both.
+def filled(fill, backing, masonry=22.0, thickness=1.0):
+    cubes = [mo.Block(name=f"{n}", vertices=square(n), unit_weight=masonry) for n in range(2)]
+    floor = mo.Block(name="floor", vertices=[(-1, -1), (3, -1), (3, 0), (-1, 0)], fixed=True)
+    above = mo.Backing(line=[(0, 1.5), (2, 1.5)], unit_weight=backing)
+    earth = mo.Fill(road=[(0, 3), (2, 3)], unit_weight=fill, pressure=False, backing=above)
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=[*cubes, floor], fills=[earth], thickness=thickness)
+    return scene.replace(loads=[mo.Load(block="0", live=(1, 0))])
+
+
+def square(left):
+    return [(left, 0), (left + 1, 0), (left + 1, 1), (left, 1)]
+
+
+@pytest.mark.parametrize("thickness", [0.5, 7.8])
+@pytest.mark.parametrize(
+    ("fill", "backing", "masonry", "expected"),
+    [
+        (18.0, 20.0, 22.0, []),
+        (18000.0, 20.0, 22.0, [(False, 18000.0, "blocks", 22.0)]),
+        (18.0, 20000.0, 22.0, [(True, 20000.0, "blocks", 22.0)]),
+        (18.0, 20.0, 22000.0, [(False, 18.0, "blocks", 22000.0), (True, 20.0, "blocks", 22000.0)]),
+        (18.0, 20000.0, 0.0, [(True, 20000.0, "fill", 18.0)]),
+        (18.0, 20.0, 0.0, []),
+    ],
+)
+def test_fill_of_another_unit_than_the_blocks(fill, backing, masonry, expected, thickness):
+    found = warned(filled(fill, backing, masonry, thickness), Code.FILL_WEIGHT_DIFFERS)
+    keys = ("backing", "unit_weight", "beside", "other")
+    assert [tuple(values[key] for key in keys) for values in found] == [
+        (*values[:3], pytest.approx(values[3])) for values in expected
+    ]
+    assert all(values["fill"] == 1 for values in found)
+
+
+def test_a_warning_of_units_names_both_values():
+    (sentence,) = sentences(warnings_of(assemble(filled(18000.0, 20.0)), None))
+    assert sentence == (
+        "the unit weight of fill no. 1 is 18000, that of the blocks 22: give both in one unit"
+    )
+    (sentence,) = sentences(warnings_of(assemble(tied(20.0, 1e8)), None))
+    assert sentence == (
+        "the strength of tie 'rod' is 20, the median weight of a block 1e+08: give forces and weights in one "
+        "unit"
+    )
+
+
+def tied(strength, weight, prestress=0.0):
+    rod = mo.Tie(
+        between=("0", "ground"), at=[(0, 0.5), (-9, 0.5)], strength=strength, prestress=prestress, name="rod"
+    )
+    return row(weight, weight, live=(weight, 0.0)).replace(ties=[rod])
+
+
+@pytest.mark.parametrize(
+    ("strength", "prestress", "expected"),
+    [
+        (1 / 2999, 0.0, []),
+        (1 / 3001, 0.0, [("strength", 1 / 3001, 1.0)]),
+        (599.0, 0.0, []),
+        (601.0, 0.0, [("strength", 601.0, 2.0)]),
+        (None, 0.0, []),
+        (None, 601.0, [("prestress", 601.0, 2.0)]),
+        (1.0, 1 / 3001, [("prestress", 1 / 3001, 1.0)]),
+    ],
+)
+def test_a_tie_of_another_unit_than_the_weights(strength, prestress, expected):
+    """Beside two blocks of weight 1: less than 1/3000 of one, or more than 300 times both."""
+    found = warned(tied(strength, 1.0, prestress), Code.STRENGTH_DIFFERS)
+    assert [(values["key"], values["value"], values["weight"]) for values in found] == [
+        (key, value, pytest.approx(weight)) for key, value, weight in expected
+    ]
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("weight", [1.0, 1e4, 1e8])
+def test_no_force_is_shown_beyond_its_limit(method, weight):
+    """A solver is as exact as the largest forces of a scene are large: 20.023 for a strength of 20."""
+    result = mo.solve(tied(20.0, weight), method)
+    assert result.ties["force"].tolist() == [20.0]
+    assert "yields at 20" in str(result)
+    assert "yields at 20.0" not in str(result)
+
+
+def test_a_force_that_violates_its_limit_is_shown_as_it_is():
+    result = mo.solve(tied(20.0, 10.0), "static")
+    q = result.solution.q.copy()
+    q[-1] *= 1.01  # the tie's
+    found = replace(result.solution.found, q=q)
+    frame = tie_frame(result.assembly, replace(result.solution, found=found), Role.TIE)
+    assert frame["force"].tolist() == pytest.approx([20.2])

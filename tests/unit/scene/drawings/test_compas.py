@@ -385,3 +385,13 @@ def test_boxes_that_are_none_are_named(file, wrong):
 def test_options_that_mean_nothing_are_named(file, wrong, named):
     with pytest.raises(mo.CaseError, match=named):
         mo.read_compas(file(heap(frustum(2, 2, -1, 0), frustum(1, 0.5, 0, 3))), **GIVEN, **wrong)
+
+
+@pytest.mark.parametrize("more", [{}, {"along": "y"}, {"live": (1, 0, 0)}], ids=["plane", "along y", "space"])
+@pytest.mark.parametrize("number", range(6))
+def test_a_missing_face_is_refused(file, more, number):
+    """The ends of the prism are faces 0 and 1, its sides the others."""
+    stone = prism(LOW)
+    del stone["face"][str(number)]
+    with pytest.raises(mo.CaseError, match=r"wall\.json: .*is not closed at its edge from"):
+        read(file(assembly([prism(BASE), stone], {0})), **more)

@@ -8,7 +8,7 @@ from itertools import pairwise
 import ezdxf
 import numpy as np
 import pytest
-from meshes import QUADS, box, obj, ply, prism, stl
+from meshes import QUADS, box, divided_box, obj, ply, prism, stl
 from scenes import WALLS, run_command
 from scipy.spatial.transform import Rotation
 from touching_solids import contacts_of
@@ -158,7 +158,7 @@ GRAIN = box((9, 9 + 1e-9), (0, 1e-9), (0, 1e-9))
 HIGH, BESIDE = box((0, 2), (0, 1), (1, 3))[0], box((1, 3), (0, 1), (2, 4))[0]
 CROSSED = np.concatenate([HIGH, BESIDE]), [*QUADS, *(tuple(8 + corner for corner in face) for face in QUADS)]
 WRONG = {
-    "an open block": (obj(STONES | {"low": OPEN}), "block 'low': face no. "),
+    "an open block": (obj(STONES | {"low": OPEN}), "block 'low' is not closed at its edge"),
     "a face alone": (obj(STONES | {"low": (STONES["low"][0], QUADS[:1])}), "block 'low' is a single face"),
     "two of one name": (obj(STONES) + b"\n" + obj({"low": STONES["low"]}), "two blocks 'low'"),
     "a corner that is not there": (obj(STONES) + b"\nf 1 2 99", "not valid OBJ"),
@@ -181,6 +181,69 @@ for number in range(10):
 def test_what_is_wrong_is_named(file, data, named):
     with pytest.raises(mo.CaseError, match=rf"stones\.obj: .*{named}"):
         contacts_of(read(file(data)))
+
+
+DIVIDED = divided_box((0, 2), (0, 1), (1, 5), 2)
+
+
+def without(shape, number):
+    """A shape without one of its faces."""
+    corners, faces = shape
+    return corners, faces[:number] + faces[number + 1 :]
+
+
+@pytest.mark.parametrize("number", range(48))
+def test_a_missing_triangle_is_refused_with_its_place(file, number):
+    """Inside a side of the box, at its rim and at its corners, where the two triangles of a net meet."""
+    with pytest.raises(mo.CaseError) as refused:
+        read(file(obj(STONES | {"high": without(DIVIDED, number)})))
+    message = str(refused.value)
+    assert re.search(r"stones\.obj: block 'high' is not closed at its edge .*: add the missing", message)
+    named = [tuple(map(float, ends.split(","))) for ends in re.findall(r"\(([^()]*)\)", message)]
+    missing = DIVIDED[0][list(DIVIDED[1][number])]
+    assert len(named) == 2
+    assert all(np.abs(missing - end).max(axis=1).min() < 1e-9 for end in named)
+
+
+@pytest.mark.parametrize(("write", "name"), [(obj, "a.obj"), (stl, "a.stl")])
+def test_a_missing_triangle_is_refused_in_each_form_of_mesh(file, tmp_path, write, name):
+    path = file(write({"fixed": box((-1, 3), (-1, 2), (0, 1)), "high": without(DIVIDED, 5)}), name)
+    with pytest.raises(mo.CaseError, match=r"is not closed at its edge"):
+        read(path, fixed_below=0.5)
+    case = tmp_path / "case.toml"
+    mesh = f'[mesh]\nfile = "{name}"\nunit_weight = 10\nfixed_below = 0.5\n'
+    case.write_text(f"[joints]\nfriction = 0.7\n{mesh}")
+    with pytest.raises(mo.CaseError, match=r"case\.toml: .*is not closed at its edge"):
+        mo.load(case)
+
+
+def test_a_missing_quadrilateral_is_refused_in_ply(file):
+    """Writers of PLY give each face corners of its own: corners of one place are one."""
+    path = file(ply(STONES | {"high": without(STONES["high"], 2)}), "a.ply")
+    with pytest.raises(mo.CaseError, match=r"a\.ply: block .* is not closed at its edge"):
+        read(path, fixed_below=-0.5)
+
+
+#: Closed blocks that a careless test of edges would call open, with their tolerance.
+CORNERS, TRIANGLES = divided_box((0, 2), (0, 1), (1, 5), 1)
+NEAR_TWIN = np.vstack([CORNERS, CORNERS[0] + 4e-6]), [
+    *(tuple(8 if corner == 0 else corner for corner in face) for face in TRIANGLES[:1]), *TRIANGLES[1:]
+]  # fmt: skip
+MIDDLE = len(PORTAL)
+ON_AN_EDGE = np.vstack([PORTAL, PORTAL[:2].mean(axis=0)]), [(0, MIDDLE, *SIDES[0][1:]), *SIDES[1:]]
+BENT = DIVIDED[0] + 3e-6 * np.sin(37.0 * DIVIDED[0]), DIVIDED[1]
+CLOSED = {
+    "corners that nearly coincide": (NEAR_TWIN, 8.0),
+    "a corner on the edge of another face": (ON_AN_EDGE, 8 * 0.5),
+    "sides that are nearly flat": (BENT, 8.0),
+}
+
+
+@pytest.mark.parametrize(("shape", "volume"), CLOSED.values(), ids=CLOSED)
+def test_closed_blocks_are_read_whatever_their_corners(file, shape, volume):
+    """Volumes by hand: of a box 2 × 1 × 4, of a portal its area by its depth."""
+    scene = read(file(obj({"fixed": GROUND, "high": shape})), tolerance=1e-5)
+    assert shapes(scene).size[-1] == pytest.approx(volume, rel=1e-4)
 
 
 def test_any_damage_ends_with_a_scene_or_a_message(file):
