@@ -10,6 +10,7 @@ import shapely
 
 from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.contacts import edges, faces
+from masonry_opt.scene.contacts.alignment import aligned, square_to
 from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
 from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for
 from masonry_opt.scene.joints import JointDefaults
@@ -40,6 +41,8 @@ class Joints:
     #: Unit vector square to it: in the plane a quarter turn clockwise, in space along the longest side or
     #: the edge that touches, at a point along a side of the face or one of the two edges.
     tangent: np.ndarray
+    accuracy: np.ndarray  #: angle within which the drawing fixes each normal, in radians, shape (joints,)
+    turn: np.ndarray  #: angle by which each normal was turned to a common direction, in radians, shape (joints,)
     #: Length, in space area; 0 where a corner stands on an edge, in space along an edge or at a point.
     extent: np.ndarray
     middle: np.ndarray  #: of each joint, of a polygon its centroid, relative to the shapes' origin
@@ -133,6 +136,9 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a joint of two points,
     a corner on a face and two edges that cross are joints of one.
 
+    Joints that are parallel within the accuracy of the drawing get a common direction (see
+    :mod:`~.contacts.alignment`).
+
     Raises CaseError if blocks overlap, a movable block touches nothing or reaches no support (unless they are
     ``floating``, to show them), an exception names two that do not touch, or too many pairs are near.
     """
@@ -166,11 +172,18 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     loose = ~np.isin(meeting, across.pair)
     if not floating:
         refuse_floating(scene, shapes, first, second, gaps)
+    drawn, accuracy = (
+        np.concatenate([getattr(shared, name), getattr(beside, name)])[order] for name in ("normal", "accuracy")
+    )
+    normal, turn = aligned(drawn, accuracy)
+    tangent = np.where(turn[:, None] > 0, square_to(tangent[order], normal), tangent[order])
     return Joints(
         first=first,
         second=second,
-        normal=np.concatenate([shared.normal, beside.normal])[order],
-        tangent=tangent[order],
+        normal=normal,
+        tangent=tangent,
+        accuracy=accuracy,
+        turn=turn,
         extent=np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order],
         middle=np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order],
         point=point[ranges((np.cumsum(count) - count)[rings], count[rings])],
