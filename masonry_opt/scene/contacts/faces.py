@@ -89,7 +89,8 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     frame = frame.where(number)
     middle = frame.up(shapely.get_coordinates(shapely.centroid(pieces)), np.arange(len(pieces)))
     accuracy = (_accuracy(faces, i, shapes.tolerance) + _accuracy(faces, j, shapes.tolerance))[number] / 2
-    return FacingFaces(pair[number], most, shapely.area(pieces), middle, -frame.normal, accuracy, frame, pieces)
+    area = shapely.area(pieces)
+    return FacingFaces(pair[number], most, area, middle, -frame.normal, accuracy, frame, pieces)
 
 
 def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarray:

@@ -10,7 +10,7 @@ import shapely
 
 from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.contacts import edges, faces
-from masonry_opt.scene.contacts.alignment import aligned, square_to
+from masonry_opt.scene.contacts.alignment import AlignedContacts, DrawnContacts, aligned, square_to
 from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
 from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for
 from masonry_opt.scene.joints import JointDefaults
@@ -24,6 +24,9 @@ _KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Calla
     2: (geometry, edges.facing, edges.PlaneCorners),
     3: (shapes, faces.facing, faces.SolidCorners),
 }
+
+#: Length below which coordinates differ by rounding, over the spacing of floating-point numbers there.
+_ROUNDING = 64.0
 
 #: By pairs of blocks (indices) that face each other across a small gap beside what they share, its largest
 #: width: the least 'tolerance' at which they share that edge or polygon.
@@ -42,7 +45,8 @@ class Joints:
     #: the edge that touches, at a point along a side of the face or one of the two edges.
     tangent: np.ndarray
     accuracy: np.ndarray  #: angle within which the drawing fixes each normal, in radians, shape (joints,)
-    turn: np.ndarray  #: angle by which each normal was turned to a common direction, in radians, shape (joints,)
+    turn: np.ndarray  #: angle in radians by which alignment turned each normal, shape (joints,)
+    shift: np.ndarray  #: distance by which alignment moved each contact point, shape (points,)
     #: Length, in space area; 0 where a corner stands on an edge, in space along an edge or at a point.
     extent: np.ndarray
     middle: np.ndarray  #: of each joint, of a polygon its centroid, relative to the shapes' origin
@@ -136,8 +140,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a joint of two points,
     a corner on a face and two edges that cross are joints of one.
 
-    Joints that are parallel within the accuracy of the drawing get a common direction (see
-    :mod:`~.contacts.alignment`).
+    Joints that are parallel, square or in one line within the accuracy of the drawing become so exactly
+    (see :mod:`~.contacts.alignment`).
 
     Raises CaseError if blocks overlap, a movable block touches nothing or reaches no support (unless they are
     ``floating``, to show them), an exception names two that do not touch, or too many pairs are near.
@@ -172,23 +176,36 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     loose = ~np.isin(meeting, across.pair)
     if not floating:
         refuse_floating(scene, shapes, first, second, gaps)
-    drawn, accuracy = (
-        np.concatenate([getattr(shared, name), getattr(beside, name)])[order] for name in ("normal", "accuracy")
+    normal, accuracy, extent = (
+        np.concatenate(parts)[order]
+        for parts in (
+            (shared.normal, beside.normal),
+            (shared.accuracy, beside.accuracy),
+            (shared.extent, np.zeros(len(beside.pair))),
+        )
     )
-    normal, turn = aligned(drawn, accuracy)
-    tangent = np.where(turn[:, None] > 0, square_to(tangent[order], normal), tangent[order])
+    middle = np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order]
+    point = point[ranges((np.cumsum(count) - count)[rings], count[rings])]
+    joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
+    rounding = _ROUNDING * float(np.spacing(np.abs(shapes.boxes + shapes.origin).max()))
+    ends = pairs[owner[order]]
+    now = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
+    tangent = np.where(now.turn[:, None] > 0, square_to(tangent[order], now.normal), tangent[order])
+    if scene.dimension == 2:
+        extent, middle = _measured_again(now, joint, extent, middle)
     return Joints(
         first=first,
         second=second,
-        normal=normal,
+        normal=now.normal,
         tangent=tangent,
         accuracy=accuracy,
-        turn=turn,
-        extent=np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order],
-        middle=np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order],
-        point=point[ranges((np.cumsum(count) - count)[rings], count[rings])],
-        joint=np.repeat(joint[rings], count[rings]),
-        ring=np.repeat(np.arange(len(rings)), count[rings]),
+        turn=now.turn,
+        shift=now.shift,
+        extent=extent,
+        middle=middle,
+        point=now.point,
+        joint=joint,
+        ring=ring,
         **joint_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         gaps=gaps,
@@ -196,6 +213,18 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[loose])]],
         meets=meets[loose],
     )
+
+
+def _measured_again(
+    now: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return lengths and middles of joints in the plane, of which aligned contact points have moved some."""
+    extent, middle = extent.copy(), middle.copy()
+    moved = np.unique(joint[now.shift > 0])
+    start = now.point[np.searchsorted(joint, moved)]
+    end = now.point[np.searchsorted(joint, moved, side="right") - 1]
+    extent[moved], middle[moved] = np.hypot(*(end - start).T), (start + end) / 2
+    return extent, middle
 
 
 def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
