@@ -133,6 +133,10 @@ class Code(StrEnum):
     # blocks, ratio: of the first one's weight per area to the median; per: "volume" in space.
     WEIGHTS_DIFFER = "weights differ"
     SMALL_GAPS = "small gaps"  # pairs: of blocks; widths: of the gap of each
+    # pairs: of blocks, at joints that alignment turned; turn: the largest, in radians; tolerance
+    ALIGNED = "aligned"
+    # pairs: of blocks, at joints nearly parallel to others; angle: the largest; tolerance: that aligns them
+    ASKEW = "askew"
     CORNERS_MEET = "corners meet"  # pairs: of blocks
     WITHOUT_NORMAL = "without normal"  # pairs: of blocks in space
     FACES_TURNED = "faces turned"  # blocks in space

@@ -1,9 +1,9 @@
 """Alignment of contacts: planes that agree within the accuracy of a drawing become equal.
 
-A drawing fixes a point no better than its tolerance, and the direction of an edge no better than the tolerance
-over the edge's length. Between rigid blocks the smallest error matters. Two beds of one block that differ by
-1e-5 are a wedge: a block that slides along the one must lift off the other. Load factors of noisy drawings
-therefore jump, by up to a factor of two. Contacts are aligned in four steps:
+A drawing fixes a point no better than its tolerance, and the direction of an edge no better than the
+tolerance over the edge's length. Between rigid blocks the smallest error matters. Two beds of one block that
+differ by 1e-5 are a wedge: a block that slides along the one must lift off the other. Load factors of noisy
+drawings therefore jump, by up to a factor of two. Contacts are aligned in four steps:
 
 1. *Planes.* Each joint has a plane (of blocks in the plane: a line), and so has each of its ends or sides.
 2. *Directions.* Planes that are parallel within their accuracies, of joints that blocks link, get one
@@ -145,10 +145,9 @@ class AlignedContacts:
 
 def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT) -> AlignedContacts:
     """Return contacts moved onto common planes, by the four steps that the module describes."""
-    if len(drawn.normal) < 2:
-        return AlignedContacts(
-            drawn.normal, drawn.point, *map(np.zeros, (len(drawn.normal), len(drawn.point)))
-        )
+    joints, points = len(drawn.normal), len(drawn.point)
+    if joints < 2:
+        return AlignedContacts(drawn.normal, drawn.point, np.zeros(joints), np.zeros(points))
     planes = drawn.planes()
     parallel = _parallel_planes(drawn, settings, planes)
     groups = [Group(drawn, settings, planes, members) for members in parallel]
@@ -376,8 +375,11 @@ def _meeting_points(
 
 
 def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
-    """Return the direction that fits unit vectors of either sign, each weighted by its accuracy, and is square
-    to points of a scatter matrix, shape (dim, dim), in units of the tolerance, by least squares."""
+    """Return the direction that fits unit vectors of either sign best, each weighted by its accuracy.
+
+    ``scatter``, shape (dim, dim), sums the squares of distances between points, in units of the tolerance, to
+    which the direction shall be square.
+    """
     weight = accuracy[:, None] ** -2.0
     misfit = weight.sum() * np.eye(directions.shape[1]) - (weight * directions).T @ directions + scatter
     return np.asarray(np.linalg.eigh(misfit)[1][:, 0])
