@@ -11,7 +11,6 @@ tolerance. The table has a row a copy: the largest turn of a joint, and the lowe
 factor of the copy over those of the exact drawing. The last lines count the copies within 5 %.
 
 --dynamics compares the incremental load factor with explicit dynamics of the exact drawing, some minutes.
---untold leaves the tolerance at its default where joints are found all the same.
 """
 
 import argparse
@@ -30,6 +29,7 @@ from atlas.large_scenes import openings  # noqa: E402
 from atlas.random_scenes import random_scene  # noqa: E402
 from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
 from contact_dynamics import onset  # noqa: E402
+from drawing_errors import with_errors  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.methods.push.push import Elastic  # noqa: E402
@@ -39,24 +39,10 @@ from masonry_opt.problem.assembly import assemble  # noqa: E402
 FIRST = 1_250_000
 #: Errors of the coordinates, over the mean size of a block.
 ERRORS = (1e-5, 1e-4, 1e-3)
-#: Tolerance over the error: two edges that meet are off by twice the error at most, and by rounding.
-TOLERANCE = 3.0
 #: The flow rule matters where the lowest load factor is below this share of the associative one.
 MATTERS = 0.97
 #: Load factors of a copy and of the exact drawing agree within this share.
 AGREE = 0.05
-
-
-def with_errors(scene: mo.Scene, error: float, seed: int, tolerance: float | None = None) -> mo.Scene:
-    """Return a copy of a scene with every coordinate off by up to an error, over the mean size of a block."""
-    rng = np.random.default_rng([seed, round(1e9 * error)])
-    size = assemble(scene).geometry.width[~scene.fixed].mean()
-    blocks = []
-    for block in scene.blocks:
-        corners = np.array(block.vertices, dtype=float)
-        corners += error * size * rng.uniform(-1, 1, corners.shape)
-        blocks.append(block.model_copy(update={"vertices": list(map(tuple, corners.tolist()))}))
-    return mo.Scene(joints=scene.joints, blocks=blocks, tolerance=tolerance or TOLERANCE * error * size)
 
 
 def walls(make: Callable[[int], mo.Scene], number: int) -> Iterator[tuple[mo.Scene, mo.Result]]:
