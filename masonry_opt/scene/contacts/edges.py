@@ -57,7 +57,8 @@ class FacingEdges(sides.Facing):
         ends = corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[..., None] * across
         long = at[1] - at[0] > shortest
         accuracy = _accuracy(tip[i] - tail[i], shortest) / 2 + _accuracy(tip[j] - tail[j], shortest) / 2
-        return cls.between(pair[long], width.max(axis=0)[long], *ends[:, long], accuracy[long])
+        start, end = ends[:, long]
+        return cls.between(pair[long], width.max(axis=0)[long], start, end, accuracy[long])
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         points, number = np.stack([self.start, self.end], axis=1).reshape(-1, 2), np.arange(len(self.pair))
