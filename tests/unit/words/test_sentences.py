@@ -27,18 +27,18 @@ from masonry_opt.words.summary import facts
 
 #: A value of each name that a reason has, as ``solve`` gives it.
 VALUES = {
-    "above": 1.44, "against": False, "angle": 1e-3, "associative": 0.6, "beyond": 0.6, "blocks": ["A"],
-    "bound": 0.25, "by": 1e-6, "candidates": 12, "change": 2e-3, "count": 7, "deep_fall": (0.4, 0.3),
-    "dilatancy": -2.0, "distance": 120.0, "draws": 12, "elastic": 0.9, "epsilon": 3e-9, "exact": True,
-    "factor": 1.4434, "fall": 1e-3, "first": str(mo.Status.CYCLING), "fixed": True, "folds": 4, "forces":
-    True, "friction": 0.5, "gap": 1e-4, "give": 1e-4, "hangs": False, "highest": 0.5, "in_vain": False,
+    "above": 1.44, "against": False, "associative": 0.6, "beyond": 0.6, "blocks": ["A"], "bound": 0.25,
+    "by": 1e-6, "candidates": 12, "change": 2e-3, "count": 7, "deep_fall": (0.4, 0.3), "dilatancy": -2.0,
+    "distance": 120.0, "draws": 12, "elastic": 0.9, "epsilon": 3e-9, "exact": True, "factor": 1.4434,
+    "fall": 1e-3, "first": str(mo.Status.CYCLING), "fixed": True, "folds": 4, "forces": True,
+    "friction": 0.5, "gap": 1e-4, "give": 1e-4, "hangs": False, "highest": 0.5, "in_vain": False,
     "interrupted": True, "joints": 9000, "kinematic_cuts": 1, "last": 0.4, "least": 0.4, "left_out": 2,
     "length": 0.5, "load": "dead", "load_factor": 0.5, "looped": False, "lowest": 0.4, "most": 0.6,
-    "names": ["lorry"], "normal_forces": [12.5], "number": 3, "off": 0.1, "pairs": [["A", "B"]], "peak":
-    0.5, "period": 2, "rates": 100.0, "ratio": 1000.0, "remedies": ["beta=0.3"], "residuals": {"flow":
-    0.1}, "size": 3.0, "softer": 10.0, "states": 21, "static_cuts": 2, "status": str(mo.Status.LOCKED),
-    "steps": 27, "stiffness": (0.4, 0.5), "stress": None, "time_limit": 60.0, "tolerance": 1e-3, "turn":
-    2e-3, "widths": [1e-3], "without": 1, "word": "unknown",
+    "names": ["lorry"], "normal_forces": [12.5], "number": 3, "off": 0.1, "pairs": [["A", "B"]], "peak": 0.5,
+    "period": 2, "rates": 100.0, "ratio": 1000.0, "remedies": ["beta=0.3"], "residuals": {"flow": 0.1},
+    "size": 3.0, "softer": 10.0, "states": 21, "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27,
+    "stiffness": (0.4, 0.5), "stress": None, "time_limit": 60.0, "widths": [1e-3], "without": 1,
+    "word": "unknown", "angle": 1e-3, "tolerance": 1e-3, "turn": 2e-3,
 }  # fmt: skip
 
 
