@@ -8,6 +8,7 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.rows import combine, lengths
 
@@ -21,6 +22,10 @@ _PARALLEL = 1e-9
 #: Turn of a joint, in radians, from which a warning names it: a millimetre a metre, as stones are cut. A
 #: larger value hides real wedges that a large tolerance makes parallel; a smaller one warns more often.
 _REAL = 1e-3
+
+#: Share of the friction limit from which a joint is about to slide. A smaller value names joints that carry
+#: less; a larger one misses joints at the limit in answers of interior-point solvers.
+_AT_LIMIT = 0.999
 
 #: Joints of a block above which its joints are not compared: a support under very many blocks.
 _MOST_JOINTS = 300
@@ -39,16 +44,18 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     if solution is None or solution.d is None or solution.kind is Kind.ASSOCIATIVE:
         return
     one, other, angle = _nearly_parallel(assembly, able)
-    slides = joint_motion(assembly, solution).slides
-    matters = slides[one] | slides[other]
+    slides = joint_motion(assembly, solution).slides | _at_friction_limit(assembly, solution)
+    matters = np.flatnonzero(slides[one] | slides[other])
+    matters = matters[np.argsort(-angle[matters], kind="stable")]
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
     # With this tolerance either joint may turn by the whole angle.
     least = np.minimum(joints.accuracy[one], joints.accuracy[other])
     needed = assembly.geometry.tolerance * angle / least
-    named = assembly.pairs_of(np.unique(np.stack([one, other], axis=1)[np.argsort(-angle)].ravel()))
-    yield reason(Code.ASKEW, pairs=named, angle=float(angle.max()), tolerance=float(needed.max()))
+    named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
+    values = {"angle": float(angle[0]), "tolerance": float(needed.max())}
+    yield reason(Code.ASKEW, pairs=assembly.pairs_of(np.array(named)), **values)
 
 
 def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
@@ -57,6 +64,19 @@ def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
     able = np.zeros(problem.joints, dtype=bool)
     able[problem.sliding] = problem.dilatancy < problem.friction
     return assembly.most_of_joints(able).astype(bool)
+
+
+def _at_friction_limit(assembly: Assembly, solution: Solution) -> np.ndarray:
+    """Return True for each joint whose shear is at the limit of friction while it is pressed."""
+    problem = assembly.problem
+    limited = np.zeros(problem.joints, dtype=bool)
+    if solution.q is not None:
+        sliding, n = problem.sliding, problem.normal_forces(solution.q)
+        shear = np.hypot.reduce(np.abs(problem.shears(solution.q)), axis=0)[sliding]
+        pressed = n[sliding] > IDLE * np.abs(n).max(initial=0.0)
+        limit = problem.friction * n[sliding] + problem.cohesion
+        limited[sliding] = pressed & (shear >= _AT_LIMIT * limit)
+    return assembly.most_of_joints(limited).astype(bool)
 
 
 def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

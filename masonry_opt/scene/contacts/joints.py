@@ -176,14 +176,9 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     loose = ~np.isin(meeting, across.pair)
     if not floating:
         refuse_floating(scene, shapes, first, second, gaps)
-    normal, accuracy, extent = (
-        np.concatenate(parts)[order]
-        for parts in (
-            (shared.normal, beside.normal),
-            (shared.accuracy, beside.accuracy),
-            (shared.extent, np.zeros(len(beside.pair))),
-        )
-    )
+    normal = np.concatenate([shared.normal, beside.normal])[order]
+    accuracy = np.concatenate([shared.accuracy, beside.accuracy])[order]
+    extent = np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order]
     middle = np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order]
     point = point[ranges((np.cumsum(count) - count)[rings], count[rings])]
     joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
