@@ -136,7 +136,7 @@ class Code(StrEnum):
     # pairs: of blocks, at joints that alignment turned; turn: the largest, in radians; tolerance
     ALIGNED = "aligned"
     # pairs: of blocks, at joints nearly parallel to others; angle: the largest; tolerance: that aligns them
-    ASKEW = "askew"
+    NEARLY_PARALLEL = "nearly parallel"
     CORNERS_MEET = "corners meet"  # pairs: of blocks
     WITHOUT_NORMAL = "without normal"  # pairs: of blocks in space
     FACES_TURNED = "faces turned"  # blocks in space

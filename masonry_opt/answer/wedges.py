@@ -55,7 +55,7 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     needed = assembly.geometry.tolerance * angle / least
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
     values = {"angle": float(angle[0]), "tolerance": float(needed.max())}
-    yield reason(Code.ASKEW, pairs=assembly.pairs_of(np.array(named)), **values)
+    yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)
 
 
 def _slides_without_lifting(assembly: Assembly) -> np.ndarray:

@@ -352,7 +352,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"joints were turned by up to {v['turn']:.2g} rad to be parallel or square to others within the "
         f"tolerance, {v['tolerance']:.3g}: {pairs(v)}; if they are meant to be wedges, lower 'tolerance'"
     ),
-    Code.ASKEW: lambda v: (
+    Code.NEARLY_PARALLEL: lambda v: (
         f"joints of one block are up to {v['angle']:.2g} rad off parallel, a wedge that must lift a block to "
         f"slide: {pairs(v)}; if they are meant to be parallel, set 'tolerance' to "
         f"{rounded_up(v['tolerance'], 2)}"
