@@ -28,7 +28,7 @@ _TOLD = (
     *("crushing", "friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters"),
     *("iterations", "lp_solves", "nlp_solves", "stationary", "expected", "end", "expected_reasons"),
     *("associative", "exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility"),
-    *("size", "history"),
+    *("largest_turn", "largest_shift", "size", "history"),
 )
 
 

@@ -74,6 +74,9 @@ class Outcome:
         None for other methods.
     seconds: by part (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by what they did: "dead load", "load factor", "sub-problems", ...
+    largest_turn, largest_shift: the largest angle (radians) by which a joint was turned, and the largest
+        distance by which a contact point was moved, to align contacts within the accuracy of the drawing; 0
+        where all are as drawn.
     size: of scene and linear program.
     assembly, solution: the matrices, and forces and velocities in their units.
     warnings: what looks unintended in the scene, in codes with their values. They change nothing else.
@@ -181,6 +184,14 @@ class Outcome:
         the joints that move as the scene settles under its weight."""
         states = self.solution.curve
         return None if states is None else frames.curve_frame(self.assembly, states)
+
+    @property
+    def largest_turn(self) -> float:
+        return float(self.assembly.joints.turn.max(initial=0.0))
+
+    @property
+    def largest_shift(self) -> float:
+        return float(self.assembly.joints.shift.max(initial=0.0))
 
     @property
     def load_case(self) -> str | None:

@@ -146,6 +146,10 @@ class Code(StrEnum):
     # value is larger of all dead loads.
     STRENGTH_DIFFERS = "strength differs"
     SMALL_GAPS = "small gaps"  # pairs: of blocks; widths: of the gap of each
+    # pairs: of blocks, at joints that alignment turned; turn: the largest, in radians; tolerance
+    ALIGNED = "aligned"
+    # pairs: of blocks, at joints nearly parallel to others; angle: the largest; tolerance: that aligns them
+    NEARLY_PARALLEL = "nearly parallel"
     CORNERS_MEET = "corners meet"  # pairs: of blocks
     WITHOUT_NORMAL = "without normal"  # pairs: of blocks in space
     FACES_TURNED = "faces turned"  # blocks in space

@@ -7,6 +7,7 @@ import numpy as np
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import IDLE
+from masonry_opt.answer.wedges import wedges
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.fill import fill_forces
 from masonry_opt.problem.limited_forces import Role
@@ -49,6 +50,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_idle_supports(assembly),
         *_clamping(assembly, solution),
         *_blocks(assembly),
+        *wedges(assembly, solution),
         *_bearing_corners(assembly, solution),
         *_loads(assembly),
         *_far_away(assembly),

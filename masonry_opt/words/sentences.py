@@ -392,6 +392,15 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "coordinates in one unit?"
     ),
     Code.SMALL_GAPS: _small_gaps,
+    Code.ALIGNED: lambda v: (
+        f"joints were turned by up to {v['turn']:.2g} rad to be parallel or square to others within the "
+        f"tolerance, {v['tolerance']:.3g}: {pairs(v)}; if they are meant to be wedges, lower 'tolerance'"
+    ),
+    Code.NEARLY_PARALLEL: lambda v: (
+        f"joints of one block are up to {v['angle']:.2g} rad off parallel, a wedge that must lift a block to "
+        f"slide: {pairs(v)}; if they are meant to be parallel, set 'tolerance' to "
+        f"{rounded_up(v['tolerance'], 2)}"
+    ),
     Code.CORNERS_MEET: lambda v: (
         f"{pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
     ),

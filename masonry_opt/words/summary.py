@@ -239,6 +239,7 @@ def _technical(result: Outcome) -> dict[str, str]:
         "status": ": ".join(filter(None, (result.status, message(result.reasons)))),
         "range": _range(result),
         "certificate": "   ".join(f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()),
+        "alignment": _alignment(result),
         "existence": str(result.infeasibility.existence) if result.infeasibility else "",
         "programs": _programs(result),
         "largest program": "" if size.rows is None else largest,
@@ -246,6 +247,14 @@ def _technical(result: Outcome) -> dict[str, str]:
         "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
         "not modelled": "\n".join(left_out(result.assembly)),
     }
+
+
+def _alignment(result: Outcome) -> str:
+    """Return by how much contacts were aligned within the accuracy of the drawing; "" where they were not."""
+    if not result.largest_turn and not result.largest_shift:
+        return ""
+    moved = f"joints turned by up to {result.largest_turn:.1e} rad, contact points moved by up to"
+    return f"{moved} {result.largest_shift:.1e} (tolerance {result.assembly.geometry.tolerance:.1e})"
 
 
 def _range(result: Outcome) -> str:

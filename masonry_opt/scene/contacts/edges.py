@@ -25,12 +25,14 @@ class FacingEdges(sides.Facing):
     end: np.ndarray
 
     @classmethod
-    def between(cls, pair: np.ndarray, most: np.ndarray, start: np.ndarray, end: np.ndarray) -> Self:
-        """Those from starts to ends."""
+    def between(
+        cls, pair: np.ndarray, most: np.ndarray, start: np.ndarray, end: np.ndarray, accuracy: np.ndarray
+    ) -> Self:
+        """Return the lengths from starts to ends."""
         extent = np.hypot(*(end - start).T)
         # Counter-clockwise round the first block its interior lies to the left.
         normal = -_tangent((end - start) / extent[:, None])
-        return cls(pair, most, extent, (start + end) / 2, normal, start, end)
+        return cls(pair, most, extent, (start + end) / 2, normal, accuracy, start, end)
 
     @classmethod
     def of(cls, corners: "PlaneCorners", pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> "FacingEdges":
@@ -54,7 +56,9 @@ class FacingEdges(sides.Facing):
         # Rounding moves no corner: what touches has the coordinates that were given.
         ends = corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[..., None] * across
         long = at[1] - at[0] > shortest
-        return cls.between(pair[long], width.max(axis=0)[long], *ends[:, long])
+        accuracy = _accuracy(tip[i] - tail[i], shortest) / 2 + _accuracy(tip[j] - tail[j], shortest) / 2
+        start, end = ends[:, long]
+        return cls.between(pair[long], width.max(axis=0)[long], start, end, accuracy[long])
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         points, number = np.stack([self.start, self.end], axis=1).reshape(-1, 2), np.arange(len(self.pair))
@@ -118,7 +122,8 @@ def _simplified(chain: FacingEdges, tolerance: float) -> FacingEdges:
     line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
     corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
     pair, most = (np.full(len(corners) - 1, value) for value in (chain.pair[0], chain.most.max()))
-    return FacingEdges.between(pair, most, corners[:-1], corners[1:])
+    accuracy = _accuracy(np.diff(corners, axis=0), tolerance)
+    return FacingEdges.between(pair, most, corners[:-1], corners[1:], accuracy)
 
 
 class PlaneCorners(sides.BlockCorners):
@@ -150,7 +155,13 @@ class PlaneCorners(sides.BlockCorners):
         within = (np.abs(across) <= tolerance) & (at > tolerance) & (at < length - tolerance)
         # The normal of an edge points into its own block.
         point, normal = point[within], sign * normal[within]
-        return Touches(pair[within], point, point, normal, _tangent(normal))
+        accuracy = _accuracy(way[within], tolerance)
+        return Touches(pair[within], point, point, normal, _tangent(normal), accuracy)
+
+
+def _accuracy(edges: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return the angle in radians within which a drawing fixes the direction of each edge, shape (edges,)."""
+    return tolerance / np.hypot(edges[:, 0], edges[:, 1])
 
 
 def _tangent(normal: np.ndarray) -> np.ndarray:

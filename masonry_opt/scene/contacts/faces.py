@@ -10,7 +10,7 @@ from masonry_opt.scene.contacts.sides import Items, Touches, near_items
 from masonry_opt.scene.outlines import common_to, without_slivers, without_straight_corners
 from masonry_opt.scene.rows import bounds, dots, first_alike, lengths, sums
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.faces import Frames, unit
+from masonry_opt.scene.space.faces import Frames, OuterFaces, unit
 from masonry_opt.scene.space.shapes import Shapes
 
 NARROWEST = 10  #: Polygons narrower than so many tolerances are nothing.
@@ -88,7 +88,19 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     pieces, number, most = pieces[kept], number[kept], most[kept]
     frame = frame.where(number)
     middle = frame.up(shapely.get_coordinates(shapely.centroid(pieces)), np.arange(len(pieces)))
-    return FacingFaces(pair[number], most, shapely.area(pieces), middle, -frame.normal, frame, pieces)
+    accuracy = (_accuracy(faces, i, shapes.tolerance) + _accuracy(faces, j, shapes.tolerance))[number] / 2
+    area = shapely.area(pieces)
+    return FacingFaces(pair[number], most, area, middle, -frame.normal, accuracy, frame, pieces)
+
+
+def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return the angle in radians within which a drawing fixes the plane of each face, shape (face,): the
+    tolerance over the shorter side of the rectangle round the face."""
+    own, number = np.unique(face, return_inverse=True)
+    around = shapely.oriented_envelope(faces.polygon[own])
+    corners = shapely.get_coordinates(around).reshape(len(own), 5, 2)
+    sides = np.hypot(*np.moveaxis(np.diff(corners[:, :3], axis=1), 2, 0))
+    return np.asarray((tolerance / sides.min(axis=1))[number])
 
 
 def _projected(polygons: np.ndarray, frame: Frames, own: Frames) -> np.ndarray:
@@ -188,7 +200,8 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
     # Square to the normal, also where the edge leans within the tolerance.
     along = other - one
     along -= dots(along, normal)[:, None] * normal
-    return Touches(pair[number[deep]], one, other, normal, unit(along))
+    accuracy = _accuracy(faces, face[deep], tolerance)
+    return Touches(pair[number[deep]], one, other, normal, unit(along), accuracy)
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
@@ -201,7 +214,8 @@ def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> To
     kept &= shapely.distance(shapely.boundary(faces.polygon[j]), at) > tolerance
     pair, j, flat, height = pair[kept], j[kept], flat[kept], height[kept]
     point = faces.frame.up(flat, j) + height[:, None] / 2 * faces.frame.normal[j]
-    return Touches(pair, point, point, sign * faces.frame.normal[j], faces.frame.u[j])
+    accuracy = _accuracy(faces, j, tolerance)
+    return Touches(pair, point, point, sign * faces.frame.normal[j], faces.frame.u[j], accuracy)
 
 
 def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
@@ -227,4 +241,6 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     kept &= np.abs(towards) > _FLAT
     point = corners.start[i] + at[0][:, None] * one + gap[:, None] / 2 * normal
     sign = np.sign(towards)[:, None]
-    return Touches(pair[kept], point[kept], point[kept], (sign * normal)[kept], one[kept])
+    # The normal follows the edges' directions, the more the smaller the angle between them is.
+    accuracy = tolerance * (1 / length[i] + 1 / length[j]) / sine
+    return Touches(pair[kept], point[kept], point[kept], (sign * normal)[kept], one[kept], accuracy[kept])

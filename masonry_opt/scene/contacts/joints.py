@@ -10,6 +10,7 @@ import shapely
 
 from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.contacts import edges, faces
+from masonry_opt.scene.contacts.alignment import AlignedContacts, DrawnContacts, aligned, square_to
 from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
 from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for
 from masonry_opt.scene.joints import JointDefaults
@@ -23,6 +24,9 @@ _KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Calla
     2: (geometry, edges.facing, edges.PlaneCorners),
     3: (shapes, faces.facing, faces.SolidCorners),
 }
+
+#: Length below which coordinates differ by rounding, over the spacing of floating-point numbers there.
+_ROUNDING = 64.0
 
 #: By pairs of blocks (indices) that face each other across a small gap beside what they share, its largest
 #: width: the least 'tolerance' at which they share that edge or polygon.
@@ -40,6 +44,9 @@ class Joints:
     #: Unit vector square to it: in the plane a quarter turn clockwise, in space along the longest side or
     #: the edge that touches, at a point along a side of the face or one of the two edges.
     tangent: np.ndarray
+    accuracy: np.ndarray  #: angle within which the drawing fixes each normal, in radians, shape (joints,)
+    turn: np.ndarray  #: angle in radians by which alignment turned each normal, shape (joints,)
+    shift: np.ndarray  #: distance by which alignment moved each contact point, shape (points,)
     #: Length, in space area; 0 where a corner stands on an edge, in space along an edge or at a point.
     extent: np.ndarray
     middle: np.ndarray  #: of each joint, of a polygon its centroid, relative to the shapes' origin
@@ -133,6 +140,9 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a joint of two points,
     a corner on a face and two edges that cross are joints of one.
 
+    Joints that are parallel, square or in one line within the accuracy of the drawing become so exactly
+    (see :mod:`~.contacts.alignment`).
+
     Raises CaseError if blocks overlap, a movable block touches nothing or reaches no support (unless they are
     ``floating``, to show them), an exception names two that do not touch, or too many pairs are near.
     """
@@ -166,16 +176,31 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     loose = ~np.isin(meeting, across.pair)
     if not floating:
         refuse_floating(scene, shapes, first, second, gaps)
+    normal = np.concatenate([shared.normal, beside.normal])[order]
+    accuracy = np.concatenate([shared.accuracy, beside.accuracy])[order]
+    extent = np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order]
+    middle = np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order]
+    point = point[ranges((np.cumsum(count) - count)[rings], count[rings])]
+    joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
+    rounding = _ROUNDING * float(np.spacing(np.abs(shapes.boxes + shapes.origin).max()))
+    ends = pairs[owner[order]]
+    now = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
+    tangent = np.where(now.turn[:, None] > 0, square_to(tangent[order], now.normal), tangent[order])
+    if scene.dimension == 2:
+        extent, middle = _measured_again(now, joint, extent, middle)
     return Joints(
         first=first,
         second=second,
-        normal=np.concatenate([shared.normal, beside.normal])[order],
-        tangent=tangent[order],
-        extent=np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order],
-        middle=np.concatenate([shared.middle, (beside.start + beside.end) / 2])[order],
-        point=point[ranges((np.cumsum(count) - count)[rings], count[rings])],
-        joint=np.repeat(joint[rings], count[rings]),
-        ring=np.repeat(np.arange(len(rings)), count[rings]),
+        normal=now.normal,
+        tangent=tangent,
+        accuracy=accuracy,
+        turn=now.turn,
+        shift=now.shift,
+        extent=extent,
+        middle=middle,
+        point=now.point,
+        joint=joint,
+        ring=ring,
         **joint_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         gaps=gaps,
@@ -183,6 +208,18 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[loose])]],
         meets=meets[loose],
     )
+
+
+def _measured_again(
+    now: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return lengths and middles of joints in the plane, of which aligned contact points have moved some."""
+    extent, middle = extent.copy(), middle.copy()
+    moved = np.unique(joint[now.shift > 0])
+    start = now.point[np.searchsorted(joint, moved)]
+    end = now.point[np.searchsorted(joint, moved, side="right") - 1]
+    extent[moved], middle[moved] = np.hypot(*(end - start).T), (start + end) / 2
+    return extent, middle
 
 
 def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:

@@ -62,6 +62,7 @@ class Facing(Rows, ABC):
     extent: np.ndarray  #: length, or area, shape (facing,)
     middle: np.ndarray  #: or centroid, shape (facing, 2) or (facing, 3)
     normal: np.ndarray  #: unit normal into the first block, of the same shape
+    accuracy: np.ndarray  #: angle within which the drawing fixes each normal, in radians, shape (facing,)
 
     @abstractmethod
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -83,6 +84,7 @@ class Touches(Rows):
     normal: np.ndarray  #: unit normal into the first block, of the same shape
     #: Square to it: in the plane a quarter turn clockwise, in space of the edge, or of a side of the face.
     along: np.ndarray
+    accuracy: np.ndarray  #: angle within which the drawing fixes each normal, in radians, shape (touches,)
 
     def outlines(self, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """As of :class:`Facing`, numbers from the first one on: of each one ring, of its end or ends."""

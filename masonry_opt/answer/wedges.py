@@ -1,0 +1,98 @@
+"""Warnings about joints that are nearly parallel: wedges that a drawing may not mean."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.motion import joint_motion
+from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import IDLE
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.rows import combine, lengths
+
+#: Largest angle, in radians, between joints that are nearly parallel. A larger value would name the joints of
+#: fine arches: in a ring of 200 voussoirs they are 0.016 apart. A smaller one would miss rough drawings.
+_NEARLY = 0.01
+
+#: Angle, in radians, up to which joints are parallel but for rounding. A larger value hides wedges.
+_PARALLEL = 1e-9
+
+#: Turn of a joint, in radians, from which a warning names it: a millimetre a metre, as stones are cut. A
+#: larger value hides real wedges that a large tolerance makes parallel; a smaller one warns more often.
+_REAL = 1e-3
+
+#: Share of the friction limit from which a joint is about to slide. A smaller value names joints that carry
+#: less; a larger one misses joints at the limit in answers of interior-point solvers.
+_AT_LIMIT = 0.999
+
+#: Joints of a block above which its joints are not compared: a support under very many blocks.
+_MOST_JOINTS = 300
+
+
+def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
+    """Yield warnings where joints that slide without lifting are nearly parallel, or were made parallel."""
+    able = _slides_without_lifting(assembly)
+    joints = assembly.joints
+    turned = np.where(able, joints.turn, 0.0)
+    if turned.max(initial=0.0) > _REAL:
+        worst = np.flatnonzero(turned > _REAL)
+        worst = worst[np.argsort(-turned[worst], kind="stable")]
+        values = {"turn": float(turned[worst[0]]), "tolerance": assembly.geometry.tolerance}
+        yield reason(Code.ALIGNED, pairs=assembly.pairs_of(worst), **values)
+    if solution is None or solution.d is None or solution.kind is Kind.ASSOCIATIVE:
+        return
+    one, other, angle = _nearly_parallel(assembly, able)
+    slides = joint_motion(assembly, solution).slides | _at_friction_limit(assembly, solution)
+    matters = np.flatnonzero(slides[one] | slides[other])
+    matters = matters[np.argsort(-angle[matters], kind="stable")]
+    one, other, angle = one[matters], other[matters], angle[matters]
+    if not len(one):
+        return
+    # With this tolerance either joint may turn by the whole angle.
+    least = np.minimum(joints.accuracy[one], joints.accuracy[other])
+    needed = assembly.geometry.tolerance * angle / least
+    named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
+    values = {"angle": float(angle[0]), "tolerance": float(needed.max())}
+    yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)
+
+
+def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
+    """Return True for each joint that can slide and opens by less than its friction as it does."""
+    problem = assembly.problem
+    able = np.zeros(problem.joints, dtype=bool)
+    able[problem.sliding] = problem.dilatancy < problem.friction
+    return assembly.most_of_joints(able).astype(bool)
+
+
+def _at_friction_limit(assembly: Assembly, solution: Solution) -> np.ndarray:
+    """Return True for each joint whose shear is at the limit of friction while it is pressed."""
+    problem = assembly.problem
+    limited = np.zeros(problem.joints, dtype=bool)
+    if solution.q is not None:
+        sliding, n = problem.sliding, problem.normal_forces(solution.q)
+        shear = np.hypot.reduce(np.abs(problem.shears(solution.q)), axis=0)[sliding]
+        pressed = n[sliding] > IDLE * np.abs(n).max(initial=0.0)
+        limit = problem.friction * n[sliding] + problem.cohesion
+        limited[sliding] = pressed & (shear >= _AT_LIMIT * limit)
+    return assembly.most_of_joints(limited).astype(bool)
+
+
+def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return pairs of joints of one movable block that are nearly parallel, and the angles between them."""
+    joints, chosen = assembly.joints, np.flatnonzero(able)
+    block, joint = np.concatenate([joints.first[chosen], joints.second[chosen]]), np.tile(chosen, 2)
+    order = np.argsort(block, kind="stable")
+    block, joint = block[order], joint[order]
+    count = np.bincount(block, minlength=len(assembly.scene.blocks))
+    first = np.cumsum(count) - count
+    asked = assembly.movable[count[assembly.movable] <= _MOST_JOINTS]
+    _, one, other = combine(first[asked], count[asked], first[asked], count[asked])
+    one, other = joint[one], joint[other]
+    pairs = np.unique(np.column_stack([one, other])[one < other], axis=0)
+    one, other = pairs.reshape(-1, 2).T
+    along = (joints.normal[one] * joints.normal[other]).sum(axis=1)
+    angle = lengths(joints.normal[one] - along[:, None] * joints.normal[other])
+    near = (angle > _PARALLEL) & (angle < _NEARLY)
+    return one[near], other[near], angle[near]

@@ -1,0 +1,402 @@
+"""Alignment of contacts: planes that agree within the accuracy of a drawing become equal.
+
+A drawing fixes a point no better than its tolerance, and the direction of an edge no better than the
+tolerance over the edge's length. Between rigid blocks the smallest error matters. Two beds of one block that
+differ by 1e-5 are a wedge: a block that slides along the one must lift off the other. Load factors of noisy
+drawings therefore jump, by up to a factor of two. Contacts are aligned in four steps:
+
+1. *Planes.* Each joint has a plane (of blocks in the plane: a line), and so has each of its ends or sides.
+2. *Directions.* Planes that are parallel within their accuracies, of joints that blocks link, get one
+   direction. Directions that are square to each other within their accuracies become exactly square.
+3. *Places.* Parallel planes get one place if their distances from the origin agree within the tolerance.
+4. *Contact points* move to where their planes meet.
+
+No plane turns by more than the accuracy of its own edges, so an arch of many joints stays an arch. A drawing
+whose planes agree to rounding keeps every digit. Equilibrium is exact for the contacts that result.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from masonry_opt.scene.rows import chunks, combine, dots, following, lengths
+
+
+@dataclass(frozen=True)
+class AlignmentSettings:
+    """Limits of the alignment."""
+
+    #: Largest angle, in radians, by which a plane turns, however short its edges are. A larger value aligns
+    #: short edges of coarse surveys too; a smaller one leaves them as they are drawn.
+    most_turn: float = 0.02
+    #: Number of times that directions are fitted to the points on their planes. Each fit joins planes to
+    #: longer ones; with fewer fits long walls keep several planes where one was meant.
+    fits: int = 4
+    #: Largest movement of a contact point, over the tolerance. Points that would move farther, as where
+    #: planes meet at a sharp angle, move onto the plane of their joint only.
+    most_shift: float = 2.0
+    #: Joints of a block above which its joints are not compared with each other in advance. A larger value
+    #: takes more memory for supports under many blocks; a smaller one more time for rubble.
+    most_neighbours: int = 100
+
+
+DEFAULT = AlignmentSettings()
+
+#: Sine of the angle from which two directions are distinct enough to determine a third one, or a point. A
+#: smaller value amplifies errors; a larger one leaves more points on one of their planes only.
+_DISTINCT = 0.1
+
+
+@dataclass(frozen=True)
+class DrawnContacts:
+    """Joints and contact points as they are drawn."""
+
+    ends: np.ndarray  #: indices of the two blocks of each joint, shape (joints, 2)
+    normal: np.ndarray  #: unit normal of each joint, shape (joints, 2) or (joints, 3)
+    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (joints,)
+    point: np.ndarray  #: contact points, shape (points, 2) or (points, 3)
+    joint: np.ndarray  #: joint of each contact point, rising, shape (points,)
+    ring: np.ndarray  #: ring of each contact point, rising, shape (points,)
+    tolerance: float  #: length within which the drawing fixes a point
+    rounding: float  #: length below which coordinates differ by rounding alone
+
+    def planes(self) -> "Planes":
+        """Return the planes of all joints, then the planes of their ends or sides."""
+        points = np.arange(len(self.point))
+        own = self.normal[self.joint]
+        if self.point.shape[1] == 2:
+            across = np.column_stack([own[:, 1], -own[:, 0]])
+            accuracy, other_end = self.accuracy[self.joint], points
+        else:
+            other_end = following(np.bincount(self.ring))
+            across = np.cross(own, self.point[other_end] - self.point)
+            length = lengths(across)
+            # A single point of contact has no sides.
+            accuracy = np.divide(self.tolerance, length, out=np.full(len(length), np.inf), where=length > 0)
+            across = across / np.where(length > 0, length, 1.0)[:, None]
+        sides = np.flatnonzero(np.isfinite(accuracy))
+        of_side = len(self.normal) + np.arange(len(sides))
+        own_end, far_end = (np.column_stack([of_side, end]) for end in (points[sides], other_end[sides]))
+        on_sides = np.concatenate([own_end, far_end[own_end[:, 1] != far_end[:, 1]]])
+        return Planes(
+            direction=np.concatenate([self.normal, across[sides]]),
+            accuracy=np.concatenate([self.accuracy, accuracy[sides]]),
+            joint=np.concatenate([np.arange(len(self.normal)), self.joint[sides]]),
+            plane=np.concatenate([self.joint, on_sides[:, 0]]),
+            point=np.concatenate([points, on_sides[:, 1]]),
+        )
+
+
+@dataclass(frozen=True)
+class Planes:
+    """Planes through contact points, and a table of which points lie on which plane."""
+
+    direction: np.ndarray  #: unit normal of each plane, shape (planes, dim)
+    accuracy: np.ndarray  #: angle in radians within which the drawing fixes it, shape (planes,)
+    joint: np.ndarray  #: joint of each plane, shape (planes,)
+    plane: np.ndarray  #: plane of each entry of the table, shape (entries,)
+    point: np.ndarray  #: point of each entry of the table, shape (entries,)
+
+    @cached_property
+    def by_plane(self) -> "Lists":
+        """Points of each plane."""
+        return Lists.of(self.plane, self.point, len(self.direction))
+
+    @cached_property
+    def by_joint(self) -> "Lists":
+        """Planes of each joint."""
+        return Lists.of(self.joint, np.arange(len(self.joint)), int(self.joint.max(initial=-1)) + 1)
+
+
+@dataclass(frozen=True)
+class Lists:
+    """Lists of numbers, one after the other."""
+
+    item: np.ndarray  #: all numbers
+    first: np.ndarray  #: position of the first number of each list, shape (lists,)
+    count: np.ndarray  #: length of each list, shape (lists,)
+
+    @classmethod
+    def of(cls, owner: np.ndarray, item: np.ndarray, lists: int) -> "Lists":
+        """Return the items of each owner."""
+        count = np.bincount(owner, minlength=lists)
+        return cls(item[np.argsort(owner, kind="stable")], np.cumsum(count) - count, count)
+
+    def where(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return, for the chosen lists in turn, the position of each list among the chosen and its items."""
+        numbers = np.arange(len(chosen))
+        number, _, at = combine(numbers, np.ones_like(numbers), self.first[chosen], self.count[chosen])
+        return number, self.item[at]
+
+
+@dataclass(frozen=True)
+class AlignedContacts:
+    """Joints and contact points after alignment."""
+
+    normal: np.ndarray  #: unit normal of each joint, shape (joints, dim)
+    point: np.ndarray  #: contact points, shape (points, dim)
+    turn: np.ndarray  #: angle in radians by which each joint was turned, shape (joints,)
+    shift: np.ndarray  #: distance by which each contact point was moved, shape (points,)
+
+
+def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT) -> AlignedContacts:
+    """Return contacts moved onto common planes, by the four steps that the module describes."""
+    joints, points = len(drawn.normal), len(drawn.point)
+    if joints < 2:
+        return AlignedContacts(drawn.normal, drawn.point, np.zeros(joints), np.zeros(points))
+    planes = drawn.planes()
+    parallel = _parallel_planes(drawn, settings, planes)
+    groups = [Group(drawn, settings, planes, members) for members in parallel]
+    square = _square_pairs(groups, planes)
+    _make_square(groups, square)
+    if any(group.differs for group in groups):
+        for _ in range(settings.fits):
+            for group in groups:
+                group.fit()
+            _make_square(groups, square)
+    direction, place = planes.direction.copy(), np.full(len(planes.direction), np.nan)
+    for group in groups:
+        group.settle(direction, place)
+    normal = direction[: len(drawn.normal)]
+    turn = np.where((normal == drawn.normal).all(axis=1), 0.0, _across(normal, drawn.normal))
+    point = _meeting_points(drawn, settings, planes, direction, place)
+    return AlignedContacts(normal, point, turn, lengths(point - drawn.point))
+
+
+class Group:
+    """Planes of several joints that get one direction."""
+
+    def __init__(
+        self, drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes, members: np.ndarray
+    ) -> None:
+        self.members = members
+        self._drawn, self._normals = drawn, planes.direction[members]
+        self._accuracy = np.minimum(planes.accuracy[members], settings.most_turn)
+        self._number, points = planes.by_plane.where(members)
+        self._positions = drawn.point[points]
+        self.accuracy = float(self._accuracy.min())
+        self._rounding = drawn.rounding / drawn.tolerance * planes.accuracy[members]
+        # Planes that agree to rounding keep the digits of the best known one.
+        self.direction = self._normals[0]
+        self.differs = bool((_across(self._normals, self.direction) > self._rounding).any())
+        if self.differs:
+            self.turn_to(_fitted(self._normals, self._accuracy))
+
+    def turn_to(self, direction: np.ndarray) -> None:
+        """Set the direction, with the sign of the present one, if it differs by more than rounding."""
+        if _across(direction[None], self.direction)[0] > self._rounding.min():
+            self.direction, self.differs = direction * np.sign(direction @ self.direction), True
+
+    def fit(self) -> None:
+        """Fit the direction to the points that lie on common planes, and to the members' own directions."""
+        if not self.differs:
+            return
+        own = self._common_planes()[self._number]
+        count = np.bincount(own)
+        middle = np.column_stack([np.bincount(own, x) / count for x in self._positions.T])
+        off = (self._positions - middle[own]) / self._drawn.tolerance
+        self.turn_to(_fitted(self._normals, self._accuracy, off.T @ off))
+
+    def settle(self, direction: np.ndarray, place: np.ndarray) -> None:
+        """Write the direction and the distance from the origin of each member that is not as it was drawn."""
+        sign = np.sign(self._normals @ self.direction)
+        turns = _across(self._normals, self.direction) <= self._accuracy
+        if self.differs:
+            direction[self.members[turns]] = sign[turns, None] * self.direction
+        height, of_plane = self._positions @ self.direction, self._common_planes()
+        own = of_plane[self._number]
+        mean = np.bincount(own, height) / np.bincount(own)
+        spread = np.zeros(len(mean))
+        np.maximum.at(spread, own, np.abs(height - mean[own]))
+        moves = turns & (spread[of_plane] > self._drawn.rounding)
+        place[self.members[moves]] = (sign * mean[of_plane])[moves]
+
+    def _common_planes(self) -> np.ndarray:
+        """Return the number of the common plane of each member, shape (members,)."""
+        height = np.bincount(self._number, self._positions @ self.direction)
+        return _within(height / np.bincount(self._number), self._drawn.tolerance)
+
+
+def _parallel_planes(
+    drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes
+) -> Iterator[np.ndarray]:
+    """Yield groups of planes that are parallel within their accuracies, of more than one joint each.
+
+    Groups form round the planes of the best accuracy first. Their joints are linked to the first one's by
+    blocks, through joints that are parallel or square to it. Planes that would turn by more than their
+    accuracies leave the group, the worst one first.
+    """
+    accuracy = np.minimum(planes.accuracy, settings.most_turn)
+    of_joint = accuracy[: len(drawn.normal)]
+    free = _has_partner(drawn, settings, planes)
+    for leader in np.argsort(accuracy, kind="stable").tolist():
+        if not free[leader]:
+            continue
+        free[leader] = False
+        direction, joint = planes.direction[leader], planes.joint[leader]
+        passes = _off_axes(drawn.normal, direction) <= accuracy[leader] + of_joint
+        passes[joint] = True
+        joints = _linked_to(joint, np.flatnonzero(passes), drawn.ends)
+        _, members = planes.by_joint.where(joints)
+        members = members[free[members]]
+        alike = _across(planes.direction[members], direction) <= accuracy[leader] + accuracy[members]
+        members = np.append(leader, members[alike])
+        while len(members) > 1:
+            fitted = _fitted(planes.direction[members], accuracy[members])
+            excess = _across(planes.direction[members], fitted) / accuracy[members]
+            if excess.max() <= 1:
+                break
+            members = np.delete(members, int(excess.argmax()))
+        free[members] = False
+        if len(np.unique(planes.joint[members])) > 1:
+            yield members
+
+
+def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes) -> np.ndarray:
+    """Return whether a joint of the same blocks is parallel or square to each plane, shape (planes,).
+
+    The test is generous. Planes of joints on blocks with very many joints pass it untested.
+    """
+    blocks, joints = drawn.ends.T.ravel(), np.tile(np.arange(len(drawn.ends)), 2)
+    of_block = Lists.of(blocks, joints, int(blocks.max(initial=-1)) + 1)
+    crowded = of_block.count > settings.most_neighbours
+    found: np.ndarray = crowded[drawn.ends].any(axis=1)[planes.joint]
+    for side in range(2):
+        block = drawn.ends[planes.joint, side]
+        asked = np.flatnonzero(~found & ~crowded[block])
+        for some in chunks(of_block.count[block[asked]]):
+            plane = asked[some]
+            number, other = of_block.where(block[plane])
+            plane = plane[number]
+            off = _off_axes(drawn.normal[other], planes.direction[plane])
+            # A leader of better accuracy may lie between the two.
+            near = off <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
+            found[plane[near & (other != planes.joint[plane])]] = True
+    return found
+
+
+def _linked_to(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return those of some joints, rising, that blocks link to one of them through others of them."""
+    count, blocks = len(joints), int(ends.max()) + 1
+    links = np.tile(np.arange(count), 2), count + ends[joints].T.ravel()
+    graph = sp.coo_array((np.ones(2 * count), links), shape=(count + blocks, count + blocks))
+    part = connected_components(graph, directed=False)[1]
+    return joints[part[:count] == part[np.searchsorted(joints, joint)]]
+
+
+def _square_pairs(groups: list[Group], planes: Planes) -> list[list[int]]:
+    """Return, for each group, the groups with planes of the same joint that are square within accuracies."""
+    of_plane = np.full(len(planes.direction), -1)
+    for number, group in enumerate(groups):
+        of_plane[group.members] = number
+    by_joint = planes.by_joint
+    _, one, other = combine(by_joint.first, by_joint.count, by_joint.first, by_joint.count)
+    one, other = of_plane[by_joint.item[one]], of_plane[by_joint.item[other]]
+    both = (one >= 0) & (other >= 0) & (one != other)
+    pairs: list[list[int]] = [[] for _ in groups]
+    for code in np.unique(one[both] * len(groups) + other[both]).tolist():
+        i, j = divmod(code, len(groups))
+        if abs(groups[i].direction @ groups[j].direction) <= groups[i].accuracy + groups[j].accuracy:
+            pairs[i].append(j)
+    return pairs
+
+
+def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
+    """Turn each group square to its pairs, of which the better known ones have their directions already."""
+    order = sorted(range(len(groups)), key=lambda number: groups[number].accuracy)
+    rank = {number: at for at, number in enumerate(order)}
+    for number, at in rank.items():
+        partners = [groups[other].direction for other in pairs[number] if rank[other] < at]
+        if not partners:
+            continue
+        group, first = groups[number], partners[0]
+        direction = group.direction - (group.direction @ first) * first
+        if len(first) == 3:
+            across = [np.cross(first, other) for other in partners[1:]]
+            direction = max(across, key=np.hypot.reduce, default=direction)
+            if np.hypot.reduce(direction) < _DISTINCT:
+                direction = group.direction - (group.direction @ first) * first
+        group.turn_to(direction / np.hypot.reduce(direction))
+
+
+def _within(values: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return a group number for each value, shape (values,); groups have values within the tolerance of one.
+
+    Where values follow each other over more than the tolerance, the value with most others within the
+    tolerance leads a group, then a value of the rest.
+    """
+    order = np.argsort(values, kind="stable")
+    rising = values[order]
+    run = np.cumsum(np.diff(rising, prepend=rising[:1]) > tolerance)
+    count = np.bincount(run)
+    last = np.cumsum(count) - 1
+    first = last - count + 1
+    number, groups = run.copy(), len(count)
+    for long in np.flatnonzero(rising[last] - rising[first] > tolerance).tolist():
+        left = np.arange(first[long], last[long] + 1)
+        while len(left):
+            low = np.searchsorted(rising[left], rising[left] - tolerance, "left")
+            high = np.searchsorted(rising[left], rising[left] + tolerance, "right")
+            # Of equally many values those nearest to each other, in whatever direction values rise.
+            leader = np.lexsort((rising[left][high - 1] - rising[left][low], low - high))[0]
+            taken = np.arange(low[leader], high[leader])
+            number[left[taken]] = groups
+            groups += 1
+            left = np.delete(left, taken)
+    in_order = np.empty_like(number)
+    in_order[order] = np.unique(number, return_inverse=True)[1]
+    return in_order
+
+
+def _meeting_points(
+    drawn: DrawnContacts,
+    settings: AlignmentSettings,
+    planes: Planes,
+    direction: np.ndarray,
+    place: np.ndarray,
+) -> np.ndarray:
+    """Return contact points moved to where their planes meet, the plane of the joint first."""
+    moved = np.isfinite(place[planes.plane])
+    of_point = Lists.of(planes.point[moved], planes.plane[moved], len(drawn.point))
+    shift = np.zeros_like(drawn.point)
+    for count in np.unique(of_point.count[of_point.count > 0]).tolist():
+        points = np.flatnonzero(of_point.count == count)
+        own = of_point.where(points)[1].reshape(-1, count)
+        normals = direction[own]
+        off = place[own] - np.einsum("pij,pj->pi", normals, drawn.point[points])
+        whole = np.einsum("pij,pj->pi", np.linalg.pinv(normals, rcond=_DISTINCT), off)
+        far = lengths(whole) > settings.most_shift * drawn.tolerance
+        shift[points] = np.where(far[:, None], off[:, :1] * normals[:, 0], whole)
+    return drawn.point + shift
+
+
+def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
+    """Return the direction that fits unit vectors of either sign best, each weighted by its accuracy.
+
+    ``scatter``, shape (dim, dim), sums the squares of distances between points, in units of the tolerance, to
+    which the direction shall be square.
+    """
+    weight = accuracy[:, None] ** -2.0
+    misfit = weight.sum() * np.eye(directions.shape[1]) - (weight * directions).T @ directions + scatter
+    return np.asarray(np.linalg.eigh(misfit)[1][:, 0])
+
+
+def _across(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the sines of the angles between unit vectors and one or as many others, shape (rows,)."""
+    along = (directions * other).sum(axis=1)
+    return lengths(directions - along[:, None] * other)
+
+
+def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the sines of the angles by which unit vectors are off being parallel or square to others."""
+    return np.minimum(np.abs((directions * other).sum(axis=1)), _across(directions, other))
+
+
+def square_to(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Return unit vectors square to the normals, each as near as possible to its vector."""
+    across = vectors - dots(vectors, normal)[:, None] * normal
+    return across / lengths(across)[:, None]
