@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import cycle, islice
 from math import inf
 from typing import TypeVar
@@ -96,27 +96,28 @@ class Search:
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
         """Yield candidates without end. Random numbers depend on the seed and the number of a candidate alone."""
         kinds = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS
+        if self._random.has_limited_forces:
+            kinds = (*_WEAKER_TIES, *kinds)
         for number, kind in enumerate(cycle(kinds)):
             rng = np.random.default_rng((seed, number))
             state = self.start(_STARTS[kind](self, best, rng))
             best = lower_of(best, state)
             yield kind, state
 
-    def random_forces(self, best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
+    def random_forces(
+        self, best: ExactState | None, rng: np.random.Generator, strength_share: float = 1.0
+    ) -> np.ndarray | None:
         """Return random forces at a share of the lowest load factor, or of the largest that statics allow.
 
-        Where ties, props or other forces have two limits, half of the draws keep them below a random share of
-        their strength: a tie that yields may hold up a higher state than a tie that does not.
+        Ties, props and other forces with two limits use at most ``strength_share`` of their strength. A tie that
+        does not yield may allow a lower state than a tie that does.
         """
         known = self._largest_load_factor if best is None or best.load_factor <= ZERO else best.load_factor
         if known is None:
             return None
-        load_factor = known * rng.uniform(*self._settings.load_shares)
-        share = 1.0
-        if self._random.has_limited_forces and rng.random() < 0.5:  # noqa: PLR2004
-            share = rng.uniform()
         self._finder.check_time()
-        return self._random.draw(load_factor, rng, share, self._finder.seconds_left)
+        load_factor = known * rng.uniform(*self._settings.load_shares)
+        return self._random.draw(load_factor, rng, strength_share, self._finder.seconds_left)
 
     def _pushed(self, problem: Problem) -> np.ndarray | None:
         settings = self._settings
@@ -195,6 +196,11 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
 
 
 _RANDOM_FORCES, _STRESS, _FIXED, _NEIGHBOUR = "random forces", "self-stress", "fixed point", "neighbour"
+
+#: Kinds of starts in which ties and other limited forces use at most a share of their strength. They come first
+#: where a scene has such forces: a tie held at its strength hides the states in which it does not yield.
+_WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in (0.75, 0.5, 0.25)}
+
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
 _STARTS: dict[str, _Start] = {
     _RANDOM_FORCES: Search.random_forces,
@@ -203,6 +209,7 @@ _STARTS: dict[str, _Start] = {
     "loads": Search.with_other_loads,
     _FIXED: Search.fixed_point,
     _NEIGHBOUR: Search.neighbour,
+    **{kind: partial(Search.random_forces, strength_share=share) for kind, share in _WEAKER_TIES.items()},
 }
 
 #: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time of
