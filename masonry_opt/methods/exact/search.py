@@ -214,7 +214,7 @@ _STARTS: dict[str, _Start] = {
 
 #: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time of
 #: a push.
-_KINDS = (_RANDOM_FORCES, _RANDOM_FORCES, _RANDOM_FORCES, _NEIGHBOUR)
+_KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in turn.
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _STRESS, _RANDOM_FORCES, "loads")

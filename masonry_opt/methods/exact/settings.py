@@ -20,7 +20,7 @@ class SearchSettings:
 
     #: Number of starts in a row without a lower state after which the default ends its search of a small scene
     #: in the plane. More starts take proportionally longer, and find states that few starts lead to.
-    starts_in_vain: int = 60
+    starts_in_vain: int = 100
 
     #: Time of the default's further starts in space, as a share of the time of its steps before.
     share_of_time: float = 1.0
