@@ -283,9 +283,9 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     """Return a solution with a reason if its three load factors agree after few starts.
 
-    The agreement is little evidence where equilibrium does not fix the forces: other forces may lead to lower
-    states. If all joints follow associative flow, all exact states have one load factor. The reason of a search
-    states the number of its starts.
+    The agreement is little evidence where equilibrium does not fix the forces: other forces may lead to
+    lower states. If all joints follow associative flow, all exact states have one load factor. The reason of
+    a search states the number of its starts.
     """
     starts = solution.values_of(Code.STATES_MET).get("candidates")
     lowest, expected, associative = solution.load_factor, solution.expected, solution.associative

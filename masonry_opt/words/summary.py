@@ -188,7 +188,8 @@ def _certainty(result: Outcome) -> str:
     if bounds := _said(result, *_BOUNDS):
         return "; ".join([state, *bounds])
     looks = "".join(_said(result, Code.SEARCHED)) or "method 'refined' with search=10 searches for them"
-    return f"{', '.join([state, *_said(result, Code.STATES_MET, Code.FEW_STARTS)])}; lower ones may exist ({looks})"
+    starts = _said(result, Code.STATES_MET, Code.FEW_STARTS)
+    return f"{', '.join([state, *starts])}; lower ones may exist ({looks})"
 
 
 def known_least(result: Outcome) -> str:

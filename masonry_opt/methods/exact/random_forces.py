@@ -17,8 +17,9 @@ _PURPOSE = "random forces"  #: Name of this use of the solver in a result.
 class RandomForces:
     """Random vertices of the statics: forces in equilibrium and within yield at a given load factor.
 
-    A draw minimises the sum of the slacks of a random set of yield conditions. Draws at load factors below the
-    lowest known lead to states that a growing load passes by. In space the sides of a polygon limit friction.
+    A draw minimises the sum of the slacks of a random set of yield conditions. Draws at load factors below
+    the lowest known lead to states that a growing load passes by. In space the sides of a polygon limit
+    friction.
     """
 
     def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings) -> None:
@@ -48,7 +49,8 @@ class RandomForces:
     ) -> np.ndarray | None:
         """Return random forces (3c + t,) at a load factor, or None if none are found within the time.
 
-        Forces between finite limits stay below ``strength_share`` of the way from the lower to the upper limit.
+        Forces between finite limits stay below ``strength_share`` of the way from the lower to the upper
+        limit.
         """
         problem, settings = self._problem, self._settings
         share = rng.uniform(*settings.yielding_shares)

@@ -94,7 +94,10 @@ class Search:
                 yield state
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Yield candidates without end. Random numbers depend on the seed and the number of a candidate alone."""
+        """Yield candidates without end.
+
+        Random numbers depend on the seed and the number of a candidate alone.
+        """
         kinds = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS
         if self._random.has_limited_forces:
             kinds = (*_WEAKER_TIES, *kinds)
@@ -109,8 +112,8 @@ class Search:
     ) -> np.ndarray | None:
         """Return random forces at a share of the lowest load factor, or of the largest that statics allow.
 
-        Ties, props and other forces with two limits use at most ``strength_share`` of their strength. A tie that
-        does not yield may allow a lower state than a tie that does.
+        Ties, props and other forces with two limits use at most ``strength_share`` of their strength. A tie
+        that does not yield may allow a lower state than a tie that does.
         """
         known = self._largest_load_factor if best is None or best.load_factor <= ZERO else best.load_factor
         if known is None:
@@ -128,28 +131,26 @@ class Search:
             state = elastic.at(pushed, until)
         return None if state is None else state.answer.q
 
-    def with_other_friction(self, _: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a push with each joint's friction changed."""
-        problem = self.problem
-        spread = np.exp(rng.uniform(*np.log(self._settings.friction_deviations)))
-        factor = np.exp(spread * rng.standard_normal(problem.joints))[problem.sliding]
-        friction = np.maximum(problem.friction * factor, problem.dilatancy)
-        return self._pushed(replace(problem, law=replace(problem.law, friction=friction)))
-
     def with_other_loads(self, _: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a push with each load changed."""
+        """Return the forces of a push with the loads of each block changed at random."""
         problem, sizes = self.problem, (2, self.problem.dead.size)
-        dead, live = np.exp(self._settings.load_deviation * rng.standard_normal(sizes)) * [problem.dead, problem.live]
+        dead, live = np.exp(self._settings.load_deviation * rng.standard_normal(sizes)) * [
+            problem.dead,
+            problem.live,
+        ]
         return self._pushed(replace(problem, dead=dead, live=live))
 
     def with_self_stress(self, _: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a push from others than those at rest, which the dead load allows."""
+        """Return the forces of a push that starts from another random preload."""
         settled = self_stress(self.problem, rng)
         return None if settled is None else self._pushed(replace(self.problem, settled=settled))
 
     def fixed_point(self, _: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces at which the cost of a normal force is the dilation that Coulomb's joints lack,
-        (μ − tan φ₀) |slip| (Acary, Cadoux, Lemaréchal & Malick 2011), from random costs."""
+        """Return forces at a fixed point, from random costs (Acary, Cadoux, Lemaréchal & Malick 2011).
+
+        At a fixed point the cost of a normal force is the dilation that Coulomb's joints lack,
+        (μ − tan φ₀) |slip|.
+        """
         assert isinstance(self._finder, Refiner)
         problem = self.problem
         closing = problem.friction - problem.dilatancy
@@ -165,7 +166,10 @@ class Search:
         return q
 
     def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces between a state's and the lower ones allowed by letting go of a few faces that hold λ up."""
+        """Return forces between a state's and lower ones.
+
+        The lower forces are those for which a few of the yield conditions that hold λ up are released.
+        """
         assert isinstance(self._finder, Refiner)
         if state is None or not state.strength.any():
             return None
@@ -197,23 +201,22 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
 
 _RANDOM_FORCES, _STRESS, _FIXED, _NEIGHBOUR = "random forces", "self-stress", "fixed point", "neighbour"
 
-#: Kinds of starts in which ties and other limited forces use at most a share of their strength. They come first
-#: where a scene has such forces: a tie held at its strength hides the states in which it does not yield.
+#: Kinds of starts in which ties and other limited forces use at most a share of their strength. These starts
+#: come first where a scene has such forces: a tie at its strength hides the states in which it does not yield.
 _WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in (0.75, 0.5, 0.25)}
 
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
 _STARTS: dict[str, _Start] = {
     _RANDOM_FORCES: Search.random_forces,
     _STRESS: Search.with_self_stress,
-    "friction": Search.with_other_friction,
     "loads": Search.with_other_loads,
     _FIXED: Search.fixed_point,
     _NEIGHBOUR: Search.neighbour,
     **{kind: partial(Search.random_forces, strength_share=share) for kind, share in _WEAKER_TIES.items()},
 }
 
-#: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time of
-#: a push.
+#: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time
+#: of a push, and a fixed point a third. Fixed points lead lower where a whole slope slides.
 _KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in turn.

@@ -36,8 +36,9 @@ class McpOptions(Options):
 
     Attributes
     ----------
-    descent: whether lower states are sought, in the plane on scenes of up to 500 joints. On small scenes in the
-        plane, and in space, further starts are tried too. Without descent the first exact state is the answer.
+    descent: whether lower states are sought, in the plane on scenes of up to 500 joints. On small scenes in
+        the plane, and in space, further starts are tried too. Without descent the first exact state is the
+        answer.
     """
 
     descent: Annotated[bool, Strict()] = True
