@@ -306,8 +306,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NOTHING_SOLVED: "no relaxation was solved: start from the loop, or with a smaller 'epsilon'",
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
-        f"all load factors agree after {counted(v['candidates'], 'start')} only, and equilibrium does not "
-        "fix the forces: search for lower states"
+        f"all load factors agree, which proves little after {counted(v['candidates'], 'start')}, because "
+        "equilibrium does not fix the forces"
     ),
     Code.SEARCHED: lambda v: (
         f"searched for from {counted(v['candidates'], 'start')}"

@@ -86,11 +86,18 @@ class Search:
                 return
 
     def within(self, seconds: float, lowest: ExactState | None) -> Iterator[ExactState | None]:
-        """Yield the states of further starts for some seconds, and at most of a number of starts."""
+        """Yield the states of further starts for some seconds, and at most of a number of starts.
+
+        The first start is from the forces of the lowest state, without its mechanism: among the mechanisms that
+        these forces allow, another one may lead lower.
+        """
         self._finder.deadline = time.perf_counter() + seconds
-        candidates = islice(self.endless(lowest, 0), self._settings.most_starts_in_space)
         with suppress(OutOfTime):
-            for _, state in candidates:
+            if lowest is not None:
+                state = self.start(lowest.q)
+                yield state
+                lowest = lower_of(lowest, state)
+            for _, state in islice(self.endless(lowest, 0), self._settings.most_starts_in_space):
                 yield state
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
@@ -98,7 +105,7 @@ class Search:
 
         Random numbers depend on the seed and the number of a candidate alone.
         """
-        kinds = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS
+        kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS
         if self._random.has_limited_forces:
             kinds = (*_WEAKER_TIES, *kinds)
         for number, kind in enumerate(cycle(kinds)):
@@ -131,7 +138,7 @@ class Search:
             state = elastic.at(pushed, until)
         return None if state is None else state.answer.q
 
-    def with_other_loads(self, _: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
+    def with_other_loads(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return the forces of a push with the loads of each block changed at random."""
         problem, sizes = self.problem, (2, self.problem.dead.size)
         dead, live = np.exp(self._settings.load_deviation * rng.standard_normal(sizes)) * [
@@ -140,12 +147,12 @@ class Search:
         ]
         return self._pushed(replace(problem, dead=dead, live=live))
 
-    def with_self_stress(self, _: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
+    def with_self_stress(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return the forces of a push that starts from another random preload."""
         settled = self_stress(self.problem, rng)
         return None if settled is None else self._pushed(replace(self.problem, settled=settled))
 
-    def fixed_point(self, _: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
+    def fixed_point(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return forces at a fixed point, from random costs (Acary, Cadoux, Lemaréchal & Malick 2011).
 
         At a fixed point the cost of a normal force is the dilation that Coulomb's joints lack,
@@ -202,7 +209,7 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
 _RANDOM_FORCES, _STRESS, _FIXED, _NEIGHBOUR = "random forces", "self-stress", "fixed point", "neighbour"
 
 #: Kinds of starts in which ties and other limited forces use at most a share of their strength. These starts
-#: come first where a scene has such forces: a tie at its strength hides the states in which it does not yield.
+#: come first where a scene has such forces: a tie at its strength hides states in which it does not yield.
 _WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in (0.75, 0.5, 0.25)}
 
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
