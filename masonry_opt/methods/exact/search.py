@@ -88,16 +88,17 @@ class Search:
     def within(self, seconds: float, lowest: ExactState | None) -> Iterator[ExactState | None]:
         """Yield the states of further starts for some seconds, and at most of a number of starts.
 
-        The first start is from the forces of the lowest state, without its mechanism: among the mechanisms that
-        these forces allow, another one may lead lower.
+        A start with weaker ties comes first where a scene has ties. A start from the forces of the lowest state
+        follows, without its mechanism: another mechanism that these forces allow may lead lower.
         """
         self._finder.deadline = time.perf_counter() + seconds
+        candidates = islice(self.endless(lowest, 0), self._settings.most_starts_in_space)
         with suppress(OutOfTime):
+            if self._random.has_limited_forces:
+                yield next(candidates)[1]
             if lowest is not None:
-                state = self.start(lowest.q)
-                yield state
-                lowest = lower_of(lowest, state)
-            for _, state in islice(self.endless(lowest, 0), self._settings.most_starts_in_space):
+                yield self.start(lowest.q)
+            for _, state in candidates:
                 yield state
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
