@@ -88,8 +88,8 @@ class Search:
     def within(self, seconds: float, lowest: ExactState | None) -> Iterator[ExactState | None]:
         """Yield the states of further starts for some seconds, and at most of a number of starts.
 
-        A start with weaker ties comes first where a scene has ties. A start from the forces of the lowest state
-        follows, without its mechanism: another mechanism that these forces allow may lead lower.
+        A start with weaker ties comes first where a scene has ties. A start from the forces of the lowest
+        state follows, without its mechanism: another mechanism that these forces allow may lead lower.
         """
         self._finder.deadline = time.perf_counter() + seconds
         candidates = islice(self.endless(lowest, 0), self._settings.most_starts_in_space)

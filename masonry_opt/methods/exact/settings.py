@@ -22,8 +22,8 @@ class SearchSettings:
     #: scene in the plane. More starts take proportionally longer, and find states that few starts lead to.
     starts_in_vain: int = 100
 
-    #: Time of the default's further starts in space, as a share of the time of its steps before. A larger share
-    #: finds lower states more often.
+    #: Time of the default's further starts in space, as a share of the time of its steps before. A larger
+    #: share finds lower states more often.
     share_of_time: float = 1.5
 
     #: Largest number of further starts of the default in space. More starts lengthen the analysis of scenes
