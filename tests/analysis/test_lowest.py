@@ -86,14 +86,14 @@ def test_a_rod_that_does_not_yield_leads_to_a_lower_state():
 
 def test_agreement_after_one_start_is_reported():
     """Without descent the only state is the one next to the incremental load factor, far above the least."""
-    result = solved(mo.load(FOLDER / "wall_13_joints.toml"), descent=False)
+    result = mo.solve(mo.load(FOLDER / "wall_13_joints.toml"), descent=False)
     assert result.load_factor == pytest.approx(result.associative, rel=TOLERANCE)
     assert values_of(result, Code.FEW_STARTS) == {"candidates": 1}
     assert "all load factors agree, which proves little after 1 start" in " ".join(str(result).split())
 
 
 def test_no_agreement_is_reported_where_the_lowest_is_below_the_associative():
-    result = solved(mo.load(FOLDER / "wall_13_joints.toml"))
+    result = mo.solve(mo.load(FOLDER / "wall_13_joints.toml"))
     assert result.load_factor < 0.52 * result.associative
     assert Code.FEW_STARTS not in [reason.code for reason in result.reasons]
 
@@ -103,6 +103,6 @@ def test_no_agreement_is_reported_where_equilibrium_fixes_the_forces():
     block = mo.Block(name="block", vertices=[(0, 0), (1, 0), (1, 4), (0, 4)], weight=1, live=(1, 0))
     base = mo.Block(name="base", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=[block, base])
-    result = solved(scene, descent=False)
+    result = mo.solve(scene, descent=False)
     assert result.load_factor == pytest.approx(0.5 / 2, rel=TOLERANCE)  # toppling about a corner
     assert Code.FEW_STARTS not in [reason.code for reason in result.reasons]
