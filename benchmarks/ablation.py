@@ -22,7 +22,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from math import inf
@@ -77,6 +77,7 @@ def _without(*names: Any) -> Callable[[Any], Any]:
     return reduced
 
 
+_SETTINGS = "exact.search:Search.__init__.__defaults__"
 _SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
 _REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.alternation:forces_for.__defaults__"
 
@@ -103,8 +104,9 @@ IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
     "energy-left": ("mcp", {"exact.alternation:_LEFT": 1e-8}),
     "sixteen-sides": ("mcp", {_SIDES: 16}),
     "thirty-two-sides": ("mcp", {_SIDES: 32}),
-    "search-frictions-in-space": ("search", {_SEARCH + "_ROUND_IN_SPACE": _without("friction")}),
-    "search-loads-in-space": ("search", {_SEARCH + "_ROUND_IN_SPACE": _without("loads")}),
+    "search-random-forces-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("random forces")}),
+    "search-self-stress-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("self-stress")}),
+    "search-loads-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("loads")}),
 }
 
 #: By name: attributes ("module:NAME" within ``masonry_opt.methods``, ".module:NAME" beside it) of a method,
@@ -128,15 +130,11 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
     "energy-weighs-100-in-repairs": ("mcp", {"exact.refiner:WEIGHT": 100.0}),
     "further-starts": ("mcp", {"mcp.method:SMALL": 0}),
-    "fifteen-in-a-row": ("mcp", {_SEARCH + "_NOTHING_NEW": 10}),
-    "neighbours": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("neighbour")}),
-    "other-self-stress": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("self-stress")}),
-    "fixed-points": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("fixed point")}),
-    "many-faces-let-go": ("mcp", {_SEARCH + "_LET_GO": 0.0}),
-    "fixed-points-for-a-first": ("mcp", {_SEARCH + "_FOR_A_FIRST": ("self-stress",)}),
-    "far-and-near-frictions": ("mcp", {_SEARCH + "_FRICTIONS": (0.1, 0.1)}),
+    "hundred-in-a-row": ("mcp", {_SETTINGS: lambda old: (replace(old[0], starts_in_vain=30),)}),
+    "random-forces": ("mcp", {_SEARCH + "_KINDS": _without("random forces")}),
+    "neighbours": ("mcp", {_SEARCH + "_KINDS": _without("neighbour")}),
+    "fixed-points": ("mcp", {_SEARCH + "_KINDS": _without("fixed point")}),
     "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
-    "products": ("mcp", {"mcp.method:_PRODUCTS_UP_TO": 0}),
     "random-costs": ("mcp", {"exact.refiner:_RANDOM": 0.0}),
     "rates-at-work": ("mcp", {"exact.refiner:_AT_WORK": 1e-9}),
     "two-repairs": ("mcp", {"exact.refiner:_REPAIRS": 1}),
@@ -155,8 +153,8 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "one-alternation": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
     "light-energy-first": ("mcp", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),
     "a-heavier-energy": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),
-    "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
-    "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),
+    "search-neighbours": ("search", {_SEARCH + "_KINDS": _without("neighbour")}),
+    "search-fixed-points": ("search", {_SEARCH + "_KINDS": _without("fixed point")}),
     "repeat-what-pays": ("global", {_BOUND + "_WORTH_REPEATING": inf}),
     "older-interior-point": ("global", {_BOUND + "_FEW_ROWS": 0}),
     "coarse-interior-point": ("global", {_BOUND + "_COARSE": 0.0}),

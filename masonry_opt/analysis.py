@@ -7,14 +7,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code, Status, reason, size_of
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.push.compliant import PUSHED_UP_TO
 from masonry_opt.methods.push.push import Elastic, elastic_of
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
@@ -266,7 +269,7 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
         expected = replace(expected, associative=solution.associative_value)
     solution = _unless_it_falls(assembly, replace(solution, expected=expected))
     if solution.load_factor is not None:
-        return solution
+        return _with_few_starts(task.problem, solution)
     from masonry_opt.standing.existence import explained
 
     solution = explained(assembly, solution, task.solver, task.effort, by_statics)
@@ -275,6 +278,26 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     # A load factor of elastic contacts that lock later is no collapse.
     expected = replace(expected, found=Found(), status=solution.status, reasons=solution.reasons)
     return replace(solution, expected=replace(expected, followed_to_end=False, peak=None))
+
+
+def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
+    """Return a solution with a reason if its three load factors agree after few starts.
+
+    The agreement is little evidence where equilibrium does not fix the forces: other forces may lead to
+    lower states. If all joints follow associative flow, all exact states have one load factor. The reason of
+    a search states the number of its starts.
+    """
+    starts = solution.values_of(Code.STATES_MET).get("candidates")
+    lowest, expected, associative = solution.load_factor, solution.expected, solution.associative
+    if starts is None or starts >= SEARCH.few_starts or solution.values_of(Code.SEARCHED):
+        return solution
+    if lowest is None or associative is None or expected is None or expected.load_factor is None:
+        return solution
+    agree = same(lowest, expected.load_factor) and same(lowest, associative)
+    unique = problem.statics_fix_forces or np.array_equal(problem.dilatancy, problem.friction)
+    if not agree or unique:
+        return solution
+    return solution.telling(reason(Code.FEW_STARTS, candidates=starts))
 
 
 def solve(

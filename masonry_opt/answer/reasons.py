@@ -103,6 +103,7 @@ class Code(StrEnum):
     # The refinement.
     # candidates, count: of different exact states among theirs; least, most: their load factors
     STATES_MET = "states met"
+    FEW_STARTS = "few starts"  # candidates: starts after which all load factors agree
     SEARCHED = "searched"  # candidates, interrupted: whether by the user
     NOT_REFINED = "not refined"
     NO_TIME = "no time"

@@ -55,8 +55,9 @@ class Refinement:
     """One state that lowered λ on the way."""
 
     load_factor: float
-    #: What led to it: "start" (the push's state or the result handed in), a push with other "friction" or
-    #: "loads" or from other "self-stress", a "fixed point", or a "neighbour" of the lowest state.
+    #: Start that led to the state: "start" (the state of the first method, or the result handed in), "random
+    #: forces", "ties at 0.75 of their strength" (or 0.5, 0.25), a push with other "loads" or from other
+    #: "self-stress", a "fixed point", or a "neighbour" of the lowest state.
     origin: str
     candidate: int  #: its number, counted from 1
     lp_solves: int  #: linear programs solved since the method began, in space cone programs too

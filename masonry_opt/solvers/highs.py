@@ -146,6 +146,14 @@ class HighsSession:
         columns = self.columns(variable)
         self._highs.changeColsBounds(len(columns), columns, self.lp.low[columns], most)
 
+    def set_bounds(self, variable: Any, low: float, high: float) -> None:
+        """Set the bounds of all columns of a variable."""
+        self.set_bounds_of_columns(self.columns(variable), low, np.full(len(self.columns(variable)), high))
+
+    def set_bounds_of_columns(self, columns: np.ndarray, low: float, high: np.ndarray) -> None:
+        """Set one lower bound, and the upper bounds in order, of these columns."""
+        self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
+
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
         """Lower bounds of rows, in order: so far below their upper bounds."""
         rows = self.rows(constraint)

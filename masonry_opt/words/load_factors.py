@@ -232,7 +232,8 @@ def _lower_states(result: Outcome) -> list[str]:
     """Return what is proven, searched or known of states below the answer, a phrase each."""
     known = list(sentences([said for said in result.reasons if said.code in _BOUNDS]))
     if not known:
-        known = [_not_proven(result)]
+        few_starts = [said for said in result.reasons if said.code is Code.FEW_STARTS]
+        known = [*sentences(few_starts), _not_proven(result)]
     if _lower_end_is_known(result):
         known.append("the load history ends in a lower state")
     if _falls_by_itself(result):

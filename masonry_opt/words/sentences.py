@@ -349,6 +349,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
     Code.NOTHING_SOLVED: "no relaxation was solved: start from the loop, or with a smaller 'epsilon'",
     Code.STATES_MET: _states_met,
+    Code.FEW_STARTS: lambda v: (
+        f"all load factors agree, which proves little after {counted(v['candidates'], 'start')}, because "
+        "equilibrium does not fix the forces"
+    ),
     Code.SEARCHED: lambda v: (
         f"lower states were searched for from {counted(v['candidates'], 'start')}"
         + (" until the search was interrupted" if v["interrupted"] else "")

@@ -118,6 +118,11 @@ class StateFinder(ABC):
     def state_near(self, q: np.ndarray) -> ExactState | None:
         """The exact state that forces (3c,) lead to; None if they lead to none."""
 
+    @property
+    def seconds_left(self) -> float:
+        """Return the time until the deadline."""
+        return max(self.deadline - time.perf_counter(), 0.0)
+
     def check_time(self) -> None:
         """Raise OutOfTime from the deadline on."""
         if time.perf_counter() >= self.deadline:
@@ -234,8 +239,7 @@ class Refiner(StateFinder):
 
     def _solved(self, session: HighsSession) -> bool:
         self.check_time()
-        left = max(self.deadline - time.perf_counter(), 0.0)
-        verdict = session.solve(min(left, _LONGEST * self.problem.joints))
+        verdict = session.solve(min(self.seconds_left, _LONGEST * self.problem.joints))
         if verdict is Verdict.FAILED:
             self.check_time()
         self.undecided += verdict is Verdict.FAILED
@@ -255,5 +259,10 @@ class ConeRefiner(StateFinder):
         answer = alternated(self.problem, q, None, self.effort, self.check_time)
         if answer is None or answer.failing(Kind.EXACT):
             return None
-        nothing = np.zeros(self.problem.faces)
-        return ExactState(self.problem.by_cone, answer.load_factor, answer.q, answer.d, nothing, nothing)
+        return exact_state_of(self.problem.by_cone, answer)
+
+
+def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
+    """Return an answer as an exact state of which the conditions that hold λ up are not known."""
+    nothing = np.zeros(problem.faces)
+    return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

@@ -1,8 +1,11 @@
 """The search for lower exact states: other starts, and the neighbourhood of the lowest found, in turn."""
 
-from collections.abc import Callable, Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
-from itertools import cycle
+from functools import cached_property, partial
+from itertools import cycle, islice
 from math import inf
 from typing import TypeVar
 
@@ -12,31 +15,18 @@ from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
-from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
+from masonry_opt.methods.exact.random_forces import RandomForces
+from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Refiner, StateFinder
+from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.push.compliant import self_stress
 from masonry_opt.methods.push.push import Elastic
 from masonry_opt.problem.problem import Problem
 
-#: Standard deviation of the logarithm by which random starts change loads and frictions: of loads this, of
-#: frictions one between these, so that both near and far states are found.
-_LOADS, _FRICTIONS = 0.5, (0.03, 0.3)
-
-#: Further starts of a small scene that may in a row bring no state that was not met before. Of 500 random
-#: scenes of 3 to 10 blocks 2 % ended more than 1 % above the lowest state met without further starts, 0.2 %
-#: with them, in three to five times the time without them; with 10 in a row 0.7 %.
-_NOTHING_NEW = 15
-
-#: A face whose dual is above this share of the largest holds λ up; and share of these which a neighbour lets
-#: go of, one at least.
-_HOLDS, _LET_GO = 1e-6, 0.02
-
-#: Displacements at which forces of a push are taken: in space softer contacts lead lower.
-_STIFF, _STIFF_IN_SPACE = 1e4, 1e2
-
-#: Programs of a fixed point at most, and the relative change of its costs at which it ends.
+#: Linear programs of a fixed point at most, and the relative change of its costs at which it has converged.
 _FIXED_POINT, _SETTLED = 15, 1e-7
 
-Candidate = tuple[str, ExactState | None]  #: The kind of a start, and the state it led to.
+#: Kind of a start, and the exact state to which it led.
+Candidate = tuple[str, ExactState | None]
 
 
 class Met:
@@ -82,72 +72,112 @@ class Met:
 
 
 class Search:
-    """Candidates of one problem; its contacts start those of other loads and frictions."""
+    """Search for lower exact states of one problem, from many starts and around the lowest state."""
 
-    def __init__(self, finder: StateFinder, elastic: Elastic, met: Met) -> None:
+    def __init__(
+        self, finder: StateFinder, elastic: Elastic, met: Met, settings: SearchSettings = SEARCH
+    ) -> None:
         self._finder, self._elastic, self.problem, self.met = finder, elastic, finder.problem, met
+        self._settings = settings
+
+    @cached_property
+    def _random(self) -> RandomForces:
+        return RandomForces(self.problem, self._finder.effort, self._settings)
+
+    @cached_property
+    def _largest_load_factor(self) -> float | None:
+        return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """The state that forces (3c,) lead to, if there are any."""
+        """Return the exact state to which forces (3c,) lead, if there are any, and count the start."""
         state = None if q is None else self._finder.state_near(q)
         self.met.count(state)
         return state
 
-    def few(self, lowest: ExactState | None) -> Iterator[ExactState | None]:
-        """States of further starts of a small scene, and neighbours of the lowest known, until a number of
-        them bring nothing new."""
-        known, nothing_new = len(self.met.load_factors), 0
-        for _, state in self._series(lowest, 0, _FOR_A_FIRST if lowest is None else _ROUND_OF_SMALL):
+    def until_in_vain(self, lowest: ExactState | None) -> Iterator[ExactState | None]:
+        """Yield the states of further starts until a number of starts in a row has found no lower state."""
+        in_vain = 0
+        for _, state in self.endless(lowest, 0):
             yield state
-            before, known = known, len(self.met.load_factors)
-            nothing_new = 0 if known > before else nothing_new + 1
-            if nothing_new >= _NOTHING_NEW:
+            before, lowest = lowest, lower_of(lowest, state)
+            in_vain = 0 if lowest is not before else in_vain + 1
+            if in_vain >= self._settings.starts_in_vain:
                 return
 
-    def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Without end: a start of each kind in turn, then some neighbours of the lowest state."""
-        kinds = _ROUND_IN_SPACE if self.problem.layout.round else _ROUND
-        return self._series(best, seed + 1, kinds)
+    def within(self, seconds: float, lowest: ExactState | None) -> Iterator[ExactState | None]:
+        """Yield the states of further starts for some seconds, and at most of a number of starts.
 
-    def _series(self, best: ExactState | None, seed: int, kinds: Sequence[str]) -> Iterator[Candidate]:
-        """Candidates of these kinds in turn, each with random numbers from seed and number alone."""
+        A start with weaker ties comes first where a scene has ties. A start from the forces of the lowest
+        state follows, without its mechanism: another mechanism that these forces allow may lead lower.
+        """
+        self._finder.deadline = time.perf_counter() + seconds
+        candidates = islice(self.endless(lowest, 0), self._settings.most_starts_in_space)
+        with suppress(OutOfTime):
+            if self._random.has_limited_forces:
+                yield next(candidates)[1]
+            if lowest is not None:
+                yield self.start(lowest.q)
+            for _, state in candidates:
+                yield state
+
+    def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
+        """Yield candidates without end.
+
+        Random numbers depend on the seed and the number of a candidate alone.
+        """
+        kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS
+        if self._random.has_limited_forces:
+            kinds = (*_WEAKER_TIES, *kinds)
         for number, kind in enumerate(cycle(kinds)):
             rng = np.random.default_rng((seed, number))
-            q = _STARTS[kind](self, rng) if kind in _STARTS else self._neighbour(best, rng)
-            state = self.start(q)
+            state = self.start(_STARTS[kind](self, best, rng))
             best = lower_of(best, state)
             yield kind, state
 
+    def random_forces(
+        self, best: ExactState | None, rng: np.random.Generator, strength_share: float = 1.0
+    ) -> np.ndarray | None:
+        """Return random forces at a share of the lowest load factor, or of the largest that statics allow.
+
+        Ties, props and other forces with two limits use at most ``strength_share`` of their strength. A tie
+        that does not yield may allow a lower state than a tie that does.
+        """
+        known = self._largest_load_factor if best is None or best.load_factor <= ZERO else best.load_factor
+        if known is None:
+            return None
+        self._finder.check_time()
+        load_factor = known * rng.uniform(*self._settings.load_shares)
+        return self._random.draw(load_factor, rng, strength_share, self._finder.seconds_left)
+
     def _pushed(self, problem: Problem) -> np.ndarray | None:
-        until = _STIFF_IN_SPACE if problem.layout.round else _STIFF
+        settings = self._settings
+        until = settings.displacement_in_space if problem.layout.round else settings.displacement
         with self._finder.effort.measure("solve"):
             elastic = self._elastic.again_for(problem)
             pushed = elastic.pushed(lambda _: self._finder.check_time(), until, rougher=True)
             state = elastic.at(pushed, until)
         return None if state is None else state.answer.q
 
-    def with_other_friction(self, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a push with each joint's friction changed."""
-        problem = self.problem
-        spread = np.exp(rng.uniform(*np.log(_FRICTIONS)))
-        factor = np.exp(spread * rng.standard_normal(problem.joints))[problem.sliding]
-        friction = np.maximum(problem.friction * factor, problem.dilatancy)
-        return self._pushed(replace(problem, law=replace(problem.law, friction=friction)))
-
-    def with_other_loads(self, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a push with each load changed."""
+    def with_other_loads(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
+        """Return the forces of a push with the loads of each block changed at random."""
         problem, sizes = self.problem, (2, self.problem.dead.size)
-        dead, live = np.exp(_LOADS * rng.standard_normal(sizes)) * [problem.dead, problem.live]
+        dead, live = np.exp(self._settings.load_deviation * rng.standard_normal(sizes)) * [
+            problem.dead,
+            problem.live,
+        ]
         return self._pushed(replace(problem, dead=dead, live=live))
 
-    def with_self_stress(self, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces of a push from others than those at rest, which the dead load allows."""
+    def with_self_stress(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
+        """Return the forces of a push that starts from another random preload."""
         settled = self_stress(self.problem, rng)
         return None if settled is None else self._pushed(replace(self.problem, settled=settled))
 
-    def fixed_point(self, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces at which the cost of a normal force is the dilation that Coulomb's joints lack,
-        (μ − tan φ₀) |slip| (Acary, Cadoux, Lemaréchal & Malick 2011), from random costs."""
+    def fixed_point(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
+        """Return forces at a fixed point, from random costs (Acary, Cadoux, Lemaréchal & Malick 2011).
+
+        At a fixed point the cost of a normal force is the dilation that Coulomb's joints lack,
+        (μ − tan φ₀) |slip|.
+        """
         assert isinstance(self._finder, Refiner)
         problem = self.problem
         closing = problem.friction - problem.dilatancy
@@ -162,15 +192,18 @@ class Search:
                 break
         return q
 
-    def _neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Forces between a state's and the lower ones allowed by letting go of a few faces that hold λ up."""
+    def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
+        """Return forces between a state's and lower ones.
+
+        The lower forces are those for which a few of the yield conditions that hold λ up are released.
+        """
         assert isinstance(self._finder, Refiner)
         if state is None or not state.strength.any():
             return None
-        holding = np.flatnonzero(state.strength > _HOLDS * state.strength.max())
+        holding = np.flatnonzero(state.strength > self._settings.holding_share * state.strength.max())
         drawn = rng.random(self.problem.faces)[holding]
         rates = state.rates.copy()
-        rates[holding[drawn <= max(_LET_GO, drawn.min())]] = 0.0
+        rates[holding[drawn <= max(self._settings.released_share, drawn.min())]] = 0.0
         relaxed = self._finder.least(rates, state.d)
         if relaxed is None:
             return None
@@ -193,20 +226,25 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_STRESS, _FIXED, _NEIGHBOUR = "self-stress", "fixed point", "neighbour"
-_STARTS: dict[str, Callable[[Search, np.random.Generator], np.ndarray | None]] = {
+_RANDOM_FORCES, _STRESS, _FIXED, _NEIGHBOUR = "random forces", "self-stress", "fixed point", "neighbour"
+
+#: Kinds of starts in which ties and other limited forces use at most a share of their strength. These starts
+#: come first where a scene has such forces: a tie at its strength hides states in which it does not yield.
+_WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in (0.75, 0.5, 0.25)}
+
+_Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
+_STARTS: dict[str, _Start] = {
+    _RANDOM_FORCES: Search.random_forces,
     _STRESS: Search.with_self_stress,
-    "friction": Search.with_other_friction,
     "loads": Search.with_other_loads,
     _FIXED: Search.fixed_point,
+    _NEIGHBOUR: Search.neighbour,
+    **{kind: partial(Search.random_forces, strength_share=share) for kind, share in _WEAKER_TIES.items()},
 }
 
-#: Turn of the search in the plane. Of other self-stress pushes led as low as of other frictions and loads on
-#: 115 scenes, on one lower, and on the slope at its limiting friction in 7 s to what these missed in 120.
-_ROUND = tuple(kind for start in (_STRESS, _FIXED) for kind in (start, _NEIGHBOUR, _NEIGHBOUR))
+#: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time
+#: of a push, and a fixed point a third. Fixed points lead lower where a whole slope slides.
+_KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-_ROUND_IN_SPACE = ("friction", "loads")  #: In space: of other self-stress states come down to λ = 0 there.
-
-#: Turns on small scenes: while no state is known, and then; a neighbour takes a tenth of a push's time.
-_FOR_A_FIRST = (_FIXED, _FIXED, _STRESS)
-_ROUND_OF_SMALL = (*(_NEIGHBOUR,) * 3, _STRESS, *(_NEIGHBOUR,) * 3, _FIXED)
+#: Kinds of starts in space, in turn.
+_KINDS_IN_SPACE = (_RANDOM_FORCES, _STRESS, _RANDOM_FORCES, "loads")

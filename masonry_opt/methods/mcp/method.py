@@ -13,8 +13,9 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.associative import associative, with_associative
 from masonry_opt.methods.exact.alternation import alternated
-from masonry_opt.methods.exact.refiner import SMALL, ExactState, refiner_of
+from masonry_opt.methods.exact.refiner import SMALL, ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
+from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.push.compliant import PUSHED_UP_TO, compliant
@@ -25,9 +26,9 @@ from masonry_opt.standing.existence import existence
 
 _SIMPLEX_UP_TO = 500  #: Joints in the plane up to which simplex descends: beyond, it takes longest of all.
 
-#: Joints in the plane up to which the bracket's first program is asked for lower states: of 231 random scenes
-#: 3 ended more than 1e-3 above the lowest known without it, 1 with it, in 1.7 times the time (at most 5).
-_PRODUCTS_UP_TO = 12
+#: Number of contacts in space up to which further starts are tried. On larger scenes one program may take as
+#: long as all steps before.
+_FURTHER_IN_SPACE_UP_TO = 1000
 
 
 class McpOptions(Options):
@@ -35,8 +36,9 @@ class McpOptions(Options):
 
     Attributes
     ----------
-    descent: whether, on scenes in space and of up to 500 joints in the plane, lower states are sought, and on
-        small ones further starts are tried; else the first state will do.
+    descent: whether lower states are sought, in the plane on scenes of up to 500 joints. On small scenes in
+        the plane, and in space, further starts are tried too. Without descent the first exact state is the
+        answer.
     """
 
     descent: Annotated[bool, Strict()] = True
@@ -127,22 +129,30 @@ class _States:
                 self.met.count(found if found is not None and found.exact else exact)
 
     def further(self) -> None:
-        """Look further on small scenes in the plane, on the smallest by the bracket's first program too."""
-        search, problem = self._search, self._problem
-        if search is None or problem.joints > SMALL:
-            return
-        for state in search.few(self._lowest):
-            self._keep(state)
-        lowest, limited = self._lowest, problem.B.shape[1] > 3 * problem.joints or len(problem.crushing) > 0
-        if lowest is None or lowest.load_factor <= ZERO or problem.joints > _PRODUCTS_UP_TO or limited:
-            return
-        # Declared in Pyomo.
-        from masonry_opt.methods.bracket.relaxation import Rising, assumed_rates
+        """Look for lower states from further starts: on small scenes in the plane until many starts in a row
+        find none, in space for a share of the time that the analysis has taken so far."""
+        if self._problem.layout.round:
+            self._further_in_space()
+        elif self._problem.joints <= SMALL:
+            self._further_in_the_plane()
 
-        rising = Rising(problem, lowest.load_factor, assumed_rates(problem, lowest.d), self._effort)
-        _, _, forces = next(rising.programs())
-        for q in forces:
-            self._keep(search.start(q))
+    def _further_in_the_plane(self) -> None:
+        assert self._search is not None
+        self._effort.begins("further starts")
+        for state in self._search.until_in_vain(self._lowest):
+            self._keep(state)
+
+    def _further_in_space(self) -> None:
+        if self._problem.joints > _FURTHER_IN_SPACE_UP_TO:
+            return
+        self._effort.begins("further starts")
+        search = Search(ConeRefiner(self._problem, self._effort), self._elastic, self.met)
+        seconds = SEARCH.share_of_time * sum(self._effort.seconds.values())
+        lowest = self._by_programs
+        known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)
+        for state in search.within(seconds, known):
+            if state is not None and self._tells(state, state.below):
+                self._by_programs = _exact_or_lower(self._by_programs, state.answer)
 
     def _keep(self, state: ExactState | None) -> None:
         if state is not None and self._tells(state, state.below):

@@ -1,0 +1,161 @@
+"""How often, and by how much, is the default's lowest load factor above lower states that a search finds?
+
+    python benchmarks/lowest.py plane --scenes 200 --first 1210000 --search 3 --orders 2 --out plane.csv
+    python benchmarks/lowest.py space ties --scenes 60 --first 1230000 --search 10 --out space.csv
+
+Each scene is a row of the CSV file, written as soon as the scene is solved. The command continues an
+interrupted file: rows that it holds are not computed again. The table at the end compares the default with
+the least load factor in the columns ``default``, ``search`` and ``orders``; ``--against OTHER.csv`` adds the
+load factors of another file, such as those of an earlier version, to what is known.
+"""
+
+import argparse
+import csv
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from atlas.held_scenes import held  # noqa: E402
+from atlas.random_scenes import KINDS, random_scene  # noqa: E402
+from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
+from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
+from mappings import mapped, mirrored  # noqa: E402
+
+import masonry_opt as mo  # noqa: E402
+from masonry_opt.answer.reasons import Code  # noqa: E402
+
+#: Least and largest number of joints of a scene in the plane.
+JOINTS = (8, 25)
+#: Largest number of contacts of a scene in space: on larger scenes a search of some seconds sees few states.
+MOST_CONTACTS = 200
+#: Relative difference of load factors above which the default's is counted as above the least known.
+HIGHER = 1e-4
+#: Load factors at or below this value belong to scenes that are about to collapse under their own weight.
+NO_LOAD = 1e-6
+COLUMNS = (
+    *("family", "kind", "seed", "joints", "status", "default", "starts", "incremental", "associative"),
+    *("seconds", "search", "orders"),
+)
+
+
+def scenes(family: str, first: int, count: int) -> Iterator[tuple[str, int, mo.Scene]]:
+    """Yield the kind, the seed and the scene of ``count`` random scenes of a family."""
+    seed, yielded = first, 0
+    while yielded < count:
+        kinds = list(KINDS if family == "plane" else KINDS_IN_SPACE)
+        kind = kinds[seed % len(kinds)]
+        if family == "plane":
+            scene = random_scene(kind, seed)
+            counts = JOINTS[0] <= mo.assemble(scene).problem.joints <= JOINTS[1]
+        else:
+            scene = held(kind, seed, space=True) if family == "ties" else random_scene_in_space(kind, seed)
+            counts = mo.assemble(scene).problem.joints <= MOST_CONTACTS
+        if counts:
+            yielded += 1
+            yield kind, seed, scene
+        seed += 1
+
+
+def lowest_of(scene: mo.Scene, method: str = "mcp", **options: Any) -> float | None:
+    """Return the load factor of a method, or None where it has none."""
+    try:
+        return mo.solve(scene, method, **options).load_factor
+    except mo.MasonryError:
+        return None
+
+
+def least(load_factors: Iterator[float | None]) -> float | None:
+    """Return the least of the load factors that exist."""
+    return min((one for one in load_factors if one is not None), default=None)
+
+
+def measured(family: str, kind: str, seed: int, scene: mo.Scene, asked: argparse.Namespace) -> dict[str, Any]:
+    """Return the row of a scene."""
+    row: dict[str, Any] = {"family": family, "kind": kind, "seed": seed}
+    began = time.process_time()
+    try:
+        result = mo.solve(scene)
+    except mo.MasonryError as error:
+        return row | {"status": type(error).__name__}
+    row["seconds"] = round(time.process_time() - began, 3)
+    starts = [reason.values for reason in result.reasons if reason.code is Code.STATES_MET]
+    row |= {"joints": result.assembly.problem.joints, "status": str(result.status)}
+    row |= {"default": result.load_factor, "starts": starts[0]["candidates"] if starts else 0}
+    row |= {"incremental": result.expected, "associative": result.associative}
+    if result.load_factor is None:
+        return row
+    if asked.search:
+        row["search"] = lowest_of(scene, "refined", search=float(asked.search))
+    if asked.orders and family == "plane":
+        rng = np.random.default_rng(seed)
+        orders = [rng.permutation(len(scene.blocks)) for _ in range(asked.orders)]
+        others = [mapped(scene, mirrored, mirrored), *(mapped(scene, order=order) for order in orders)]
+        row["orders"] = least(lowest_of(other) for other in others)
+    return row
+
+
+def summed_up(rows: list[dict[str, str]], against: list[dict[str, str]]) -> None:
+    """Print, for each family, how often and by how much the default is above the least load factor known."""
+    keys = ("family", "kind", "seed")
+    known: dict[tuple[str, ...], list[float]] = {}
+    for row in (*rows, *against):
+        found = known.setdefault(tuple(row[key] for key in keys), [])
+        found += [float(row[name]) for name in ("default", "search", "orders") if row[name]]
+    for family in dict.fromkeys(row["family"] for row in rows):
+        of_family = [row for row in rows if row["family"] == family and row["default"]]
+        over, matters = [], 0
+        for row in of_family:
+            best = min(known[tuple(row[key] for key in keys)])
+            if best <= NO_LOAD:
+                continue
+            over.append((float(row["default"]) / best - 1, f"{row['kind']} {row['seed']}"))
+            matters += bool(row["associative"]) and best < float(row["associative"]) * (1 - HIGHER)
+        high = sorted((one for one in over if one[0] > HIGHER), reverse=True)
+        seconds = [float(row["seconds"]) for row in of_family]
+        print(f"{family}: {len(over)} scenes with λ > 0; the flow rule lowers λ on {matters}")
+        print(f"  default above the least known by more than {HIGHER:g}: {len(high)}")
+        print("  " + ", ".join(f"{name}: {100 * share:.2g} %" for share, name in high))
+        print(f"  processor seconds: median {np.median(seconds):.2f}, sum {sum(seconds):.1f}")
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    """Return the rows of a CSV file; none if it does not exist."""
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def main() -> None:
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    parser.add_argument("families", nargs="+", choices=("plane", "space", "ties"))
+    parser.add_argument("--scenes", type=int, default=60, help="how many scenes of each family")
+    parser.add_argument("--first", type=int, default=1_210_000, help="first seed")
+    parser.add_argument("--search", type=float, default=10, help="seconds of each search; 0 for none")
+    parser.add_argument("--orders", type=int, default=0, help="further orders of the blocks, in the plane")
+    parser.add_argument("--out", type=Path, default=Path("lowest.csv"), help="the CSV file")
+    parser.add_argument("--against", type=Path, help="a CSV file of the same scenes")
+    asked = parser.parse_args()
+    done = {(row["family"], row["kind"], int(row["seed"])) for row in read_rows(asked.out)}
+    with asked.out.open("a", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        if file.tell() == 0:
+            writer.writeheader()
+        for family in asked.families:
+            for kind, seed, scene in scenes(family, asked.first, asked.scenes):
+                if (family, kind, seed) not in done:
+                    writer.writerow(measured(family, kind, seed, scene, asked))
+                    file.flush()
+    summed_up(read_rows(asked.out), read_rows(asked.against) if asked.against else [])
+
+
+if __name__ == "__main__":
+    main()

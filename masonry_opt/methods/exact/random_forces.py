@@ -1,0 +1,66 @@
+"""Random forces in equilibrium, from which the two linear programs lead to different exact states."""
+
+from math import inf
+
+import numpy as np
+
+from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.refiner import programs
+from masonry_opt.methods.exact.settings import SearchSettings
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import Verdict
+
+_PURPOSE = "random forces"  #: Name of this use of the solver in a result.
+
+
+class RandomForces:
+    """Random vertices of the statics: forces in equilibrium and within yield at a given load factor.
+
+    A draw minimises the sum of the slacks of a random set of yield conditions. Draws at load factors below
+    the lowest known lead to states that a growing load passes by. In space the sides of a polygon limit
+    friction.
+    """
+
+    def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings) -> None:
+        self._problem, self._settings = problem, settings
+        self._statics = HighsSession(programs(problem)[0], effort, _PURPOSE)
+        finite = np.isfinite(problem.highest - problem.lowest)
+        #: Columns of the ties, props and other forces between finite limits.
+        self._between_limits = (3 * problem.joints + np.flatnonzero(finite)).astype(np.int32)
+        self._lowest, self._highest = problem.lowest[finite], problem.highest[finite]
+
+    @property
+    def has_limited_forces(self) -> bool:
+        """Return True if a tie, a prop or another force acts between finite limits."""
+        return len(self._between_limits) > 0
+
+    def largest_load_factor(self, seconds: float = inf) -> float | None:
+        """Return the largest load factor that statics allow; None if none or any load factor is possible."""
+        self._statics.set_bounds("load_factor", 0.0, inf)
+        self._statics.set_costs("load_factor", np.array([-1.0]))
+        self._statics.set_costs("q", np.zeros(self._problem.B.shape[1]))
+        if self._statics.solve(seconds) is not Verdict.OPTIMAL:
+            return None
+        return float(self._statics.values("load_factor")[0])
+
+    def draw(
+        self, load_factor: float, rng: np.random.Generator, strength_share: float = 1.0, seconds: float = inf
+    ) -> np.ndarray | None:
+        """Return random forces (3c + t,) at a load factor, or None if none are found within the time.
+
+        Forces between finite limits stay below ``strength_share`` of the way from the lower to the upper
+        limit.
+        """
+        problem, settings = self._problem, self._settings
+        share = rng.uniform(*settings.yielding_shares)
+        yields = rng.random(problem.faces) < share
+        self._statics.set_bounds("load_factor", load_factor, load_factor)
+        self._statics.set_costs("load_factor", np.zeros(1))
+        self._statics.set_costs("q", problem.true_yield.T @ (yields / problem.steep))
+        if self.has_limited_forces:
+            most = self._lowest + strength_share * (self._highest - self._lowest)
+            self._statics.set_bounds_of_columns(self._between_limits, -inf, most)
+        if self._statics.solve(seconds) is not Verdict.OPTIMAL:
+            return None
+        return self._statics.values("q")

@@ -1,0 +1,55 @@
+"""Settings of the search for lower exact states."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """Settings of the search for lower exact states.
+
+    ``benchmarks/lowest.py`` measures how often the default's lowest load factor is above the least known.
+    """
+
+    #: Range of the share of the lowest known load factor at which random forces are drawn. A lower start
+    #: leads to states that lie further away, and more often to none.
+    load_shares: tuple[float, float] = (0.5, 1.0)
+
+    #: Range of the share of yield conditions that a draw of random forces brings to yield if it can. A larger
+    #: share makes draws more alike.
+    yielding_shares: tuple[float, float] = (0.02, 0.3)
+
+    #: Number of starts in a row without a lower state after which the default ends its search of a small
+    #: scene in the plane. More starts take proportionally longer, and find states that few starts lead to.
+    starts_in_vain: int = 100
+
+    #: Time of the default's further starts in space, as a share of the time of its steps before. A larger
+    #: share finds lower states more often.
+    share_of_time: float = 1.5
+
+    #: Largest number of further starts of the default in space. More starts lengthen the analysis of scenes
+    #: that are solved in a tenth of a second, where time would allow hundreds.
+    most_starts_in_space: int = 24
+
+    #: Number of starts below which equal load factors are reported as little evidence.
+    few_starts: int = 8
+
+    #: Dual variable of a yield condition, as a share of the largest, above which the condition holds λ up.
+    holding_share: float = 1e-6
+
+    #: Share of the yield conditions that hold λ up which a neighbour releases, at least one. A larger share
+    #: leads further away from the state.
+    released_share: float = 0.02
+
+    #: Displacement at which the forces of a push are taken as a start in the plane. Larger ones lead to the
+    #: push's own collapse state.
+    displacement: float = 1e4
+    #: Displacement at which the forces of a push are taken as a start in space. Forces of softer contacts, at
+    #: smaller displacements, lead to lower states.
+    displacement_in_space: float = 1e2
+
+    #: Standard deviation of the logarithm of the factors by which a start changes the loads of each block.
+    load_deviation: float = 0.5
+
+
+#: Settings with their defaults, which the default method and ``refined`` use.
+SEARCH = SearchSettings()
