@@ -1,7 +1,7 @@
 """The default's lowest state on scenes where the states of a growing load are not the lowest.
 
-Expected values come from proofs or longer searches of this package, as each case names. The tolerance of 1e-6 is that of the
-linear programs (1e-10) times the conditioning of random scenes.
+Expected values come from proofs or longer searches of this package, as each case names. The tolerance of
+1e-6 is that of the linear programs (1e-10) times the conditioning of random scenes.
 """
 
 from pathlib import Path
