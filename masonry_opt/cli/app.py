@@ -89,7 +89,7 @@ def main() -> None:
 def _results_apart() -> Iterator[None]:
     """Give results a descriptor of their own: what libraries write to descriptor 1 goes to standard error."""
     own = sys.stdout
-    if own is not sys.__stdout__:  # a test reads what is printed
+    if own is None or own is not sys.__stdout__:  # a test reads what is printed
         yield
         return
     with os.fdopen(os.dup(1), "w", encoding=own.encoding) as results:
