@@ -88,8 +88,8 @@ def main() -> None:
 @contextlib.contextmanager
 def _results_apart() -> Iterator[None]:
     """Give results a descriptor of their own: what libraries write to descriptor 1 goes to standard error."""
-    own = sys.stdout
-    if own is not sys.__stdout__:  # a test reads what is printed
+    own = sys.__stdout__
+    if own is None or own is not sys.stdout:  # a test reads what is printed
         yield
         return
     with os.fdopen(os.dup(1), "w", encoding=own.encoding) as results:

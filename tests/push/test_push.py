@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from atlas.large_scenes import rubble
 from atlas.random_scenes import random_scene
 from contact_dynamics import QUICK, collapse_load
@@ -27,7 +28,7 @@ import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.push.law import NORMALS, Rounded, compliance
-from masonry_opt.methods.push.matrix import BandFactors, BlockMatrix, SparseFactors
+from masonry_opt.methods.push.matrix import Band, BandFactors, BlockMatrix, SparseFactors
 from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_mcp import PyomoMcp
@@ -367,3 +368,17 @@ def test_a_state_from_which_blocks_do_not_move_on_for_ever_ends_no_push(certific
 def test_what_is_not_certified_as_exact_ends_no_push(certificates):
     certificates(1.0)
     assert push(block_on_floor()).ended is not Ended.RAY
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("row", [[0.0, 1.0], [0.0, 0.0]], ids=["row across the load's motion", "no row"])
+def test_a_singular_border_gives_numbers_without_a_warning(row):
+    """[[I, -f], [c, 0]] with c·f = 0 has no inverse: the pivot of the border is tiny in place of zero."""
+    pattern = sp.csc_matrix(np.array([[1.0, 1, 1], [1, 1, 1], [1, 1, 1]]))
+    band = Band(pattern)
+    values = np.zeros(pattern.nnz)
+    values[pattern.indices == np.repeat(np.arange(3), np.diff(pattern.indptr))] = [1.0, 1.0, 0.0]
+    factors = BandFactors(band, values, np.array([1.0, 0.0]), np.array(row))
+    found = factors.solve(np.array([1.0, 2.0, 3.0]))
+    assert np.isfinite(found).all()
+    assert factors.sign == 1

@@ -119,6 +119,9 @@ class BandFactors:
         self._load, self._row, self._last = load[band.order[:-1]], row[band.order[:-1]], values[-1]
         self._along = self._solved(self._load)
         self._corner = self._last + self._row @ self._along
+        if self._corner == 0:
+            # The border is singular. As in the band its pivot is tiny, and the step too long to be taken.
+            self._corner = _REGULARISATION * (np.abs(self._row) @ np.abs(self._along)) or 1.0
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         right = right[self._band.order]
