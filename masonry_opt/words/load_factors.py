@@ -225,7 +225,7 @@ def _starts(result: Outcome) -> str:
     starts = counted(solution.starts, "start")
     if solution.exact_states is None or solution.exact_states < 2:
         return f", from {starts}"
-    return f", the lowest of {solution.exact_states} from {starts}"
+    return f", the lowest of {solution.exact_states} different ones from {starts}"
 
 
 def _lower_states(result: Outcome) -> list[str]:

@@ -116,10 +116,11 @@ DOES = {
     "mpec": dict.fromkeys(("sub-problems", "exact end", "associative"), "clarabel")
     | {"relaxation": "casadi"},
     "refined": {"associative": "clarabel", "complementarity problem": "newton", "refinement": "highs"},
-    "global": {"complementarity problem": "newton", "load factor": "clarabel", "refinement": "highs"},
+    "global": {"complementarity problem": "newton", "load factor": "clarabel", "refinement": "highs"}
+    | {"bounds": "highs", "products": "highs-ipm"},
 }
 for _method in ("refined", "global"):
-    DOES[_method] |= {"bounds": "highs", "products": "highs-ipm"}
+    DOES[_method] |= {"random forces": "highs"}
 
 
 @pytest.mark.parametrize("method", DOES)
