@@ -44,8 +44,11 @@ def print_text(text: str) -> None:
         print(text, file=_results, flush=True)
 
 
-def print_result(text: str) -> None:
-    """Print a result's lines, on a terminal its answer, the second, in bold, and warnings in yellow."""
+def print_result(text: str, bold_line: int | None = 1) -> None:
+    """Print the lines of a result, on a terminal with the answer in bold and warnings in yellow.
+
+    ``bold_line`` is the number of the answer's line, counted from 0; None if no line stands out.
+    """
     console = Console(highlight=False, file=_results)
     if not console.is_terminal or console.no_color:
         print_text(text)
@@ -54,7 +57,7 @@ def print_result(text: str) -> None:
     for number, line in enumerate(lines):
         if line.plain.startswith("warning: "):
             line.stylize("bold yellow")
-        elif number == 1:
+        elif number == bold_line:
             line.stylize("bold")
     with _printing():
         console.print(Text("\n").join(lines), soft_wrap=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.errors import NoRunSolvedError, OptionError
 from masonry_opt.scene.case_file import case_folder
 from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.compare import judge, runs
@@ -27,12 +27,6 @@ METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
 SOLVERS = ("clarabel", "highs", "highs-ipm")
 TOLERANCES = (1e-6, 1e-9)
 OUT = Path("results/compare")  #: Folder of results and report.
-
-
-class NoRunEndedError(MasonryError):
-    """Every run of a comparison crashed or died."""
-
-    exit_code = 1
 
 
 def compare(
@@ -56,7 +50,7 @@ def compare(
 
     Raises CaseError if a case file is missing or wrong; OptionError if an argument is wrong,
     nothing is left to compare, or ``out`` holds other runs; OutputError if ``out`` cannot be written;
-    NoRunEndedError if every run crashed or died (the report is written nevertheless).
+    NoRunSolvedError if every run crashed or died (the report is written nevertheless).
 
     Parameters
     ----------
@@ -84,7 +78,7 @@ def compare(
         ends = Counter(zip(ended, comparison.results["message"], strict=True))
         (((how, why), count),) = ends.most_common(1)
         said = f"{count} of {len(ended)} {how}: {why}"
-        raise NoRunEndedError(f"no run ended: {said}; see {out / 'summary.csv'}")
+        raise NoRunSolvedError(f"no run ended: {said}; see {out / 'summary.csv'}")
     return comparison
 
 
@@ -123,7 +117,9 @@ def run_plan(
     """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`). ``known``: exact
     Coulomb states by scene name, beside those of the runs."""
     notes: list[str] = []
-    made = _JournalRuns(Journal(folder, {"columns": digest(runs.COLUMNS)}), limits, progress, notes)
+    journal = Journal(folder, {"columns": digest(runs.COLUMNS)})
+    notes += journal.warnings
+    made = _JournalRuns(journal, limits, progress, notes)
     bounds, rows, interrupted = dict[str, CertifiedBounds](), list[dict[str, Any]](), False
     try:
         for scene in scenes:

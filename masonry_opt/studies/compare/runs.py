@@ -9,7 +9,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from masonry_opt.analysis import solve
+from masonry_opt.analysis import refuse_without_live_load, solve
 from masonry_opt.effort import PARTS
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import METHODS, HowToSolve
@@ -56,14 +56,15 @@ class CaseScene:
 
 def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
     """Read and name the scenes of a comparison: paths of case files, or names of those in a folder
-    ("ferris_tinloi/wall_1" or "wall_1"). Raises CaseError if a case file is missing or wrong, OptionError if
-    two different files have one name."""
+    ("ferris_tinloi/wall_1" or "wall_1"). Raises CaseError if a case file is missing or wrong, or nothing in it
+    is a live load but axles that move; OptionError if two different files have one name."""
     scenes: dict[str, CaseScene] = {}
     for case in cases:
         path = _path(case, folder)
         scene = load(path)
         if scene.load_cases:
             raise OptionError(f"{path}: has load cases, which are not compared: leave it out")
+        refuse_without_live_load(assemble(scene))
         name = f"{path.resolve().parent.name}/{path.stem}"
         found = CaseScene(name, path, content_of(scene))
         before = scenes.setdefault(found.name, found)
