@@ -33,7 +33,9 @@ _ALL = (
     _own("compliant", "push.compliant:compliant", "push.compliant:CompliantOptions", _NEWTON),
     _lowest("mpec", "mpec:mpec", "mpec:MpecOptions", _NONLINEAR),
     _lowest("refined", "refined:refined", "refined:RefinedOptions", {"cvxpy": ("highs",)}),
-    _lowest("global", "bracket.bracket:global_search", "bracket.bracket:GlobalOptions", _PYOMO, refuses=_MOST),
+    _lowest(
+        "global", "bracket.bracket:global_search", "bracket.bracket:GlobalOptions", _PYOMO, refuses=_MOST
+    ),
 )
 
 METHODS = {method.name: method for method in _ALL}

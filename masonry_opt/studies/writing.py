@@ -37,9 +37,9 @@ _PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy nump
 class Journal:
     """The finished runs of one study in a folder, one line a run after a first line, the head.
 
-    The head has hashes of all that decides the rows, by name. An incomplete last line is removed when the file
-    is opened. A damaged line before it stays in the file, and ``warnings`` names its number. The runs of both
-    are missing, and so are made again.
+    The head has hashes of all that decides the rows, by name. An incomplete last line is removed when the
+    file is opened. A damaged line before it stays in the file, and ``warnings`` names its number. The runs of
+    both are missing, and so are made again.
 
     Raises OptionError if the folder holds runs of another head, OutputError if it cannot be read or written.
     """

@@ -118,7 +118,8 @@ def run_plan(
     Coulomb states by scene name, beside those of the runs."""
     notes: list[str] = []
     journal = Journal(folder, {"columns": digest(runs.COLUMNS)})
-    notes += journal.warnings
+    notes += [f"warning: {sentence}" for sentence in journal.warnings]
+    notes += [f"warning: {scene.name}: {sentence}" for scene in scenes for sentence in scene.warnings]
     made = _JournalRuns(journal, limits, progress, notes)
     bounds, rows, interrupted = dict[str, CertifiedBounds](), list[dict[str, Any]](), False
     try:

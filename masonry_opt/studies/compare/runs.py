@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.analysis import refuse_without_live_load, solve
+from masonry_opt.answer.sense import warnings_of
 from masonry_opt.effort import PARTS
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import METHODS, HowToSolve
@@ -20,6 +21,7 @@ from masonry_opt.solvers.registry import LANGUAGES, MODELS, find_solver, names
 from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.runner import TaskEnd
 from masonry_opt.studies.writing import digest
+from masonry_opt.words.sentences import sentences
 
 _NAMING = {"title", "source", "reference"}  #: Keys of a scene that do not change an answer.
 #: Columns that identify a run: a run with an equal key is not made again.
@@ -52,21 +54,25 @@ class CaseScene:
     name: str  #: folder and stem of its case file, such as "ferris_tinloi/wall_1"
     path: Path
     content: str  #: hash of its numbers (see :func:`content_of`)
+    warnings: tuple[str, ...] = ()  #: what looks unintended in the scene, in words
 
 
 def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
     """Read and name the scenes of a comparison: paths of case files, or names of those in a folder
-    ("ferris_tinloi/wall_1" or "wall_1"). Raises CaseError if a case file is missing or wrong, or nothing in it
-    is a live load but axles that move; OptionError if two different files have one name."""
+    ("ferris_tinloi/wall_1" or "wall_1").
+
+    Raises CaseError if a case file is missing or wrong, or has no live load but axles, which move;
+    OptionError if a scene has load cases, or two different files have one name."""
     scenes: dict[str, CaseScene] = {}
     for case in cases:
         path = _path(case, folder)
         scene = load(path)
         if scene.load_cases:
             raise OptionError(f"{path}: has load cases, which are not compared: leave it out")
-        refuse_without_live_load(assemble(scene))
+        assembly = assemble(scene)
+        refuse_without_live_load(assembly)
         name = f"{path.resolve().parent.name}/{path.stem}"
-        found = CaseScene(name, path, content_of(scene))
+        found = CaseScene(name, path, content_of(scene), sentences(warnings_of(assembly, None)))
         before = scenes.setdefault(found.name, found)
         if before.content != found.content:
             raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")

@@ -1,5 +1,7 @@
-"""Warnings of a study of many runs, each sentence once: inputs that look unintended, and load factors that fall
-as strength or friction grows."""
+"""Warnings of a study of many runs, each sentence once.
+
+They name inputs that look unintended, and load factors that fall as strength or friction grows.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -11,8 +13,8 @@ from masonry_opt.answer.thresholds import same
 from masonry_opt.errors import counted
 from masonry_opt.words.sentences import numeral, sentences
 
-#: Last words of the names of numbers that limit forces, so that a greater value allows every state of a smaller
-#: one in which nothing yields.
+#: Last words of the names of numbers that limit forces. A state in which such a limit is not reached is also
+#: a state of every greater limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
 _MOST_NAMED = 3  #: Values that tell two runs apart, at most; the others are counted.
 
@@ -21,15 +23,19 @@ Point = Mapping[str, float]  #: Values of a run by name.
 
 
 def recorded_warnings(warnings: Sequence[Reason]) -> dict[str, Any]:
-    """Return the warnings of a run as columns: one text, and for :func:`warnings_of_rows` codes and sentences."""
+    """Return the warnings of a run as columns: one text, and the codes and sentences that
+    :func:`warnings_of_rows` reads."""
     told = sentences(warnings)
     codes = [str(warning.code) for warning in warnings]
     return {"warnings": "; ".join(told), "warned": [list(each) for each in zip(codes, told, strict=True)]}
 
 
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[str]:
-    """Yield one sentence for each code with which runs warn: that of the first run, and where it is not that of
-    every run, the values of that run and the number of other runs that warn so."""
+    """Yield the warnings of the runs, one for each code, in the words of the first run that has it.
+
+    If not all runs have this warning in these words, the values of the first run and the number of the other
+    runs follow in brackets.
+    """
     runs_by_code: dict[str, list[int]] = {}
     sentences_by_code: dict[str, set[str]] = {}
     for index, row in enumerate(rows):
@@ -48,10 +54,14 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[s
 
 
 def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[str]:
-    """Yield one sentence for each friction, cohesion or strength among the varied numbers with which the lowest
-    load factor falls from one value to the next, while all other numbers stay: the largest fall."""
-    for name in names:
-        if is_limit(name) and (fall := _largest_fall(frame, name, [other for other in names if other != name])):
+    """Yield a sentence for each friction, cohesion or strength with which the lowest load factor falls.
+
+    The load factors compared are those of one value and of the next greater one, with all other varied
+    numbers equal. The sentence names the largest fall.
+    """
+    for name in filter(is_limit, names):
+        others = [other for other in names if other != name]
+        if fall := _largest_fall(frame, name, others):
             yield fall
 
 
@@ -67,7 +77,7 @@ def differing_values(run: Point, other: Point) -> str:
 
 
 def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> str:
-    """Return the sentence on the largest fall of the load factor along a number; "" where it falls nowhere."""
+    """Return the sentence on the largest fall of the load factor along a number; "" if it never falls."""
     known = frame.dropna(subset="load_factor").sort_values([*others, name], kind="stable")
     before, after = known.shift(), known
     falls = (before["load_factor"] - after["load_factor"]).where(after[name] > before[name])

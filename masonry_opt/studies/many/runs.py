@@ -103,8 +103,8 @@ def run_many(
     """Return one row a point, in the order of the points, which are values by name.
 
     Scenes are made in this process, and solved by worker processes or by those of a Dask scheduler. Finished
-    runs are kept in a journal beside the table, and not made again. When all runs have ended, they share their
-    exact states (:mod:`.shared_states`). ``attrs["warnings"]`` of the frame is a list of sentences.
+    runs are kept in a journal beside the table, and not made again. When all runs have ended, they share
+    their exact states (:mod:`.shared_states`). ``attrs["warnings"]`` of the frame is a list of sentences.
 
     Other parameters and errors are those of :func:`~.sweep.sweep`.
     """

@@ -19,8 +19,8 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.runs import EXPECTED, RunProgress, Study, ends, run_many
 from masonry_opt.studies.many.run_warnings import is_limit
+from masonry_opt.studies.many.runs import EXPECTED, RunProgress, Study, ends, run_many
 from masonry_opt.studies.runner import REFUSED, whole
 from masonry_opt.studies.writing import StudyAnswer, csv_text, records, write_files
 from masonry_opt.words.names import warning_records
@@ -44,9 +44,10 @@ class Sample(StudyAnswer):
     A scene that is proven to carry any load counts as collapsed at none. Any other run without a load factor
     (the scene falls by itself, or the run is ``undecided``: not converged, unlimited without a proof, ...)
     counts as collapsed at any load, so that no probability of collapse is too low. So does one without a load
-    to expect, of these loads, unless no run has any: then what is told of them is NaN. A run that was
-    ``refused``, because the numbers drawn make no scene that can be solved, has not collapsed: it counts in no
-    quantile, probability or correlation.
+    to expect, of these loads, unless no run has any: then what is told of them is NaN.
+
+    A run is ``refused`` if the numbers drawn make no scene that can be solved. It has not collapsed, and is
+    left out of quantiles, probabilities and correlations.
 
     Intervals are those of independent runs, for any distribution. Up to 10 numbers are drawn by Sobol's
     points, which are closer to the truth than the intervals show.
@@ -233,7 +234,10 @@ class Sample(StudyAnswer):
             yield f"{counted(len(refused), 'run')} refused, and left out: {refused['message'].iloc[0]}"
 
     def _falls(self) -> Iterator[str]:
-        """Yield a sentence for each friction, cohesion or strength with which the load factor surely falls."""
+        """Yield a sentence for each friction, cohesion or strength with whose growth the load factor falls.
+
+        The whole confidence interval of the rank correlation must be below zero.
+        """
         for row in self.sensitivity().to_dict("records"):
             if row["upper"] < 0 and is_limit(row["parameter"]):
                 falls = f"the load factor falls as {row['parameter']} grows"
@@ -291,7 +295,8 @@ class Sample(StudyAnswer):
     def as_dict(self) -> dict[str, Any]:
         """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
         told = {"case": self.case, "distributions": dict(self.distributions)}
-        told |= {name: getattr(self, name) for name in ("runs", "falling", "unlimited", "undecided", "refused")}
+        counts = ("runs", "falling", "unlimited", "undecided", "refused")
+        told |= {name: getattr(self, name) for name in counts}
         told["warnings"] = warning_records(self.warning_sentences)
         tables = {name: records(frame) for name, frame in self.tables().items()}
         return told | {"confidence": CONFIDENCE} | tables

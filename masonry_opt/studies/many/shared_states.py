@@ -1,9 +1,10 @@
 """Exact Coulomb states that the runs of a study share.
 
-The runs of a sweep or sample often differ only in limits: the strength of a tie, or the friction of joints. An
-exact state found in one run is also a state of every other run whose limits it respects. For example, a tie
-that bears 17 kN of its 20 kN bears them with a strength of 30 kN too. Each run searches on its own and may miss
-such a state. :func:`shared_answers` therefore certifies the states of all runs with the matrices of the others.
+The runs of a sweep or sample often differ only in limits: the strength of a tie, or the friction of joints.
+An exact state found in one run is also a state of every other run whose limits it respects. For example, a
+tie that bears 17 kN of its 20 kN bears them with a strength of 30 kN too. Each run searches on its own and
+may miss such a state. :func:`shared_answers` therefore certifies lower states of other runs by the matrices
+of each run.
 """
 
 import base64
@@ -50,8 +51,8 @@ class SharedAnswer(NamedTuple):
 def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
     """Return what :func:`shared_answers` needs of a run, as text that a journal keeps.
 
-    - ``balance``: a hash of the equilibrium matrix and the loads. Runs with equal hashes may share states. The
-      hash is missing where no state of another run can be the answer: of scenes that fall, and of loads
+    - ``balance``: a hash of the equilibrium matrix and the loads. Runs with equal hashes may share states.
+      The hash is missing where no state of another run can be the answer: of scenes that fall, and of loads
       that are proven to cause no collapse.
     - ``forces``, ``velocities``: the exact state that the run found, if it found one.
     """
@@ -69,8 +70,8 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
 def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
     """Yield the answers of runs for which another run found a lower state.
 
-    Each is certified as exact by the matrices and limits of the run whose answer it replaces, and is the lowest
-    such state. The order in which the runs ended changes nothing.
+    Each is certified as exact by the matrices and limits of the run whose answer it replaces, and is the
+    lowest such state. The order in which the runs ended changes nothing.
 
     Parameters
     ----------

@@ -42,9 +42,9 @@ def sweep(
     if ``out`` cannot be written (runs already made are kept); NoRunSolvedError if every run was refused or
     crashed.
 
-    Runs that differ in limits of forces alone, such as the strength of a tie, share the exact states that they
-    find: where a state of another run is lower than the run's own, and its certificate by the run's own matrices
-    is exact, it is the answer. (Of methods that look for the lowest state: "mcp", "refined", "mpec", "global".)
+    Runs that differ only in limits of forces, such as the strength of a tie, share exact states. The lowest
+    state of another run replaces a higher answer if the run's own matrices certify it as exact. This holds
+    for methods that look for the lowest state: "mcp", "refined", "mpec" and "global".
 
     Parameters
     ----------
@@ -69,10 +69,10 @@ def sweep(
         ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
         ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"
         or "none"), the numbers of joints that do so (``slides``, ``hinges``, ``separates``, ``crushes``),
-        ``blocks``, ``joints``, ``message``, ``seconds``, ``state_from`` (where the state was found, if in
-        another run; else "") and ``warnings`` (of the run's scene). A run that fails is a row too, with status
-        "refused" if its values make no scene. (Any other error of a function ends the sweep; with ``out`` the
-        runs before it are kept.) ``attrs["warnings"]`` lists the warnings of all runs, each once.
+        ``blocks``, ``joints``, ``message``, ``seconds``, ``state_from`` (the run in which the state was
+        found, if another; else "") and ``warnings`` (of the run's scene). A run that fails is a row too, with
+        status "refused" if its values make no scene. (Any other error of a function ends the sweep; with
+        ``out`` the runs before it are kept.) ``attrs["warnings"]`` lists the warnings of all runs, each once.
     """
     points = grid(vary)
     if callable(scene) and not isinstance(scene, Scene):
