@@ -13,7 +13,7 @@ from scenes import CASES, block_on_floor
 import masonry_opt as mo
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, Study, row, run_many, run_scene
+from masonry_opt.studies.many.runs import RUN_COLUMNS, Study, row, run_many, run_scene
 from masonry_opt.studies.many.sweep import grid, said
 from masonry_opt.studies.runner import Workers
 from masonry_opt.studies.writing import JOURNAL
@@ -34,7 +34,7 @@ def swept():
 
 def test_load_factors_are_those_by_hand(swept):
     """A block of twice its width in height slides at μ and tips at half."""
-    assert list(swept) == [*VARY, *COLUMNS]
+    assert list(swept) == [*VARY, *RUN_COLUMNS]
     assert swept["joints.friction"].tolist() == [mu for mu in FRICTIONS for _ in range(2)]
     assert swept["block.A.live.x"].tolist() == [1.0, 2.0] * 5
     by_hand = swept["joints.friction"].clip(upper=0.5) / swept["block.A.live.x"]
@@ -217,7 +217,7 @@ def rows(ends):
 
 @pytest.fixture(scope="module")
 def alone():
-    without = dict.fromkeys(COLUMNS)
+    without = dict.fromkeys(RUN_COLUMNS)
     return {number: VALUES[number] | without | SOLVE(run) for number, run in enumerate(RUNS)}
 
 

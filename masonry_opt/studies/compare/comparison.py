@@ -16,7 +16,7 @@ from masonry_opt.scene.case_file import case_folder
 from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.compare import judge, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan, find_scenes, plan
+from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan, checked, find_scenes, plan
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import Journal, csv_text, digest, machine, versions, write_files
 
@@ -69,7 +69,7 @@ def compare(
     folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
     if not named:
         raise OptionError("nothing to compare: name case files")
-    found = find_scenes(named, folder)
+    found = [checked(scene) for scene in find_scenes(named, folder)]
     comparison = run_plan(found, planned, limits, out, progress, judge.best_known(found, folder))
     progress("report")
     comparison = replace(comparison, files=tuple(write_report(comparison, out)))

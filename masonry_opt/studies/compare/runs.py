@@ -4,7 +4,7 @@ import contextlib
 import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -61,22 +61,28 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
     """Read and name the scenes of a comparison: paths of case files, or names of those in a folder
     ("ferris_tinloi/wall_1" or "wall_1").
 
-    Raises CaseError if a case file is missing or wrong, or has no live load but axles, which move;
-    OptionError if a scene has load cases, or two different files have one name."""
+    Raises CaseError if a case file is missing or wrong; OptionError if a scene has load cases, or two
+    different files have one name."""
     scenes: dict[str, CaseScene] = {}
     for case in cases:
         path = _path(case, folder)
         scene = load(path)
         if scene.load_cases:
             raise OptionError(f"{path}: has load cases, which are not compared: leave it out")
-        assembly = assemble(scene)
-        refuse_without_live_load(assembly)
         name = f"{path.resolve().parent.name}/{path.stem}"
-        found = CaseScene(name, path, content_of(scene), sentences(warnings_of(assembly, None)))
+        found = CaseScene(name, path, content_of(scene))
         before = scenes.setdefault(found.name, found)
         if before.content != found.content:
             raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")
     return tuple(scenes.values())
+
+
+def checked(found: CaseScene) -> CaseScene:
+    """Return a scene with its warnings. Raises CaseError if no method could solve it: its joints are wrong, or
+    nothing carries a live load, as where only axles press on it, which move."""
+    assembly = assemble(load(found.path))
+    refuse_without_live_load(assembly)
+    return replace(found, warnings=sentences(warnings_of(assembly, None)))
 
 
 def content_of(scene: Scene) -> str:
