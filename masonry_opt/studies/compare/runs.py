@@ -78,8 +78,10 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 
 def checked(found: CaseScene) -> CaseScene:
-    """Return a scene with its warnings. Raises CaseError if no method could solve it: its joints are wrong, or
-    nothing carries a live load, as where only axles press on it, which move."""
+    """Return a scene with its warnings.
+
+    Raises CaseError if no method can solve it: joints are wrong, or no load but that of moving axles is live.
+    """
     assembly = assemble(load(found.path))
     refuse_without_live_load(assembly)
     return replace(found, warnings=sentences(warnings_of(assembly, None)))

@@ -91,7 +91,8 @@ def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterato
             if not lower:
                 continue
             scene = make(index)
-            last = (last and on_matrices_of(last, scene)) or assemble(scene)
+            reused = None if last is None else on_matrices_of(last, scene)
+            last = reused or assemble(scene)
             for state in lower:
                 answer = _certified_by(last.problem, state)
                 if answer is not None:
