@@ -179,13 +179,18 @@ class Session:
         return _unless_it_falls(assembly, solution)
 
 
+def refuse_without_live_load(assembly: Assembly) -> None:
+    """Raise CaseError if nothing carries a live load."""
+    if not assembly.problem.live_norm:
+        raise CaseError(f"{assembly.scene.origin}: {_without_live_load(assembly.scene)}")
+
+
 def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     """Raise CaseError if nothing carries a live load, OptionError if no load case is named of a scene that
     has any, or the method does not know such joints, or solids."""
     problem, scene = assembly.problem, assembly.scene
     scene.refuse_without_case()
-    if not problem.live_norm:
-        raise CaseError(f"{scene.origin}: {_without_live_load(scene)}")
+    refuse_without_live_load(assembly)
     named = f"method '{method.name}'"
     if scene.dimension == 3 and "space" in method.refuses:
         raise OptionError(f"{scene.origin}: its blocks are solids, which {named} does not know: use another")

@@ -55,6 +55,12 @@ class NoLoadFactorError(MasonryError):
     exit_code = 1
 
 
+class NoRunSolvedError(MasonryError):
+    """No run of a study was solved: all were refused, crashed or died; the message says why."""
+
+    exit_code = 1
+
+
 class InterruptedByUserError(MasonryError):
     """The user stopped the run; the message says what was found until then."""
 

@@ -1,6 +1,7 @@
 """The result of an analysis: its outcome, which asks words, pictures and files to show it."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -173,6 +174,17 @@ class Result(Outcome):
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+
+
+def distinct_warnings(results: Sequence[Result]) -> tuple[str, ...]:
+    """Return the warnings of results in words: of each code those of the first result that has any."""
+    first: dict[str, list[str]] = {}
+    for result in results:
+        own: dict[str, list[str]] = {}
+        for warning, sentence in zip(result.warnings, result.warning_sentences, strict=True):
+            own.setdefault(str(warning.code), []).append(sentence)
+        first = own | first
+    return tuple(sentence for told in first.values() for sentence in told)
 
 
 def make_result(

@@ -20,7 +20,7 @@ from masonry_opt.studies.compare.comparison import OUT
 from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import said
 from masonry_opt.studies.writing import NEEDED
-from masonry_opt.words.terminal import print_text
+from masonry_opt.words.terminal import print_result, print_text
 
 _MOST_VALUES = 100_000  #: Most values of one number.
 _FORMS, _SUCH = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,...", "such as joints.friction=0.3:0.8:11"
@@ -67,8 +67,8 @@ def _vary(text: str) -> tuple[str, list[float]]:
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
     """Writes a table (runs.csv) and charts; of drawn values also what they say of the load factor.
 
-    An interrupted sweep goes on where it stopped. Exit code 0: done, whatever the runs found; 130:
-    interrupted; 2: wrong case file, name or option.
+    An interrupted sweep goes on where it stopped. Exit code 0: done, whatever the runs found; 1: no run was
+    solved, and the message says why; 130: interrupted; 2: wrong case file, name or option.
     """
     vary, drawn = given.pop("vary", None), given.pop("distributions", None)
     if bool(vary) == bool(drawn):
@@ -98,7 +98,7 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
             kept = f"{counted(int(bar.tasks[0].completed), 'run')} kept"
             goes_on = f"interrupted: {kept}, and the same command goes on from there"
             raise InterruptedByUserError(goes_on) from None
-    print_text(said(found, list(values)) if vary else str(found))
+    print_result(said(found, list(values)) if vary else str(found), bold_line=1 if vary else None)
     beside = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
     errors.print(f"written: {out / 'runs.csv'}{beside}", markup=False, soft_wrap=True)
 

@@ -74,7 +74,7 @@ def capacity(
         print_text(json_module.dumps(told, allow_nan=False, ensure_ascii=False))
     else:
         states = [frame_text(found.table.drop(columns="pairs"), "states")] if table else []
-        print_text("\n".join([str(found), *([str(check)] if check else []), *states]))
+        print_result("\n".join([str(found), *([str(check)] if check else []), *states]), bold_line=None)
     save(found, plot, drawing)
     return found.reaches_zero
 
@@ -96,7 +96,10 @@ def crossing(
 
         found = mo.crossing(case, progress=progress, **given.rest(mo.crossing))
     states = "\n" + frame_text(found.told, "positions") if table and found.passages else ""
-    print_text(found.to_json() if json else f"{found}{states}")
+    if json:
+        print_text(found.to_json())
+    else:
+        print_result(f"{found}{states}", bold_line=None)
     save(found, plot if found.passages else None, drawing)
     if found.interrupted:
         raise InterruptedByUserError(f"interrupted: {counted(len(found.table), 'position')} solved")
@@ -144,7 +147,10 @@ def least(
 
         options = given.rest(search)
         found = search(lambda value: parameters.at({name: value}), lower, upper, progress=progress, **options)
-    print_text(found.to_json() if json else f"{'number':<16} {name}\n{found}")
+    if json:
+        print_text(found.to_json())
+    else:
+        print_result(f"{'number':<16} {name}\n{found}", bold_line=None)
 
 
 @command(
@@ -168,7 +174,10 @@ def settle(
         raise OptionError("--greatest, --view and --force say how to draw: give --plot FILE too")
     with waiting("settle") as show:
         found = mo.settle(case, phases=lambda words: show(f"settle: {words}"), **given.rest(mo.settle))
-    print_text(found.to_json() if json else str(found))
+    if json:
+        print_text(found.to_json())
+    else:
+        print_result(str(found), bold_line=None)
     save(found, plot, drawing | {"end": "greatest" if greatest else "least"})
     return found.usable
 
@@ -198,7 +207,7 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
         begins("page")
         with writing(page):
             mo.report(answers, page, **writes)
-    print_text(printable("\n\n".join([*map(str, answers), str(page)])))
+    print_result(printable("\n\n".join([*map(str, answers), str(page)])), bold_line=None)
     return all(one.load_factor is not None if isinstance(one, mo.Crossing) else one.usable for one in answers)
 
 

@@ -25,7 +25,7 @@ from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.words.names import labelled, some
+from masonry_opt.words.names import labelled, some, warning_lines, warning_records
 from masonry_opt.words.sentences import message, numeral
 
 if TYPE_CHECKING:
@@ -308,8 +308,13 @@ class Capacity:
         another ending, or the file cannot be replaced."""
         self.plot(row).save(path, force)
 
+    @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        """Warnings in words: what looks unintended in the scene."""
+        return self.result.warning_sentences
+
     def __str__(self) -> str:
-        return printable(labelled(self.facts()))
+        return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def facts(self) -> dict[str, str]:
         """What it found, in words by name."""
@@ -331,6 +336,7 @@ class Capacity:
         """The curve as plain numbers, strings and lists."""
         numbers = {key: getattr(self, key) for key in ("load_factor", "reaches_zero", "displacement")}
         told = {"end": self.end.as_dict(), "message": self.message, "curve": self.table.to_dict("records")}
+        told["warnings"] = warning_records(self.warning_sentences)
         return {"case": self.result.case} | numbers | told
 
     def to_json(self) -> str:

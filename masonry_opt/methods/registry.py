@@ -23,16 +23,19 @@ _NONLINEAR = {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)}
 _PYOMO = {"pyomo": ("highs",)}
 
 _own = partial(Method, own_tolerances=True, refuses=_VARYING)
+_lowest = partial(_own, seeks_lowest=True)
 
 _ALL = (
     Method("static", "associative:associative", associative=True),
     Method("kinematic", "associative:kinematic", associative=True),
     Method("nonassociative", "loop.nonassociative:nonassociative", "loop.options:LoopOptions", _OF_LOOP),
-    _own("mcp", "mcp.method:mcp", "mcp.method:McpOptions", _NEWTON, refuses=frozenset()),
+    _lowest("mcp", "mcp.method:mcp", "mcp.method:McpOptions", _NEWTON, refuses=frozenset()),
     _own("compliant", "push.compliant:compliant", "push.compliant:CompliantOptions", _NEWTON),
-    _own("mpec", "mpec:mpec", "mpec:MpecOptions", _NONLINEAR),
-    _own("refined", "refined:refined", "refined:RefinedOptions", {"cvxpy": ("highs",)}),
-    _own("global", "bracket.bracket:global_search", "bracket.bracket:GlobalOptions", _PYOMO, refuses=_MOST),
+    _lowest("mpec", "mpec:mpec", "mpec:MpecOptions", _NONLINEAR),
+    _lowest("refined", "refined:refined", "refined:RefinedOptions", {"cvxpy": ("highs",)}),
+    _lowest(
+        "global", "bracket.bracket:global_search", "bracket.bracket:GlobalOptions", _PYOMO, refuses=_MOST
+    ),
 )
 
 METHODS = {method.name: method for method in _ALL}

@@ -64,6 +64,8 @@ class Method:
     #: programs. The first model is the method's default.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     associative: bool = False  #: whether its answer is that of associative flow
+    #: Whether it looks for the lowest exact Coulomb state. A lower one found elsewhere is a better answer.
+    seeks_lowest: bool = False
     own_tolerances: bool = False  #: whether it sets the tolerances of its solvers itself
     #: What it does not know: "dilatancy" that falls with stress, joints of limited "strength", limited
     #: "forces", such as ties, scenes in "space".

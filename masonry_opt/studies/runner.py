@@ -26,6 +26,8 @@ from masonry_opt.errors import MasonryError, OptionError
 #: Ends of a task: a value; a MasonryError; any other error; the death of its process; a limit.
 FINISHED, REFUSED, CRASHED, DIED = "finished", "refused", "crashed", "died"
 TIME_LIMIT, MEMORY_LIMIT = "time limit", "memory limit"
+#: Ends without a value: nothing is known of what the task was to solve.
+UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
 MOST_DEATHS = 3  #: Workers that a task may kill before it is given up.
 _LOOK = 0.02  #: Seconds between two looks at a process's memory.
 _AHEAD = 3  #: Tasks handed out for each worker: none waits, and memory does not grow with their number.

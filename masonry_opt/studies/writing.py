@@ -23,7 +23,7 @@ import psutil
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER, write_whole, writing
-from masonry_opt.words.names import labelled, some
+from masonry_opt.words.names import labelled, some, warning_lines
 
 #: Message where a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
@@ -35,8 +35,11 @@ _PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy nump
 
 
 class Journal:
-    """The finished runs of one study in a folder; the first line, its head, has hashes of all that decides
-    the rows, by name. An incomplete last line is dropped when the file is opened, and its run made again.
+    """The finished runs of one study in a folder, one line a run after a first line, the head.
+
+    The head has hashes of all that decides the rows, by name. An incomplete last line is removed when the
+    file is opened. A damaged line before it stays in the file, and ``warnings`` names its number. The runs of
+    both are missing, and so are made again.
 
     Raises OptionError if the folder holds runs of another head, OutputError if it cannot be read or written.
     """
@@ -52,15 +55,31 @@ class Journal:
             whole = whole or _line(head)
             if whole != data:
                 write_whole(self.path, whole)
+        first, *lines = whole.splitlines()
+        self._refuse_others(first, head)
+        self._rows: dict[str, dict[str, Any]] = {}
+        self.warnings: tuple[str, ...] = ()  #: one sentence a damaged line
+        for number, line in enumerate(lines, start=2):
+            try:
+                self._keep(json.loads(line))
+            except (ValueError, KeyError, TypeError):
+                remedy = "its run is made again; delete the line to end this warning"
+                self.warnings += (f"{self.path}: line {number} is damaged: {remedy}",)
+
+    def _refuse_others(self, first: bytes, head: Mapping[str, str]) -> None:
+        """Raise OptionError if the first line is no head, or that of other runs."""
         try:
-            first, *lines = [json.loads(line) for line in whole.splitlines()]
-            changed = [what for what in head if first.get(what) != head[what]]
-            self._rows: dict[str, dict[str, Any]] = {line["key"]: line["row"] for line in lines}
-        except (ValueError, KeyError, TypeError, AttributeError):
+            found = json.loads(first)
+            changed = [what for what in head if found.get(what) != head[what]]
+        except (ValueError, AttributeError):
             raise OptionError(f"{self.path}: is no journal of runs: choose another folder") from None
         if changed:
             others, anew = f"runs with other {', '.join(changed)}", f"remove {self.path} to begin anew"
-            raise OptionError(f"{folder}: holds {others}: choose another folder, or {anew}")
+            raise OptionError(f"{self.path.parent}: holds {others}: choose another folder, or {anew}")
+
+    def _keep(self, line: Mapping[str, Any]) -> None:
+        """Keep the run of a line. Raises KeyError or TypeError if the line is damaged."""
+        self._rows[str(line["key"])] = {**line["row"]}
 
     def find(self, key: str) -> dict[str, Any] | None:
         return self._rows.get(key)
@@ -123,6 +142,11 @@ class StudyAnswer(ABC):
         """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
 
     @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        """Warnings in words: what looks unintended in the scene, or makes the answer doubtful."""
+        return ()
+
+    @property
     @abstractmethod
     def told(self) -> pd.DataFrame:
         """The table that a notebook shows."""
@@ -135,8 +159,8 @@ class StudyAnswer(ABC):
         return self._said()
 
     def _said(self) -> str:
-        """What stands above its tables."""
-        return printable(labelled(self.facts()))
+        """Return the lines above its tables: facts, then warnings."""
+        return printable("\n".join([labelled(self.facts()), *warning_lines(self.warning_sentences)]))
 
     def _repr_html_(self) -> str:
         """What a notebook shows: facts, a table, a picture."""

@@ -1,6 +1,6 @@
 """Names of blocks and joints in sentences, and the verbs that go with them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 _NAMED = 5  #: Items of a list that are named; the rest is counted.
@@ -12,6 +12,16 @@ def labelled(lines: Mapping[str, object]) -> str:
     between = "\n" + " " * (_LABEL + 1)
     told = {label: str(words).replace("\n", between) for label, words in lines.items() if words}
     return "\n".join(f"{label:<{_LABEL}} {words}" for label, words in told.items())
+
+
+def warning_lines(sentences: Iterable[str]) -> list[str]:
+    """Return warnings as the lines that every command prints, each sentence once."""
+    return [f"warning: {sentence}" for sentence in dict.fromkeys(sentences)]
+
+
+def warning_records(sentences: Iterable[str]) -> list[dict[str, str]]:
+    """Return warnings as JSON output has them, each sentence once."""
+    return [{"sentence": sentence} for sentence in dict.fromkeys(sentences)]
 
 
 def blocks(names: list[str]) -> str:

@@ -48,8 +48,11 @@ def print_text(text: str) -> None:
         print(text, file=_results, flush=True)
 
 
-def print_result(text: str) -> None:
-    """Print a result's lines: on a terminal its load factors in bold, and warnings in yellow."""
+def print_result(text: str, bold_line: int | None = 1) -> None:
+    """Print the lines of a result, on a terminal with its load factors in bold and warnings in yellow.
+
+    ``bold_line`` is the number of a line that stands out too, counted from 0; None if there is none.
+    """
     console = Console(highlight=False, file=_results)
     if not console.is_terminal or console.no_color:
         print_text(text)
@@ -58,7 +61,7 @@ def print_result(text: str) -> None:
     for number, line in enumerate(lines):
         if line.plain.startswith("warning: "):
             line.stylize("bold yellow")
-        elif number == 1 or _LOAD_FACTOR_ROW.match(line.plain):
+        elif number == bold_line or _LOAD_FACTOR_ROW.match(line.plain):
             line.stylize("bold")
     with _printing():
         console.print(Text("\n").join(lines), soft_wrap=True)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.studies.many.runs import framed
+from masonry_opt.studies.many.runs import RUN_COLUMNS, framed
 from masonry_opt.studies.many.sample import Sample
 
 
@@ -19,6 +19,7 @@ def sampled(values: Any, drawn: pd.DataFrame | None = None, **columns: Any) -> S
     drawn = pd.DataFrame({"x": np.arange(len(values))}) if drawn is None else drawn
     values = np.asarray(values, dtype=float)
     load_factor = np.where(np.isfinite(values), values, np.nan)
-    given = {"load_factor": load_factor, "any_load": np.isposinf(values), "status": "optimal"} | columns
-    table = framed(drawn.assign(**given).to_dict("records"), list(drawn))
+    given = {"load_factor": load_factor, "any_load": np.isposinf(values), "status": "optimal"}
+    given |= {"state_from": "", "warnings": ""} | columns
+    table = framed(drawn.assign(**given).to_dict("records"), list(drawn), RUN_COLUMNS)
     return Sample(case="made", table=table, drawn=tuple(drawn), distributions=dict.fromkeys(drawn, "made"))

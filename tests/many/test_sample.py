@@ -14,7 +14,7 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.studies.charts import chart_contents
 from masonry_opt.studies.many.draws import Draws, lognormal
-from masonry_opt.studies.many.runs import COLUMNS
+from masonry_opt.studies.many.runs import RUN_COLUMNS
 
 FRICTION, SLENDER = lognormal(0.4, 0.1), 0.5
 ASKED = {"method": "static", "seed": 1}
@@ -39,7 +39,7 @@ def block():
 def test_every_run_is_the_closed_form(block):
     drawn = block.table["joints.friction"].to_numpy()
     np.testing.assert_allclose(block.table["load_factor"], np.minimum(drawn, SLENDER), rtol=1e-7)
-    assert block.table.columns.tolist() == ["joints.friction", "joints.cohesion", *COLUMNS]
+    assert block.table.columns.tolist() == ["joints.friction", "joints.cohesion", *RUN_COLUMNS]
     assert (block.falling, block.unlimited, block.undecided) == (0, 0, 0)
 
 
@@ -107,13 +107,17 @@ def test_a_number_that_does_not_matter_is_drawn_too():
     assert "nothing drawn matters" in files["sensitivity.svg"]
 
 
-def test_failed_runs_count_as_collapsed():
+def test_failed_runs_count_as_collapsed_and_refused_ones_not_at_all():
     statuses = ["optimal"] * 6 + [str(mo.Status.UNSTABLE)] + [str(mo.Status.JAMMED)] * 2 + ["refused"]
     proven = [False] * 7 + [True, False, False]
     found = sampled([1, 2, 3, 4, 5, 6, *[np.nan] * 4], status=statuses, any_load=proven)
-    assert (found.falling, found.unlimited, found.undecided) == (1, 1, 2)
-    assert found.fragility([0.0, 3.0, 10.0])["probability"].tolist() == [0.3, 0.6, 0.9]
-    assert found.as_dict()["undecided"] == 2
+    assert (found.falling, found.unlimited, found.undecided, found.refused) == (1, 1, 1, 1)
+    probability = found.fragility([0.0, 3.0, 10.0])["probability"].tolist()
+    assert probability == pytest.approx([2 / 9, 5 / 9, 8 / 9])
+    told = found.as_dict()
+    assert (told["undecided"], told["refused"]) == (1, 1)
+    assert "1 (10.0%) refused, left out" in found.counted
+    assert any("1 run refused, and left out" in warning["sentence"] for warning in told["warnings"])
 
 
 @pytest.mark.parametrize(("method", "options", "undecided"), UNLIMITED)

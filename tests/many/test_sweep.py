@@ -14,7 +14,7 @@ import masonry_opt as mo
 from masonry_opt.files import RECORD
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, Study, row, run_many, run_scene
+from masonry_opt.studies.many.runs import RUN_COLUMNS, Study, row, run_many, run_scene
 from masonry_opt.studies.many.sweep import grid, said
 from masonry_opt.studies.runner import Workers
 from masonry_opt.studies.writing import JOURNAL
@@ -35,7 +35,7 @@ def swept():
 
 def test_load_factors_are_those_by_hand(swept):
     """A block of twice its width in height slides at μ and tips at half."""
-    assert list(swept) == [*VARY, *COLUMNS]
+    assert list(swept) == [*VARY, *RUN_COLUMNS]
     assert swept["joints.friction"].tolist() == [mu for mu in FRICTIONS for _ in range(2)]
     assert swept["block.A.live.x"].tolist() == [1.0, 2.0] * 5
     by_hand = swept["joints.friction"].clip(upper=0.5) / swept["block.A.live.x"]
@@ -188,6 +188,7 @@ def test_a_sweep_says_where_the_least_is_and_where_there_is_none():
     points = [(0.2, 1), (0.2, 2), (0.4, 1), (0.4, 2), (0.6, 1), (0.6, 2)]
     frame = pd.DataFrame(points, columns=names).assign(load_factor=[0.3, 0.1, 0.1 + 1e-12, None, None, 0.2])
     frame["status"] = ["optimal"] * 3 + ["refused"] * 2 + ["optimal"]
+    frame = frame.assign(state_from="", message=[""] * 3 + ["too thin"] * 2 + [""])
     lines = said(frame, names).splitlines()
     assert len(lines) == 4
     assert "0.100000" in lines[1]
@@ -195,6 +196,7 @@ def test_a_sweep_says_where_the_least_is_and_where_there_is_none():
     assert "1 more run" in lines[2]
     assert lines[3].startswith("2 refused")
     assert "joints.friction = 0.4, width = 2" in lines[3]
+    assert lines[3].endswith(": too thin")
     assert len(said(frame[3:5], names).splitlines()) == 2
 
 
@@ -218,7 +220,7 @@ def rows(ends):
 
 @pytest.fixture(scope="module")
 def alone():
-    without = dict.fromkeys(COLUMNS)
+    without = dict.fromkeys(RUN_COLUMNS) | {"state_from": ""}
     return {number: VALUES[number] | without | SOLVE(run) for number, run in enumerate(RUNS)}
 
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.errors import NoRunSolvedError, OptionError
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.scene.case_file import case_folder
 from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.compare import judge, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan, find_scenes, plan
+from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan, checked, find_scenes, plan
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, machine, versions
 
@@ -31,12 +31,6 @@ OUT = Path("results/compare")  #: Folder of results and report.
 _PAGE = "report.html"  #: Page of a comparison, which has its charts too.
 _CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.COULOMB)]
 _FILES = ("results.csv", "summary.csv", _PAGE, *chart_files(_CHARTS))  #: Files that a comparison may write.
-
-
-class NoRunEndedError(MasonryError):
-    """Every run of a comparison crashed or died."""
-
-    exit_code = 1
 
 
 def compare(
@@ -61,7 +55,7 @@ def compare(
 
     Raises CaseError if a case file is missing or wrong; OptionError if an argument is wrong, nothing is left
     to compare, or ``out`` holds other runs or files of these names that were not written here; OutputError if
-    ``out`` cannot be written; NoRunEndedError if every run crashed or died (the report is written
+    ``out`` cannot be written; NoRunSolvedError if every run crashed or died (the report is written
     nevertheless).
 
     Parameters
@@ -82,7 +76,7 @@ def compare(
     folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
     if not named:
         raise OptionError("nothing to compare: name case files")
-    found = find_scenes(named, folder)
+    found = [checked(scene) for scene in find_scenes(named, folder)]
     refuse_outputs(out, _FILES, force)
     comparison = run_plan(found, planned, limits, out, progress, judge.best_known(found, folder))
     progress("report")
@@ -92,7 +86,7 @@ def compare(
         ends = Counter(zip(ended, comparison.results["message"], strict=True))
         (((how, why), count),) = ends.most_common(1)
         said = f"{count} of {len(ended)} {how}: {why}"
-        raise NoRunEndedError(f"no run ended: {said}; see {out / 'summary.csv'}")
+        raise NoRunSolvedError(f"no run ended: {said}; see {out / 'summary.csv'}")
     return comparison
 
 
@@ -135,7 +129,10 @@ def run_plan(
     """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`). ``known``: exact
     Coulomb states by scene name, beside those of the runs."""
     notes: list[str] = []
-    made = _JournalRuns(Journal(folder, {"columns": digest(runs.COLUMNS)}), limits, progress, notes)
+    journal = Journal(folder, {"columns": digest(runs.COLUMNS)})
+    notes += [f"warning: {sentence}" for sentence in journal.warnings]
+    notes += [f"warning: {scene.name}: {sentence}" for scene in scenes for sentence in scene.warnings]
+    made = _JournalRuns(journal, limits, progress, notes)
     bounds, rows, interrupted = dict[str, CertifiedBounds](), list[dict[str, Any]](), False
     try:
         for scene in scenes:

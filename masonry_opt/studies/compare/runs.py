@@ -4,12 +4,13 @@ import contextlib
 import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-from masonry_opt.analysis import solve
+from masonry_opt.analysis import refuse_without_live_load, solve
+from masonry_opt.answer.sense import warnings_of
 from masonry_opt.effort import PARTS
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import METHODS, HowToSolve
@@ -20,6 +21,7 @@ from masonry_opt.solvers.registry import LANGUAGES, MODELS, find_solver, names
 from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.runner import TaskEnd
 from masonry_opt.studies.writing import digest
+from masonry_opt.words.sentences import sentences
 
 _NAMING = {"title", "source", "reference"}  #: Keys of a scene that do not change an answer.
 #: Columns that identify a run: a run with an equal key is not made again.
@@ -52,12 +54,15 @@ class CaseScene:
     name: str  #: folder and stem of its case file, such as "ferris_tinloi/wall_1"
     path: Path
     content: str  #: hash of its numbers (see :func:`content_of`)
+    warnings: tuple[str, ...] = ()  #: what looks unintended in the scene, in words
 
 
 def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
     """Read and name the scenes of a comparison: paths of case files, or names of those in a folder
-    ("ferris_tinloi/wall_1" or "wall_1"). Raises CaseError if a case file is missing or wrong, OptionError if
-    two different files have one name."""
+    ("ferris_tinloi/wall_1" or "wall_1").
+
+    Raises CaseError if a case file is missing or wrong; OptionError if a scene has load cases, or two
+    different files have one name."""
     scenes: dict[str, CaseScene] = {}
     for case in cases:
         path = _path(case, folder)
@@ -70,6 +75,16 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
         if before.content != found.content:
             raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")
     return tuple(scenes.values())
+
+
+def checked(found: CaseScene) -> CaseScene:
+    """Return a scene with its warnings.
+
+    Raises CaseError if no method can solve it: joints are wrong, or no load but that of moving axles is live.
+    """
+    assembly = assemble(load(found.path))
+    refuse_without_live_load(assembly)
+    return replace(found, warnings=sentences(warnings_of(assembly, None)))
 
 
 def content_of(scene: Scene) -> str:

@@ -21,7 +21,7 @@ from masonry_opt.result import Result
 from masonry_opt.studies.crossing.search import Passage, PassageTrials
 from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.names import some
+from masonry_opt.words.names import some, warning_records
 from masonry_opt.words.sentences import numeral
 
 _PLACE = ["axles", "direction", "position"]  #: Columns that tell positions apart.
@@ -174,6 +174,10 @@ class Crossing(StudyAnswer):
         frame = pd.DataFrame(rows, columns=[*self._case, *_PLACE, "associative"])
         return frame.replace(math.inf, math.nan)
 
+    @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        return self.worst.warning_sentences
+
     def facts(self) -> dict[str, str]:
         worst, least = self.worst, self.least
         told = {"case": worst.case, "method": worst.method}
@@ -253,6 +257,7 @@ class Crossing(StudyAnswer):
         told = {key: worst[key] for key in keys} | {key: getattr(self, key) for key in own}
         told["default"] = self.default and self.default.load_factor
         told["default_associative"] = self.default and self.default.associative
+        told["warnings"] = warning_records(self.warning_sentences)
         return told | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
 
     def plot(self) -> Picture:

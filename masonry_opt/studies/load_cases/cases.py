@@ -19,13 +19,14 @@ from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
-from masonry_opt.result import Result
+from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.loads import Earthquake
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.runs import at_least
 from masonry_opt.studies.writing import StudyAnswer, records
 from masonry_opt.words.load_factors import factor_text, named_factor
+from masonry_opt.words.names import warning_lines, warning_records
 from masonry_opt.words.terminal import frame_text
 
 _BAR, _LETTERS = 0.09, 24  #: Height of a bar over the width of the axes; most letters of a name beside one.
@@ -93,8 +94,17 @@ class Cases(StudyAnswer):
         return self.results[self.governing or next(iter(self.results))]
 
     @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        return distinct_warnings(list(self.results.values()))
+
+    @property
     def summary(self) -> str:
-        return self._told([self.to_draw.summary] if self.governing else [])
+        shown = [self.to_draw] if self.governing else []
+        # The summary of the governing result has its own warnings.
+        printed = {sentence for result in shown for sentence in result.warning_sentences}
+        others = [sentence for sentence in self.warning_sentences if sentence not in printed]
+        told = self._told([result.summary for result in shown])
+        return printable("\n".join([told, *warning_lines(others)]))
 
     @property
     def details(self) -> str:
@@ -117,6 +127,7 @@ class Cases(StudyAnswer):
         told: dict[str, Any] = {"case": of.case, "governing": self.governing, "load_factor": load_factor}
         if self.left_out:
             told["left_out"] = list(self.left_out)
+        told["warnings"] = warning_records(self.warning_sentences)
         return told | {"load_cases": [result.as_dict() for result in self.results.values()]}
 
     @property

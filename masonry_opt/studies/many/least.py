@@ -18,13 +18,14 @@ from masonry_opt.answer.thresholds import JUMP, LOWER
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.files import plain
 from masonry_opt.methods.registry import DEFAULT
-from masonry_opt.result import Result
+from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.many.standing import standing
 from masonry_opt.studies.runner import whole
 from masonry_opt.studies.writing import StudyAnswer
+from masonry_opt.words.names import warning_records
 from masonry_opt.words.sentences import numeral
 
 #: ``Trial.number`` of a scene without a load factor: it falls by itself, or no load makes it collapse.
@@ -113,11 +114,16 @@ class Threshold(StudyAnswer):
         if self.jump:
             before, after = (_WORDS.get(number) or numeral(number, ".6g") for number in self.jump)
             told["jump"] = f"the {self._measure} goes from {before} to {after} at once"
-        if self.contradictions:
-            values = ", ".join(f"{value:.6g}" for value in self.contradictions)
-            side = "below" if self.least else "above"
-            told["warning"] = f"the scene holds {side} this value too, at {values}: search there by itself"
         return told
+
+    @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        told = distinct_warnings([self.holds.result, self.fails.result])
+        if not self.contradictions:
+            return told
+        values = ", ".join(f"{value:.6g}" for value in self.contradictions)
+        side = "below" if self.least else "above"
+        return (f"the scene holds {side} this value too, at {values}: search there by itself", *told)
 
     def _end(self, end: Trial) -> str:
         known = math.isfinite(end.number)
@@ -133,6 +139,7 @@ class Threshold(StudyAnswer):
         """All but the results, as plain numbers, strings and lists (not finite: None)."""
         own = ("load", "value", "interval", "jump", "contradictions", "evaluations")
         told = {"kind": self._kind} | {name: getattr(self, name) for name in own}
+        told["warnings"] = warning_records(self.warning_sentences)
         for name, end in {"holds": self.holds, "fails": self.fails}.items():
             told[name] = {"value": end.value, "number": end.number, "status": end.result.status}
             told[name]["certificate"] = end.certificate

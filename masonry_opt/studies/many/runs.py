@@ -2,6 +2,7 @@
 
 import pickle
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -12,21 +13,29 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from masonry_opt.analysis import Session
-from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.answer.motion import joint_motion
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, Status
+from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
-from masonry_opt.errors import CaseError, OptionError, counted
+from masonry_opt.errors import CaseError, NoRunSolvedError, OptionError, counted
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.studies.many.parameters import is_of_joints
-from masonry_opt.studies.runner import FINISHED, REFUSED, Task, TaskEnd, Workers
+from masonry_opt.studies.many.run_warnings import (
+    differing_values,
+    recorded_warnings,
+    warnings_of_falls,
+    warnings_of_rows,
+)
+from masonry_opt.studies.many.shared_states import SharedAnswer, recorded_state, shared_answers
+from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEnd, Workers
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
 from masonry_opt.words.sentences import message
 
@@ -44,6 +53,10 @@ COLUMNS = {
     "message": "object",
     "seconds": "float64",
 }
+
+#: Columns of a study of many runs: those of each run, where its answer was found if in another run, and what
+#: looks unintended in its scene.
+RUN_COLUMNS = COLUMNS | {"state_from": "object", "warnings": "object"}
 
 EXPECTED = "expected_"  #: Begins names of a sample's columns that tell of the load to expect.
 #: Names of mechanisms by the one thing that joints do in them, beside coming apart.
@@ -87,10 +100,18 @@ def chart_names(names: Sequence[str]) -> list[str]:
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Columns of a scene, solved as a pickled HowToSolve says; each thread keeps its last session."""
+    """Return the row of a scene, solved as a pickled HowToSolve says. Each thread keeps its last session.
+
+    Beside RUN_COLUMNS the row has what :mod:`.shared_states` and :mod:`.run_warnings` read.
+    """
     if getattr(_kept, "how", None) != how:
         _kept.how, _kept.session = how, Session(pickle.loads(how), Kept(keeps=True))
-    return columns(*_kept.session.answer(scene, lambda _: None, Effort()))
+    session: Session = _kept.session
+    assembly, solution = session.answer(scene, lambda _: None, Effort())
+    found = columns(assembly, solution) | recorded_warnings(warnings_of(assembly, solution))
+    if session.method.seeks_lowest:
+        found |= recorded_state(assembly.problem, solution)
+    return found
 
 
 def run_many(
@@ -101,10 +122,16 @@ def run_many(
     by: tuple[int | None, str | None] = (None, None),
     progress: RunProgress = lambda done, of: None,
 ) -> pd.DataFrame:
-    """One row a point, in the order of the points, which are values by name: see :func:`~.sweep.sweep`,
-    errors and other parameters too. Scenes are made in this process; runs are by so many workers, or those
-    of a Dask scheduler. Finished runs are kept in a journal in the folder of the output, and not made
-    again. The caller writes the output."""
+    """Return one row a point, in the order of the points, which are values by name.
+
+    Scenes are made in this process, and solved by worker processes or by those of a Dask scheduler. Finished
+    runs are kept in a journal in the folder of the output, and not made again. When all runs have ended, they
+    share their exact states (:mod:`.shared_states`). ``attrs["warnings"]`` of the frame is a list of
+    sentences. The caller writes the output. If no run was solved, the table alone is written here, and
+    NoRunSolvedError is raised.
+
+    Other parameters and errors are those of :func:`~.sweep.sweep`.
+    """
     study.how.refuse_functions()
     how = pickle.dumps(study.how)
     journal = None if output is None else _journal(output, study, points)
@@ -133,7 +160,38 @@ def run_many(
                 journal.add(key, rows[index])
             progress(len(rows), len(points))
     progress(len(rows), len(points))
-    return framed([rows[index] for index in range(len(points))], list(points[0]))
+    found = [rows[index] for index in range(len(points))]
+    for shared in shared_answers(found, lambda index: study.make(points[index])):
+        differing = differing_values(points[shared.run], points[shared.found_in])
+        found[shared.run] = found[shared.run] | _columns_of_state(shared, differing)
+    frame = framed(found, list(points[0]), RUN_COLUMNS)
+    frame.attrs["warnings"] = [
+        *(journal.warnings if journal else ()),
+        *warnings_of_rows(found, points),
+        *(warnings_of_falls(frame, list(points[0])) if study.how.chosen.seeks_lowest else ()),
+    ]
+    if frame["status"].isin(UNSOLVED).all():
+        if output is not None:
+            output.write(frame, {})
+        raise _nothing_solved(frame)
+    return frame
+
+
+def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
+    """Return the error for runs that were all refused, crashed, died or exceeded a limit."""
+    ends = Counter(zip(frame["status"], frame["message"], strict=True))
+    (((how, why), count),) = ends.most_common(1)
+    return NoRunSolvedError(f"no run was solved: {count} of {len(frame)} {how}: {why}")
+
+
+def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
+    """Return the columns that change where a state of another run replaces an answer."""
+    solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
+    changed = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
+    changed |= {"any_load": False, "exact": True, "state_from": f"state found at {found_at}"}
+    changed |= {"message": f"the lowest state was found at {found_at}; its certificate is of this run"}
+    certificate = shared.answer.certificate.as_dict()
+    return changed | certificate | mechanism(shared.assembly, solution)
 
 
 def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, float]]) -> Journal:
@@ -157,9 +215,15 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
     return journal or Journal(folder, head)
 
 
-def framed(rows: Sequence[Mapping[str, Any]], before: Iterable[str] | Mapping[str, str]) -> pd.DataFrame:
-    """Rows of runs as a frame: columns of these names, numbers if no types are given, then COLUMNS."""
-    types = (dict(before) if isinstance(before, Mapping) else dict.fromkeys(before, "float64")) | COLUMNS
+def framed(
+    rows: Sequence[Mapping[str, Any]],
+    before: Iterable[str] | Mapping[str, str],
+    of_runs: Mapping[str, str] = COLUMNS,
+) -> pd.DataFrame:
+    """Return rows of runs as a frame: columns of these names, numbers if no types are given, then those of
+    runs."""
+    types = dict(before) if isinstance(before, Mapping) else dict.fromkeys(before, "float64")
+    types |= of_runs
     return unsigned(pd.DataFrame(rows, columns=[*types]).astype(types))
 
 
@@ -187,10 +251,11 @@ def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
 
 
 def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
-    """The row of a run: its values, then COLUMNS; of a run that did not finish, the reason."""
+    """Return the row of a run: its values, then RUN_COLUMNS; of a run that did not finish, the reason."""
     without = {"status": end.how, "reason": end.how, "message": end.reason}
     found = end.value if end.how == FINISHED else without
-    return dict(values) | dict.fromkeys(COLUMNS) | found | {"seconds": end.seconds}
+    empty = dict.fromkeys(RUN_COLUMNS) | {"state_from": "", "warnings": ""}
+    return dict(values) | empty | found | {"seconds": end.seconds}
 
 
 def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:

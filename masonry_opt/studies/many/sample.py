@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,9 +19,11 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
+from masonry_opt.studies.many.run_warnings import is_limit
 from masonry_opt.studies.many.runs import EXPECTED, RunProgress, Study, StudyOutput, ends, run_many
-from masonry_opt.studies.runner import whole
+from masonry_opt.studies.runner import REFUSED, whole
 from masonry_opt.studies.writing import StudyAnswer, chart_files, csv_text, records
+from masonry_opt.words.names import warning_records
 from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
@@ -41,9 +43,12 @@ class Sample(StudyAnswer):
     """The load factors of a scene whose numbers were drawn, and beside them the loads to expect.
 
     A scene that is proven to carry any load counts as collapsed at none. Any other run without a load factor
-    (the scene falls by itself, or the run is ``undecided``: not converged, refused, unlimited without a
-    proof, ...) counts as collapsed at any load, so that no probability of collapse is too low. So does one
-    without a load to expect, of these loads, unless no run has any: then what is told of them is NaN.
+    (the scene falls by itself, or the run is ``undecided``: not converged, unlimited without a proof, ...)
+    counts as collapsed at any load, so that no probability of collapse is too low. So does one without a load
+    to expect, of these loads, unless no run has any: then what is told of them is NaN.
+
+    A run is ``refused`` if the numbers drawn make no scene that can be solved. It has not collapsed, and is
+    left out of quantiles, probabilities and correlations.
 
     Intervals are those of independent runs, for any distribution. Up to 10 numbers are drawn by Sobol's
     points, which are closer to the truth than the intervals show.
@@ -68,18 +73,26 @@ class Sample(StudyAnswer):
 
     @property
     def load_factors(self) -> np.ndarray:
-        """Load factor of each run, shape (n,); -inf: collapsed at any load, inf: at none."""
+        """Load factor of each run that was not refused, shape (n,).
+
+        It is -inf if the run counts as collapsed at any load, and inf if at none.
+        """
         return self._of_runs("load_factor")
 
     @property
     def expected(self) -> np.ndarray:
         """Load to expect of each run, as ``load_factors``; NaN where it is known of none."""
-        known = self.table["expected"].notna().any()
-        return self._of_runs("expected") if known else np.full(self.runs, np.nan)
+        known = self._counting["expected"].notna().any()
+        return self._of_runs("expected") if known else np.full(len(self._counting), np.nan)
+
+    @property
+    def _counting(self) -> pd.DataFrame:
+        """Rows of the runs that were not refused."""
+        return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        found = self.table[column].to_numpy(dtype=float)
-        any_load = self.table["any_load"].fillna(False).to_numpy(dtype=bool)
+        found = self._counting[column].to_numpy(dtype=float)
+        any_load = self._counting["any_load"].fillna(False).to_numpy(dtype=bool)
         return np.where(np.isfinite(found), found, np.where(any_load, math.inf, -math.inf))
 
     def _of_both(
@@ -108,6 +121,11 @@ class Sample(StudyAnswer):
         return int(np.isneginf(self.load_factors).sum()) - self.falling
 
     @property
+    def refused(self) -> int:
+        """Runs whose numbers make no scene that can be solved, which count nowhere."""
+        return self.runs - len(self._counting)
+
+    @property
     def counted(self) -> str:
         """How many runs there are, and how many of them have no load factor, in words."""
         unexpected = np.isfinite(self.load_factors) & np.isneginf(self.expected)
@@ -116,6 +134,7 @@ class Sample(StudyAnswer):
             "carried any load": self.unlimited,
             "undecided, counted as fallen": self.undecided,
             "without an incremental λ, counted as fallen there": unexpected.sum(),
+            "refused, left out": self.refused,
         }
         told = [f"{count} ({count / self.runs:.1%}) {what}" for what, count in without.items() if count]
         return "; ".join([counted(self.runs, "run"), *told])
@@ -156,7 +175,7 @@ class Sample(StudyAnswer):
             least, greatest = ends(found)
             aside = 0.05 * (greatest - least) if len(found) else 0.0
             loads = [max(least - aside, 0.0), *found.tolist(), greatest + aside]
-        n, aside = self.runs, (1 - confidence) / 2
+        n, aside = len(self._counting), (1 - confidence) / 2
 
         def of(values: np.ndarray) -> Sequence[Any]:
             collapsed = np.searchsorted(np.sort(values), loads, side="right")
@@ -180,7 +199,7 @@ class Sample(StudyAnswer):
         Raises OptionError if the confidence is not between 0 and 1.
         """
         _refuse_shares(confidence=[confidence])
-        drawn = self.table[list(self.drawn)]
+        drawn = self._counting[list(self.drawn)]
         each = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
 
         def of(values: np.ndarray) -> Sequence[Any]:
@@ -204,6 +223,28 @@ class Sample(StudyAnswer):
     def tables(self) -> dict[str, pd.DataFrame]:
         """Quantiles, fragility and sensitivity, by these names."""
         return {name: getattr(self, name)() for name in ("quantiles", "fragility", "sensitivity")}
+
+    @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        return (*self.table.attrs.get("warnings", ()), *self._refusals(), *self._falls())
+
+    def _refusals(self) -> Iterator[str]:
+        """Yield why the first run was refused that was, and how many were."""
+        refused = self.table[self.table["status"] == REFUSED]
+        if len(refused):
+            yield f"{counted(len(refused), 'run')} refused, and left out: {refused['message'].iloc[0]}"
+
+    def _falls(self) -> Iterator[str]:
+        """Yield a sentence for each friction, cohesion or strength with whose growth the load factor falls.
+
+        The whole confidence interval of the rank correlation must be below zero.
+        """
+        for row in self.sensitivity().to_dict("records"):
+            if row["upper"] < 0 and is_limit(row["parameter"]):
+                falls = f"the load factor falls as {row['parameter']} grows"
+                by = f"rank correlation {numeral(row['rank_correlation'], '+.3f')}"
+                reason = "more of it weakens the scene, or lower states were missed where there is less"
+                yield f"{falls} ({by}): {reason} (method 'refined' with search=10 looks for them)"
 
     @property
     def told(self) -> pd.DataFrame:
@@ -255,7 +296,9 @@ class Sample(StudyAnswer):
     def as_dict(self) -> dict[str, Any]:
         """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
         told = {"case": self.case, "distributions": dict(self.distributions)}
-        told |= {name: getattr(self, name) for name in ("runs", "falling", "unlimited", "undecided")}
+        counts = ("runs", "falling", "unlimited", "undecided", "refused")
+        told |= {name: getattr(self, name) for name in counts}
+        told["warnings"] = warning_records(self.warning_sentences)
         tables = {name: records(frame) for name, frame in self.tables().items()}
         return told | {"confidence": CONFIDENCE} | tables
 
@@ -307,7 +350,7 @@ def sample(
     Raises OptionError if a name, distribution or argument is wrong, the scene refuses a value drawn, or
     ``out`` holds runs of something else, a table with other runs, or files of these names that were not
     written here; CaseError if the scene is wrong; OutputError if ``out`` cannot be written (runs already made
-    are kept).
+    are kept); NoRunSolvedError if every run was refused or crashed.
 
     Parameters
     ----------

@@ -12,13 +12,13 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.analysis import prepare
-from masonry_opt.errors import OptionError, counted
+from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import (
-    COLUMNS,
+    RUN_COLUMNS,
     RunProgress,
     Study,
     StudyOutput,
@@ -26,7 +26,9 @@ from masonry_opt.studies.many.runs import (
     chart_names,
     run_many,
 )
+from masonry_opt.studies.runner import UNSOLVED
 from masonry_opt.studies.writing import chart_files
+from masonry_opt.words.names import warning_lines
 from masonry_opt.words.sentences import numeral
 
 
@@ -47,7 +49,11 @@ def sweep(
     Raises OptionError if a name, a value, a method or an option is wrong, or ``out`` holds runs of something
     else, a table with other runs, or files of these names that were not written here; CaseError if the case
     file or scene is wrong as it stands; OutputError if ``out`` cannot be written (runs already made are
-    kept).
+    kept); NoRunSolvedError if every run was refused or crashed.
+
+    Runs that differ only in limits of forces, such as the strength of a tie, share exact states. The lowest
+    state of another run replaces a higher answer if the run's own matrices certify it as exact. This holds
+    for methods that look for the lowest state: "mcp", "refined", "mpec" and "global".
 
     Parameters
     ----------
@@ -72,9 +78,10 @@ def sweep(
         ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
         ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"
         or "none"), the numbers of joints that do so (``slides``, ``hinges``, ``separates``, ``crushes``),
-        ``blocks``, ``joints``, ``message`` and ``seconds``. A run that fails is a row too, with status
-        "refused" if its values make no scene. (Any other error of a function ends the sweep; with ``out`` the
-        runs before it are kept.)
+        ``blocks``, ``joints``, ``message``, ``seconds``, ``state_from`` (the run in which the state was
+        found, if another; else "") and ``warnings`` (of the run's scene). A run that fails is a row too, with
+        status "refused" if its values make no scene. (Any other error of a function ends the sweep; with
+        ``out`` the runs before it are kept.) ``attrs["warnings"]`` lists the warnings of all runs, each once.
     """
     points = grid(vary)
     if callable(scene) and not isinstance(scene, Scene):
@@ -108,7 +115,7 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
         raise OptionError("vary must be values by name, such as {'joints.friction': [0.3, 0.4]}")
     axes: list[list[float]] = []
     for name, values in vary.items():
-        if name in COLUMNS:
+        if name in RUN_COLUMNS:
             raise OptionError(f"vary: '{name}' is a column of the table: call it something else")
         try:
             # Whole numbers stay whole, as counts must be.
@@ -152,7 +159,11 @@ def said(frame: pd.DataFrame, names: Sequence[str]) -> str:
     if len(found):
         lines.append(f"λ from {numeral(found.min(), '.6f')} to {numeral(found.max(), '.6f')}")
         lines.append(f"least at {_where(frame[at_least(frame)], names)}")
+    if shared := frame[frame["state_from"] != ""].shape[0]:
+        lines.append(f"{counted(shared, 'run')} with a lower state of another run (column state_from)")
     failed = frame[frame["load_factor"].isna()]
     for status, count in failed["status"].value_counts().items():
-        lines.append(f"{count} {status}, at {_where(failed[failed['status'] == status], names)}")
-    return "\n".join(lines)
+        rows = failed[failed["status"] == status]
+        why = f": {rows['message'].iloc[0]}" if status in UNSOLVED else ""
+        lines.append(f"{count} {status}, at {_where(rows, names)}{why}")
+    return printable("\n".join([*lines, *warning_lines(frame.attrs.get("warnings", ()))]))

@@ -20,9 +20,9 @@ from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.drawing.solids import ViewAngles, refuse_view
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.result import Result
+from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.names import some
+from masonry_opt.words.names import some, warning_records
 from masonry_opt.words.sentences import numeral
 
 _COLUMNS = ("kind", "reaction", "status", "moves")  #: Columns of a table of reactions, beside the end.
@@ -174,6 +174,11 @@ class Settlement(StudyAnswer):
         there and ``sliding``, both for each unit that the support moves: mm per mm, in a small motion."""
         return self.least.openings if self.least else pd.DataFrame()
 
+    @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        results = [result for end in self.ends.values() for result in end.results.values()]
+        return distinct_warnings([self.fallen] if self.fallen else results)
+
     def facts(self) -> dict[str, str]:
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
         rate = ", at a common rate" if len(self.supports) > 1 else ""
@@ -206,6 +211,7 @@ class Settlement(StudyAnswer):
                     for row, of in zip(end.rows(), end.results.values(), strict=True)
                 },
             }
+        told["warnings"] = warning_records(self.warning_sentences)
         return told | {"fallen": self.fallen and self.fallen.as_dict()}
 
     def plot(

@@ -1,0 +1,106 @@
+"""Warnings of a study of many runs, each sentence once.
+
+They name inputs that look unintended, and load factors that fall as strength or friction grows.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from masonry_opt.answer.reasons import Reason
+from masonry_opt.answer.thresholds import same
+from masonry_opt.errors import counted
+from masonry_opt.words.sentences import numeral, sentences
+
+#: Last words of the names of numbers that limit forces. A state in which such a limit is not reached is also
+#: a state of every greater limit.
+_LIMITS = ("friction", "friction_angle", "cohesion", "strength")
+_MOST_NAMED = 3  #: Values that tell two runs apart, at most; the others are counted.
+
+Row = Mapping[str, Any]  #: Columns of a run by name, and what :func:`recorded_warnings` adds.
+Point = Mapping[str, float]  #: Values of a run by name.
+
+
+def recorded_warnings(warnings: Sequence[Reason]) -> dict[str, Any]:
+    """Return the warnings of a run as columns: one text, and the codes and sentences that
+    :func:`warnings_of_rows` reads."""
+    told = sentences(warnings)
+    codes = [str(warning.code) for warning in warnings]
+    return {"warnings": "; ".join(told), "warned": [list(each) for each in zip(codes, told, strict=True)]}
+
+
+def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[str]:
+    """Yield the warnings of the runs, one for each code, in the words of the first run that has it.
+
+    If not all runs have this warning in these words, the values of the first run and the number of the other
+    runs follow in brackets.
+    """
+    runs_by_code: dict[str, list[int]] = {}
+    sentences_by_code: dict[str, set[str]] = {}
+    for index, row in enumerate(rows):
+        for code, sentence in row.get("warned") or ():
+            sentences_by_code.setdefault(code, set()).add(sentence)
+            if (runs := runs_by_code.setdefault(code, []))[-1:] != [index]:
+                runs.append(index)
+    for code, runs in runs_by_code.items():
+        told = [sentence for of, sentence in rows[runs[0]]["warned"] if of == code]
+        everywhere = len(runs) == len(rows) and len(sentences_by_code[code]) == len(told)
+        if everywhere:
+            yield "; ".join(told)
+            continue
+        others = f" and {counted(len(runs) - 1, 'more run')}" if len(runs) > 1 else ""
+        yield f"{'; '.join(told)} (at {_named(points[runs[0]])}{others})"
+
+
+def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[str]:
+    """Yield a sentence for each friction, cohesion or strength with which the lowest load factor falls.
+
+    The load factors compared are those of one value and of the next greater one, with all other varied
+    numbers equal. The sentence names the largest fall.
+    """
+    for name in filter(is_limit, names):
+        others = [other for other in names if other != name]
+        if fall := _largest_fall(frame, name, others):
+            yield fall
+
+
+def is_limit(name: str) -> bool:
+    """Return True if a number is a friction, cohesion or strength of joints, ties or props."""
+    return name.split(".")[-1] in _LIMITS and not name.startswith("fill.")
+
+
+def differing_values(run: Point, other: Point) -> str:
+    """Return the values of the other of two runs that differ from those of the first, such as "tie.strength =
+    40"."""
+    return _named({name: value for name, value in other.items() if run[name] != value})
+
+
+def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> str:
+    """Return the sentence on the largest fall of the load factor along a number; "" if it never falls."""
+    known = frame.dropna(subset="load_factor").sort_values([*others, name], kind="stable")
+    before, after = known.shift(), known
+    falls = (before["load_factor"] - after["load_factor"]).where(after[name] > before[name])
+    for other in others:
+        falls = falls.where(after[other] == before[other])
+    if not falls.notna().any():
+        return ""
+    largest = falls.idxmax()
+    first, second = before.loc[largest], after.loc[largest]
+    if not falls[largest] > 0 or same(first["load_factor"], second["load_factor"]):
+        return ""
+    fixed = _named({other: first[other] for other in others})
+    where = f"{name} = {numeral(first[name], 'g')}"
+    values = [numeral(row["load_factor"], ".6f") for row in (first, second)]
+    reason = "either the scene is weaker there, or a lower state was missed at the smaller value"
+    return (
+        f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "
+        f"{numeral(second[name], 'g')}{f' ({fixed})' if fixed else ''}: {reason} (method 'refined' with "
+        "search=10 looks for it)"
+    )
+
+
+def _named(point: Point) -> str:
+    told = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
+    more = f" and {counted(len(told) - _MOST_NAMED, 'more value')}" if len(told) > _MOST_NAMED else ""
+    return ", ".join(told[:_MOST_NAMED]) + more

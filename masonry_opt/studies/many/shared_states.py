@@ -1,0 +1,141 @@
+"""Exact Coulomb states that the runs of a study share.
+
+The runs of a sweep or sample often differ only in limits: the strength of a tie, or the friction of joints.
+An exact state found in one run is also a state of every other run whose limits it respects. For example, a
+tie that bears 17 kN of its 20 kN bears them with a strength of 30 kN too. Each run searches on its own and
+may miss such a state. :func:`shared_answers` therefore certifies lower states of other runs by the matrices
+of each run.
+"""
+
+import base64
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.answer import Answer, certified
+from masonry_opt.answer.reasons import Status
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import same
+from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
+from masonry_opt.problem.problem import Problem
+from masonry_opt.scene.scene import Scene
+
+#: Joints, in space contact points, up to which states are recorded: beyond, each takes more than 150 kB of a
+#: journal and of memory.
+RECORDED_UP_TO = 3000
+
+Row = Mapping[str, Any]  #: Columns of a run by name, and what :func:`recorded_state` adds.
+
+
+class FoundState(NamedTuple):
+    """An exact state, and the run that found it."""
+
+    run: int  #: index of the run
+    load_factor: float  #: λ
+    q: np.ndarray  #: joint forces, shape (3c + t,)
+    d: np.ndarray  #: block velocities, shape (3b,)
+
+
+class SharedAnswer(NamedTuple):
+    """A state of one run that is the answer of another."""
+
+    run: int  #: index of the run whose answer it is
+    found_in: int  #: index of the run that found the state
+    answer: Answer  #: the state, with its certificate by the matrices of the first run
+    assembly: Assembly  #: of the first run
+
+
+def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
+    """Return what :func:`shared_answers` needs of a run, as text that a journal keeps.
+
+    - ``balance``: a hash of the equilibrium matrix and the loads. Runs with equal hashes may share states.
+      The hash is missing where no state of another run can be the answer: of scenes that fall, and of loads
+      that are proven to cause no collapse.
+    - ``forces``, ``velocities``: the exact state that the run found, if it found one.
+    """
+    may_take_states = solution.load_factor is not None or solution.status is Status.SOLVER_FAILED
+    if not may_take_states or solution.carries_any_load or problem.dilatancy_depends_on_stress:
+        return {}
+    if problem.joints > RECORDED_UP_TO:
+        return {}
+    record = {"balance": _balance_hash(problem)}
+    if solution.answer is not None and solution.is_exact(problem):
+        record |= {"forces": _as_text(solution.answer.q), "velocities": _as_text(solution.answer.d)}
+    return record
+
+
+def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
+    """Yield the answers of runs for which another run found a lower state.
+
+    Each is certified as exact by the matrices and limits of the run whose answer it replaces, and is the
+    lowest such state. The order in which the runs ended changes nothing.
+
+    Parameters
+    ----------
+    rows: One row a run, with its ``load_factor`` and the entries of :func:`recorded_state`.
+    make: Returns the scene of a run by its index.
+    """
+    groups: dict[str, list[int]] = {}
+    for index, row in enumerate(rows):
+        if balance := row.get("balance"):
+            groups.setdefault(balance, []).append(index)
+    for runs in groups.values():
+        states = [_found_state(rows[index], index) for index in runs if rows[index].get("forces")]
+        states.sort(key=lambda state: (state.load_factor, state.run))
+        last: Assembly | None = None
+        for index in runs:
+            lower = [state for state in states if _improves(state, rows[index])]
+            if not lower:
+                continue
+            scene = make(index)
+            reused = None if last is None else on_matrices_of(last, scene)
+            last = reused or assemble(scene)
+            for state in lower:
+                answer = _certified_by(last.problem, state)
+                if answer is not None:
+                    yield SharedAnswer(index, state.run, answer, last)
+                    break
+
+
+def _improves(state: FoundState, row: Row) -> bool:
+    """Return True if a state is lower than the answer of a run, or the run has no answer."""
+    load_factor = row["load_factor"]
+    if load_factor is None:
+        return True
+    return state.load_factor < load_factor and not same(state.load_factor, load_factor)
+
+
+def _certified_by(problem: Problem, state: FoundState) -> Answer | None:
+    """Return the state with its certificate for a problem; None if it is no exact state of that problem."""
+    problem = problem.by_cone
+    if state.q.size != problem.B.shape[1] or state.d.size != problem.B.shape[0]:
+        return None
+    # The yield conditions alone rule out most states, and cost less than the certificate.
+    if problem.slacks(state.q).min(initial=0.0) < -LIMITS[Kind.EXACT].yield_:
+        return None
+    answer = certified(problem, state.load_factor, state.q, state.d, problem.dilatancy)
+    return answer if answer.exact else None
+
+
+def _found_state(row: Row, index: int) -> FoundState:
+    return FoundState(index, row["load_factor"], _as_array(row["forces"]), _as_array(row["velocities"]))
+
+
+def _balance_hash(problem: Problem) -> str:
+    """Return a hash of all that equilibrium depends on, with the unit in which forces are measured."""
+    B = problem.B
+    content = hashlib.sha256(repr((B.shape, problem.force_unit, problem.length_unit)).encode())
+    for part in (B.indptr, B.indices, B.data, problem.dead, problem.live):
+        content.update(np.ascontiguousarray(part).tobytes())
+    return content.hexdigest()[:16]
+
+
+def _as_text(values: np.ndarray) -> str:
+    return base64.b64encode(values.astype("<f8").tobytes()).decode("ascii")
+
+
+def _as_array(text: str) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(text), "<f8").astype(float)

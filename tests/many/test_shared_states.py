@@ -1,0 +1,166 @@
+"""States of one run that are states of another: a block by hand, a wall with a tie, runs of a journal."""
+
+import json
+
+import pandas as pd
+import pytest
+from many.tables import same
+from scenes import block_on_floor
+
+import masonry_opt as mo
+from masonry_opt.answer.answer import certified
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.studies.many.run_warnings import warnings_of_falls
+from masonry_opt.studies.many.shared_states import RECORDED_UP_TO, recorded_state, shared_answers
+from masonry_opt.studies.writing import JOURNAL
+
+TOO_HIGH = 0.9  #: A load factor that no state of the block has: by hand it tips at 0.5 or slides at μ.
+RISEN = {"load_factor": TOO_HIGH, "expected": TOO_HIGH}
+
+
+def row_of(scene, **changed):
+    """A run's row: its load factor, and what is recorded of its state."""
+    result = mo.solve(scene, expected=False)
+    record = recorded_state(result.assembly.problem, result.solution)
+    return {"load_factor": result.load_factor, **record, **changed}
+
+
+def shared(rows, scenes):
+    return {
+        one.run: (one.found_in, one.answer.load_factor) for one in shared_answers(rows, scenes.__getitem__)
+    }
+
+
+def test_a_state_is_shared_with_every_run_whose_limits_it_respects():
+    """A block twice as high as wide tips at λ = 0.5 with a shear of 0.5 of its weight: a state for every
+    friction of 0.5 and more, and for none of less."""
+    scenes = [block_on_floor(friction=friction) for friction in (0.6, 0.8, 0.45)]
+    missed = {"load_factor": TOO_HIGH, "forces": None}  # as if their searches had missed the state
+    rows = [row_of(scenes[0]), *(row_of(scene, **missed) for scene in scenes[1:])]
+    assert shared(rows, scenes) == {1: (0, pytest.approx(0.5, abs=1e-9))}
+
+
+def test_a_sliding_state_is_no_state_of_other_friction():
+    """A joint that slides at μ = 0.3 has slack in its shear limit at μ = 0.4: the certificate refuses it."""
+    scenes = [block_on_floor(friction=friction) for friction in (0.3, 0.4)]
+    rows = [row_of(scenes[0]), row_of(scenes[1], forces=None)]
+    assert [row["load_factor"] for row in rows] == pytest.approx([0.3, 0.4], abs=1e-9)
+    assert shared(rows, scenes) == {}
+
+
+def test_other_loads_or_blocks_share_nothing():
+    scenes = [block_on_floor(), block_on_floor(weight=2.0), block_on_floor(width=1.1), block_on_floor()]
+    rows = [row_of(scenes[0]), *(row_of(scene, load_factor=TOO_HIGH, forces=None) for scene in scenes[1:])]
+    assert shared(rows, scenes) == {3: (0, pytest.approx(0.5, abs=1e-9))}
+
+
+def test_a_run_that_failed_takes_a_state_too():
+    scenes = [block_on_floor(friction=friction) for friction in (0.6, 0.8)]
+    rows = [row_of(scenes[0]), row_of(scenes[1], load_factor=None, forces=None)]
+    assert shared(rows, scenes) == {1: (0, pytest.approx(0.5, abs=1e-9))}
+
+
+def test_states_that_cannot_be_answers_are_not_recorded():
+    """Those of scenes that fall, or that are proven to carry any load."""
+    falls = mo.solve(block_on_floor(dead=(2.0, 0.0)))
+    assert falls.status is mo.Status.UNSTABLE
+    carried = mo.solve(block_on_floor(live=(0.0, -1.0)))
+    assert carried.solution.carries_any_load
+    for result in (falls, carried):
+        assert recorded_state(result.assembly.problem, result.solution) == {}
+    assert RECORDED_UP_TO >= 1000
+
+
+@pytest.mark.usefixtures("without_charts")
+def test_runs_taken_up_from_a_journal_share_states(tmp_path):
+    """A journal whose second run says 0.9, as if its search had missed the state at 0.5."""
+    asked = {"workers": 1, "out": tmp_path}
+    vary = {"joints.friction": [0.6, 0.8]}
+    found = mo.sweep(block_on_floor(), vary, **asked)
+    assert found["state_from"].tolist() == ["", ""]
+    path = tmp_path / JOURNAL
+    head, *lines = path.read_text("utf-8").splitlines()
+    rows = [json.loads(line) for line in lines]
+    missed = next(row for row in rows if row["row"]["joints.friction"] == 0.8)
+    missed["row"] |= RISEN | {"forces": None, "mechanism": "sliding", "slides": 1, "hinges": 0}
+    path.write_text("\n".join([head, *map(json.dumps, rows)]) + "\n", "utf-8")
+    before = path.read_text("utf-8")
+    again = mo.sweep(block_on_floor(), vary, **asked)
+    assert path.read_text("utf-8") == before  # nothing was made again, and runs stay as they were found
+    assert again["load_factor"].tolist() == pytest.approx([0.5, 0.5], abs=1e-9)
+    assert again["state_from"].tolist() == ["", "state found at joints.friction = 0.6"]
+    assert again["expected"].tolist() == pytest.approx([0.5, TOO_HIGH], abs=1e-6)  # of the run itself
+    columns = ["exact", "mechanism", "slides", "hinges", "status"]
+    pd.testing.assert_frame_equal(again[columns], found[columns])
+    same(mo.sweep(block_on_floor(), vary, **asked), again)
+    # Of one number alone there is nothing to share.
+    assert (
+        mo.sweep(block_on_floor(), {"joints.friction": [0.8]}, force=True, **asked)["load_factor"][0] == 0.9
+    )
+
+
+def wall_with_rod(strength):
+    """Four courses of 14 stones on a base, pushed along y, with a rod from stone 3-2 to the ground behind."""
+    half, whole = 0.6, 1.2
+    courses = [[whole] * 3, [half, whole, whole, half]] * 2
+    blocks = [mo.Block(name="base", box=((-1.2, 4.8), (0.0, 0.6), (-0.6, 0.0)), fixed=True)]
+    for course, lengths in enumerate(courses):
+        end = 0.0
+        for number, length in enumerate(lengths):
+            box = ((end, end + length), (0.0, 0.6), (0.6 * course, 0.6 * course + 0.6))
+            name, end = f"{course + 1}-{number + 1}", end + length
+            blocks.append(mo.Block(name=name, box=box, weight=12 * length, live_per_weight=(0, -1, 0)))
+    rod = mo.Tie(
+        name="rod", between=("3-2", "ground"), at=((1.8, 0.3, 1.5), (1.8, 6.0, 1.5)), strength=strength
+    )
+    joints = mo.JointDefaults(friction=0.6)
+    return mo.Scene(joints=joints, blocks=blocks, ties=[rod], gravity=(0.0, 0.0, -1.0))
+
+
+@pytest.mark.slow
+def test_a_stronger_rod_shows_a_state_of_the_weaker_one():
+    """A rod of 40 kN leads the search to λ = 0.3 with 17.5 kN in it, which 30 kN bear too. (Balance, limits
+    and flow were recomputed by an independent program.) Alone, the run with 30 kN ended at 0.467."""
+    found = mo.sweep(wall_with_rod(30.0), {"tie.strength": [30.0, 40.0]}, workers=2)
+    assert found["load_factor"].tolist() == pytest.approx([0.3, 0.3], rel=1e-6)
+    assert found["exact"].all()
+    # Where the search for 30 kN finds the state by itself there is nothing to share.
+    assert found["state_from"][0] in ("", "state found at tie.strength = 40")
+    assert found["state_from"][1] == ""
+
+
+@pytest.mark.slow
+def test_the_certificate_decides_which_rods_bear_the_state():
+    """The state with 17.5 kN in the rod is exact for a rod of 20 kN, and none for one of 15 kN."""
+    result = mo.solve(wall_with_rod(40.0), expected=False)
+    assert result.load_factor == pytest.approx(0.3, rel=1e-6)
+    assert result.ties["force"].tolist() == pytest.approx([17.5], rel=1e-2)
+    answer = result.solution.answer
+    exact = {}
+    for strength in (15.0, 20.0):
+        problem = assemble(wall_with_rod(strength)).problem.by_cone
+        state = certified(problem, answer.load_factor, answer.q, answer.d, problem.dilatancy)
+        exact[strength] = state.exact
+    assert exact == {15.0: False, 20.0: True}
+
+
+def swept(names, *rows):
+    return pd.DataFrame(rows, columns=[*names, "load_factor"])
+
+
+def test_a_load_factor_that_falls_as_strength_grows_is_told():
+    frame = swept(["tie.rod.strength"], (30.0, 0.467), (60.0, 0.31), (10.0, 0.2), (40.0, 0.3))
+    (told,) = warnings_of_falls(frame, ["tie.rod.strength"])
+    assert "falls from 0.467000 at tie.rod.strength = 30 to 0.300000 at 40:" in told
+    rising = swept(["joints.friction"], (0.3, 0.1), (0.4, 0.2), (0.5, 0.2 * (1 - 1e-8)), (0.6, float("nan")))
+    assert [*warnings_of_falls(rising, ["joints.friction"])] == []
+    # A thickness is no limit of forces.
+    assert [*warnings_of_falls(swept(["arch.thickness"], (1.0, 2.0), (2.0, 1.0)), ["arch.thickness"])] == []
+
+
+def test_of_two_numbers_only_one_differs_between_the_load_factors_compared():
+    names = ["joints.friction", "arch.thickness"]
+    rows = [(0.3, 1.0, 0.9), (0.3, 2.0, 0.5), (0.4, 1.0, 0.8), (0.4, 2.0, 0.6)]
+    (told,) = warnings_of_falls(swept(names, *rows), names)
+    where = "from 0.900000 at joints.friction = 0.3 to 0.800000 at 0.4 (arch.thickness = 1)"
+    assert where in told

@@ -1,0 +1,160 @@
+"""Warnings of every command, in its text and its JSON; studies of which nothing could be solved; journals."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from many.tables import same, sampled
+from scenes import block_on_floor
+
+import masonry_opt as mo
+from masonry_opt.errors import NoRunSolvedError
+from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of_rows
+from masonry_opt.studies.writing import JOURNAL, Journal
+
+#: What is said of a friction of 31, which is 0.601 if it was meant in degrees.
+IN_DEGREES = "friction 31 of [joints] is more than dry joints have: in degrees? tan 31° = 0.601"
+STATIC = ("--method", "static")
+SAMPLED = ("--sample", "joints.friction=uniform:0.3:0.4", "-n", "2")
+
+
+def axles_on_a_beam(friction):
+    """A block across two supports, with one axle on the road along its top."""
+    blocks = [
+        mo.Block(name="beam", vertices=[(-1, 0), (1, 0), (1, 1), (-1, 1)], weight=1.0),
+        mo.Block(name="west", vertices=[(-1, -1), (-0.5, -1), (-0.5, 0), (-1, 0)], fixed=True),
+        mo.Block(name="east", vertices=[(0.25, -1), (0.5, -1), (0.5, 0), (0.25, 0)], fixed=True),
+    ]
+    axles = [mo.Axles(name="cart", loads=[1.0], road=[(-1, 1), (1, 1)])]
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=blocks, axles=axles)
+
+
+@pytest.fixture
+def doubtful(tmp_path):
+    """Case files whose friction was given in degrees: a block that is pushed, and one that axles cross."""
+    mo.save(block_on_floor(friction=31), tmp_path / "block.toml")
+    mo.save(axles_on_a_beam(31), tmp_path / "axles.toml")
+    return tmp_path
+
+
+COMMANDS = {
+    "solve": ("block.toml",),
+    "capacity": ("block.toml",),
+    "directions": ("block.toml",),
+    "settle": ("block.toml", "--support", "floor", "--direction", "0,-1"),
+    "least": ("block.toml", "--most", "--vary", "block.A.live.x=0.1:2", "--load", "1", "--samples", "0"),
+    "crossing": ("axles.toml",),
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_says_what_looks_unintended(doubtful, command, name):
+    case, *options = COMMANDS[name]
+    text = command(name, doubtful / case, *options, *STATIC)
+    assert text.splitlines().count(f"warning: {IN_DEGREES}") == 1
+    told = command.json(name, doubtful / case, *options, *STATIC)
+    assert IN_DEGREES in [warning["sentence"] for warning in told["warnings"]]
+
+
+def test_a_report_says_what_looks_unintended(doubtful, command):
+    page = doubtful / "report.html"
+    for case in ("block.toml", "axles.toml"):
+        text = command("report", doubtful / case, *STATIC, "--out", page)
+        assert f"warning: {IN_DEGREES}" in text.splitlines()
+        assert IN_DEGREES in page.read_text("utf-8")
+
+
+def test_a_page_of_a_study_says_what_looks_unintended(doubtful):
+    found = mo.settle(doubtful / "block.toml", "floor", (0, -1), method="static")
+    found.save(doubtful / "settle.html")
+    assert f"warning: {IN_DEGREES}" in (doubtful / "settle.html").read_text("utf-8")
+
+
+@pytest.mark.usefixtures("without_charts")
+def test_a_sweep_says_what_looks_unintended_and_where(doubtful, command):
+    asked = (doubtful / "block.toml", *STATIC, "--workers", "1", "--vary")
+    told = command("sweep", *asked, "joints.friction=0.3,31,40", "--out", doubtful / "friction")
+    assert f"warning: {IN_DEGREES} (at joints.friction = 31 and 1 more run)" in told.splitlines()
+    # Of every run: once, without a place.
+    told = command("sweep", *asked, "block.A.live.x=1,2", "--out", doubtful / "live")
+    assert f"warning: {IN_DEGREES}" in told.splitlines()
+
+
+@pytest.mark.usefixtures("without_charts")
+def test_a_sample_says_what_looks_unintended(doubtful, command):
+    asked = ("--sample", "block.A.live.x=uniform:1:2", "-n", "2", *STATIC, "--workers", "1")
+    told = command("sweep", doubtful / "block.toml", *asked, "--out", doubtful / "out")
+    assert f"warning: {IN_DEGREES}" in told.splitlines()
+    drawn = {"block.A.live.x": ("uniform", 1.0, 2.0)}
+    found = mo.sample(doubtful / "block.toml", drawn, n=2, method="static", workers=1)
+    assert found.as_dict()["warnings"] == [{"sentence": IN_DEGREES}]
+    assert found.table["warnings"].tolist() == [IN_DEGREES] * 2
+
+
+def test_each_code_is_told_once():
+    high, low = mo.solve(block_on_floor(friction=31), "static"), mo.solve(block_on_floor(), "static")
+    rows = [recorded_warnings(result.warnings) for result in (low, high, high)]
+    points = [{"x": float(number)} for number in range(3)]
+    assert [*warnings_of_rows(rows, points)] == [f"{IN_DEGREES} (at x = 1 and 1 more run)"]
+    assert [*warnings_of_rows(rows[1:], points[1:])] == [IN_DEGREES]
+    assert [*warnings_of_rows(rows[:1], points[:1])] == []
+
+
+def test_a_load_factor_that_falls_with_the_strength_drawn_is_told():
+    """Of 20 runs whose load factor falls strictly as friction grows; of a thickness nothing is said."""
+    friction = pd.DataFrame({"joints.friction": np.linspace(0.3, 0.6, 20)})
+    falling = np.linspace(2.0, 1.0, 20)
+    (told,) = sampled(falling, friction).warning_sentences
+    assert told.startswith("the load factor falls as joints.friction grows (rank correlation -1.000)")
+    assert sampled(falling[::-1], friction).warning_sentences == ()
+    assert sampled(falling, friction.rename(columns={"joints.friction": "thickness"})).warning_sentences == ()
+
+
+@pytest.mark.usefixtures("without_charts")
+@pytest.mark.parametrize("asked", [("--vary", "joints.friction=0.3,0.4"), SAMPLED])
+def test_a_study_of_which_nothing_was_solved_says_why(doubtful, command, asked):
+    """Of axles, which move, there is no single load factor: the runs are refused, and have not collapsed."""
+    out = doubtful / "out"
+    error = command.refused("sweep", doubtful / "axles.toml", *asked, "--workers", "1", "--out", out, code=1)
+    assert "no run was solved: 2 of 2 refused:" in error
+    assert "use crossing" in error
+    assert len(error.strip().splitlines()) == 1
+    assert (out / "runs.csv").exists()
+
+
+def test_a_study_in_python_of_which_nothing_was_solved_raises():
+    with pytest.raises(NoRunSolvedError, match="use crossing"):
+        mo.sweep(axles_on_a_beam(0.6), {"joints.friction": [0.3, 0.4]}, method="static", workers=1)
+
+
+def test_axles_are_not_compared(doubtful, command):
+    """Of moving axles no method has a load factor: refused at once, with the command that answers."""
+    error = command.refused("compare", doubtful / "axles.toml", "--out", doubtful / "out")
+    assert "use crossing" in error
+    assert not (doubtful / "out").exists()
+
+
+@pytest.mark.usefixtures("without_charts")
+def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, command):
+    """Whether the line is no JSON, no text at all, or has lost a part."""
+    mo.save(block_on_floor(), tmp_path / "block.toml")
+    out = tmp_path / "out"
+    asked = ("sweep", tmp_path / "block.toml", *STATIC, "--workers", "1", "--out", out)
+    command(*asked, "--vary", "joints.friction=0.2,0.3,0.4,0.5,0.6")
+    before = pd.read_csv(out / "runs.csv")
+    path = out / JOURNAL
+    lines = path.read_bytes().splitlines()
+    lines[2], lines[3], lines[4] = lines[2][: len(lines[2]) // 2], b"\xff\xfe", b'{"key": "a"}'
+    path.write_bytes(b"\n".join(lines) + b"\n")
+    told = command(*asked, "--vary", "joints.friction=0.2,0.3,0.4,0.5,0.6")
+    warned = [line for line in told.splitlines() if line.startswith("warning: ")]
+    named = [line.removeprefix(f"warning: {path}: ").partition(" is damaged")[0] for line in warned]
+    assert named == ["line 3", "line 4", "line 5"]
+    assert len(path.read_bytes().splitlines()) == 6 + 3  # three runs were made again, two were taken up
+    same(pd.read_csv(out / "runs.csv"), before)
+
+
+def test_a_journal_without_its_first_line_is_refused(tmp_path):
+    Journal(tmp_path, {"scene": "a"}).add("key", {"x": 1})
+    (tmp_path / JOURNAL).write_text('damaged\n{"key": "key", "row": {"x": 1}}\n', "utf-8")
+    with pytest.raises(mo.OptionError, match="no journal of runs"):
+        Journal(tmp_path, {"scene": "a"})
