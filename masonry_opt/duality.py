@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from masonry_opt.analysis import solve
 from masonry_opt.answer.acceptance import AGREEMENT, DUALITY, SMALLEST, over_load_factor
@@ -18,6 +18,9 @@ from masonry_opt.solvers.registry import LANGUAGES, find_solver
 from masonry_opt.words.sentences import BY_CHORDS, by_sides, numeral
 from masonry_opt.words.summary import of_fills
 from masonry_opt.words.terminal import frame_text
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Asked of solvers here: at the default tolerance Clarabel leaves gaps to 7e-7 under fill. Its last point
 #: counts even where it stops short of this: residuals judge it.
@@ -40,7 +43,7 @@ class DualityReport:
     fills: what each fill does, in words.
     """
 
-    table: pd.DataFrame
+    table: "pd.DataFrame"
     crushing: bool = False
     friction: str = ""
     cones: tuple[float, float] | None = None
@@ -96,6 +99,9 @@ def check(scene: Scene | str | Path) -> DualityReport:
     NoLoadFactorError
         If the scene has no associative load factor to compare.
     """
+    # Importing pandas takes a quarter of a second, and most commands import this module.
+    import pandas as pd
+
     result = solve(scene, "static")
     result.required()
     problem = result.assembly.problem

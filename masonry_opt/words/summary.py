@@ -12,6 +12,7 @@ from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.words.load_factors import (
     ASSOCIATIVE,
@@ -118,7 +119,13 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _ties(result: Outcome) -> str:
-    """Which ties and props yield, and what the others carry; nothing of a scene that falls."""
+    """Return which ties and props yield and what the others carry.
+
+    The text is empty for a scene without ties and props, and for a scene that falls.
+    """
+    # The table of ties is a pandas frame, and importing pandas takes a quarter of a second.
+    if not any(force.role in (Role.TIE, Role.PROP) for force in result.assembly.limited):
+        return ""
     if result.ties["force"].isna().all():
         return ""
     told = []

@@ -15,7 +15,6 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from masonry_opt.errors import OutputError, ReaderGoneError
-from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -115,7 +114,10 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
 
 
 def _cell(column: str, value: object) -> str:
-    """A value as tables show it; its column's name says which digits matter."""
+    """Return a value as tables show it; the name of its column decides how many digits matter."""
+    # The list of commands imports this module, and sentences import the problem with much of SciPy.
+    from masonry_opt.words.sentences import numeral
+
     if not isinstance(value, float):
         return str(value)
     if math.isnan(value):

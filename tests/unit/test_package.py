@@ -181,4 +181,37 @@ except SystemExit:
 def test_the_commands_are_listed_without_running_or_waiting():
     *listed, modules = in_a_process_of_its_own(LISTED, cwd=ROOT).splitlines()
     assert "settle" in "".join(listed)
-    assert not {*DEAR, "pandas"} & set(json.loads(modules))
+    assert not {*DEAR, "pandas", "scipy", "numpy", "shapely"} & set(json.loads(modules))
+
+
+#: Program that runs the command "solve" on a case with its default method, then prints the imported modules.
+SOLVED = """
+import json, sys
+from masonry_opt.cli import main
+sys.argv = ["masonry-opt", "solve", {case!r}]
+try:
+    main()
+except SystemExit as ended:
+    assert not ended.code
+    print(json.dumps(list(sys.modules)))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("case", "languages"),
+    [
+        # At most 12 joints: the program of products, declared in Pyomo, looks for lower states.
+        ("gilbert/two_blocks", {"cvxpy", "pyomo"}),
+        ("ferris_tinloi/wall_1", {"cvxpy"}),
+    ],
+)
+def test_a_default_solve_imports_only_what_its_steps_use(case, languages):
+    """The associative load factor is declared in CVXPY; tables, pictures and studies are not asked for."""
+    program = SOLVED.format(case=str(ROOT / "cases" / f"{case}.toml"))
+    *printed, modules = in_a_process_of_its_own(program, cwd=ROOT).splitlines()
+    assert "load factor λ" in printed
+    imported = set(json.loads(modules))
+    assert {"cvxpy", "pyomo"} & imported == languages
+    assert not {"pandas", "matplotlib", "altair", "casadi", "sklearn"} & imported
+    assert not [name for name in imported if name.startswith("masonry_opt.studies")]

@@ -14,7 +14,6 @@ from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, Strict, model_validator
-from scipy.optimize import linprog
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind, over_load_factor
 from masonry_opt.answer.answer import Found
@@ -155,8 +154,13 @@ def _stressed(elastic: Elastic, number: int, rng: np.random.Generator) -> Elasti
 
 
 def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
-    """Forces (3c + t,) that carry the dead load within yield, in space by its sides, of least random cost of
-    normal forces; None if there are none."""
+    """Return forces (3c + t,) that carry the dead load within yield; None if there are none.
+
+    The forces minimise a random cost of the normal forces. In space the polygons of friction limit them.
+    """
+    # Importing scipy.optimize takes a fifth of a second, and only the option "spread" needs a program here.
+    from scipy.optimize import linprog
+
     cost = rng.exponential(1.0, problem.B.shape[1])
     cost[problem.layout.points * problem.joints :] = 0.0
     sides, most = -problem.true_yield, problem.face_cohesion

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import blas, lapack
+from scipy.linalg import lapack
 from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
@@ -62,18 +62,27 @@ class BlockMatrix:
         if row is None:
             load = row = np.zeros(self.size - 1)
             values[self._diagonal[-1]] = 1.0
-        if self._band is not None:
-            return BandFactors(self._band, values, load, row)
         values[self._below], values[self._right] = row, -load
-        return SparseFactors(self._matrix(values))
+        matrix = self._matrix(values)
+        if self._band is not None:
+            return BandFactors(self._band, matrix, load, row)
+        return SparseFactors(matrix)
 
 
 class SparseFactors:
     """Factors by minimum degree: solutions of right-hand sides, and the sign of the determinant."""
 
     def __init__(self, matrix: sp.csc_matrix) -> None:
-        options = {"SymmetricMode": True}
-        self._lu = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options=options)
+        # These matrices have few entries a row. With SuperLU's default relax and panel_size, which group
+        # columns for dense BLAS operations, the factors take longer, and longer still with several threads.
+        self._lu = splu(
+            matrix,
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.01,
+            relax=1,
+            panel_size=1,
+            options={"SymmetricMode": True},
+        )
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         found: np.ndarray = self._lu.solve(right)
@@ -87,8 +96,15 @@ class SparseFactors:
 
 
 class Band:
-    """The order of the unknowns, shape (n + 1,), in which all but the border of a matrix, the last, lies in a
-    narrow band: of which width on either side, which of its entries are inside, and at which of LAPACK's."""
+    """Order of the unknowns in which a matrix without its border, the last row and column, has a narrow band.
+
+    Attributes
+    ----------
+    order: the unknowns in this order, shape (n + 1,); the border stays the last.
+    width: diagonals of the band on either side of the main diagonal.
+    inside: the entries of the matrix that do not belong to the border, as a mask over all entries.
+    at: the place of each entry inside in the array that LAPACK's ``dgbtrf`` factors, stored by columns.
+    """
 
     def __init__(self, pattern: sp.csc_matrix) -> None:
         n = pattern.shape[0] - 1
@@ -99,40 +115,45 @@ class Band:
         self.inside = (row < n) & (column < n)
         row, column = row[self.inside], column[self.inside]
         self.width = int(np.abs(row - column).max())
-        self.at = column * (2 * self.width + 1) + self.width + row - column
+        # LAPACK keeps the first ``width`` rows of its array free for entries that pivoting adds.
+        self.at = column * (3 * self.width + 1) + 2 * self.width + row - column
 
 
 class BandFactors:
-    """Factors by a band, the border eliminated last: what near a fold is lost by that, one more solution for
-    what is left brings back (Govaerts and Pryce, 1993)."""
+    """LU factors of a bordered band matrix: the band by LAPACK, the border by block elimination.
 
-    def __init__(self, band: Band, values: np.ndarray, load: np.ndarray, row: np.ndarray) -> None:
+    Block elimination loses digits near a fold, where the band alone is almost singular. One step of iterative
+    refinement restores these digits (Govaerts and Pryce, 1993).
+    """
+
+    def __init__(self, band: Band, matrix: sp.csc_matrix, load: np.ndarray, row: np.ndarray) -> None:
         n, width = len(load), band.width
-        self._band, self._inner = band, np.zeros((n, 2 * width + 1)).T
-        self._inner.T.ravel()[band.at] = values[band.inside]
+        self._band, self._matrix = band, matrix
         room = np.zeros((n, 3 * width + 1)).T
-        room[width:] = self._inner
+        room.T.ravel()[band.at] = matrix.data[band.inside]
         self._lu, self._pivots, _ = lapack.dgbtrf(room, width, width, overwrite_ab=True)
         self._diagonal = self._lu[2 * width]
         # At a fold, to the last digit.
         self._diagonal[self._diagonal == 0] = _REGULARISATION * np.abs(self._diagonal).max()
-        self._load, self._row, self._last = load[band.order[:-1]], row[band.order[:-1]], values[-1]
+        self._load, self._row = load[band.order[:-1]], row[band.order[:-1]]
         self._along = self._solved(self._load)
-        self._corner = self._last + self._row @ self._along
+        self._corner = matrix.data[-1] + self._row @ self._along
         if self._corner == 0:
             # The border is singular. As in the band its pivot is tiny, and the step too long to be taken.
             self._corner = _REGULARISATION * (np.abs(self._row) @ np.abs(self._along)) or 1.0
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        right = right[self._band.order]
-        found = self._by_border(right)
-        n, width, x = len(self._load), self._band.width, found[:-1]
-        # Rows below are empty: BLAS asks for as many as the band is wide.
-        times = blas.dgbmv(max(n, 2 * width + 1), n, width, width, 1.0, self._inner, x)[:n]
-        times -= found[-1] * self._load
-        found += self._by_border(right - np.append(times, self._row @ x + self._last * found[-1]))
-        placed = np.empty_like(found)
-        placed[self._band.order] = found
+        """Return the solution for a right-hand side, shape (n + 1,), after one step of refinement."""
+        solution = self._placed(right)
+        # A sparse product takes one thread. BLAS splits a band product among threads, which costs more
+        # processor time than the product itself.
+        solution += self._placed(right - self._matrix @ solution)
+        return solution
+
+    def _placed(self, right: np.ndarray) -> np.ndarray:
+        """Return the solution by block elimination in the order of the matrix."""
+        placed = np.empty_like(right)
+        placed[self._band.order] = self._by_border(right[self._band.order])
         return placed
 
     def _by_border(self, right: np.ndarray) -> np.ndarray:

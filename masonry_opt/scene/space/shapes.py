@@ -6,7 +6,6 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from scipy.optimize import nnls
 
 from masonry_opt.scene.geometry import Common, Extents, frame_of, raise_for
 from masonry_opt.scene.rows import bounds, chunks, combine, dots, following, lengths, sums
@@ -159,7 +158,13 @@ class Shapes(Extents):
 
 
 def _from_hull(beside: np.ndarray) -> float:
-    """Distance of the origin from the convex hull of points: of the shares of each that come nearest."""
+    """Return the distance of the origin from the convex hull of points.
+
+    Nonnegative least squares finds the convex combination of the points that is nearest to the origin.
+    """
+    # Importing scipy.optimize takes a fifth of a second, and few scenes reach this function.
+    from scipy.optimize import nnls
+
     size = float(np.abs(beside).max()) or 1.0
     rows = np.vstack([beside.T / size, np.full(len(beside), _WHOLE)])
     share, _ = nnls(rows, np.append(np.zeros(beside.shape[1]), _WHOLE))
