@@ -11,7 +11,13 @@ import masonry_opt as mo
 from masonry_opt.answer.answer import certified
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.studies.many.run_warnings import warnings_of_falls
-from masonry_opt.studies.many.shared_states import RECORDED_UP_TO, recorded_state, shared_answers
+from masonry_opt.studies.many.shared_states import (
+    RECORDED_UP_TO,
+    FoundState,
+    Screen,
+    recorded_state,
+    shared_answers,
+)
 from masonry_opt.studies.writing import JOURNAL
 
 TOO_HIGH = 0.9  #: A load factor that no state of the block has: by hand it tips at 0.5 or slides at μ.
@@ -23,6 +29,13 @@ def row_of(scene, **changed):
     result = mo.solve(scene, expected=False)
     record = recorded_state(result.assembly.problem, result.solution)
     return {"load_factor": result.load_factor, **record, **changed}
+
+
+def standing_solid(friction):
+    """A block in space, twice as high as wide, on a fixed floor, pushed along x."""
+    block = mo.Solid(name="A", box=((0, 1), (0, 1), (0, 2)), weight=1.0, live_per_weight=(1, 0, 0))
+    floor = mo.Solid(name="floor", box=((-1, 2), (-1, 2), (-1, 0)), fixed=True)
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[block, floor], gravity=(0, 0, -1))
 
 
 def shared(rows, scenes):
@@ -52,6 +65,29 @@ def test_other_loads_or_blocks_share_nothing():
     scenes = [block_on_floor(), block_on_floor(weight=2.0), block_on_floor(width=1.1), block_on_floor()]
     rows = [row_of(scenes[0]), *(row_of(scene, load_factor=TOO_HIGH, forces=None) for scene in scenes[1:])]
     assert shared(rows, scenes) == {3: (0, pytest.approx(0.5, abs=1e-9))}
+
+
+@pytest.mark.parametrize("of", [block_on_floor, standing_solid])
+def test_the_screen_passes_every_state_that_the_certificate_accepts(of):
+    """In the plane and in space, with friction below and above what tips the block, and far above one."""
+    results = [mo.solve(of(friction=friction), expected=False) for friction in (0.2, 0.3, 0.5, 0.8, 5.0)]
+    states = [
+        FoundState(run, result.load_factor, result.solution.answer.q, result.solution.answer.d)
+        for run, result in enumerate(results)
+    ]
+    screen = Screen.of(results[0].assembly.problem, states)
+    accepted = 0
+    for result in results:
+        problem = result.assembly.problem.by_cone
+        passed = {state.run for state in screen.possible(problem, states)}
+        exact = {
+            state.run
+            for state in states
+            if certified(problem, state.load_factor, state.q, state.d, problem.dilatancy).exact
+        }
+        assert exact <= passed
+        accepted += len(exact)
+    assert accepted > len(results)  # each has its own, and those that tip have those of the others
 
 
 def test_a_run_that_failed_takes_a_state_too():
@@ -103,45 +139,44 @@ def wall_with_rod(strength):
     """Four courses of 14 stones on a base, pushed along y, with a rod from stone 3-2 to the ground behind."""
     half, whole = 0.6, 1.2
     courses = [[whole] * 3, [half, whole, whole, half]] * 2
-    blocks = [mo.Block(name="base", box=((-1.2, 4.8), (0.0, 0.6), (-0.6, 0.0)), fixed=True)]
+    blocks = []
     for course, lengths in enumerate(courses):
         end = 0.0
         for number, length in enumerate(lengths):
             box = ((end, end + length), (0.0, 0.6), (0.6 * course, 0.6 * course + 0.6))
             name, end = f"{course + 1}-{number + 1}", end + length
-            blocks.append(mo.Block(name=name, box=box, weight=12 * length, live_per_weight=(0, -1, 0)))
-    rod = mo.Tie(
-        name="rod", between=("3-2", "ground"), at=((1.8, 0.3, 1.5), (1.8, 6.0, 1.5)), strength=strength
-    )
+            blocks.append(mo.Solid(name=name, box=box, weight=12 * length, live_per_weight=(0, -1, 0)))
+    blocks.append(mo.Solid(name="base", box=((-1.2, 4.8), (0.0, 0.6), (-0.6, 0.0)), fixed=True))
+    ends = ((1.8, 0.3, 1.5), (1.8, 6.0, 1.5))
+    rod = mo.Tie(name="rod", between=("3-2", "ground"), at=ends, strength=strength)
     joints = mo.JointDefaults(friction=0.6)
     return mo.Scene(joints=joints, blocks=blocks, ties=[rod], gravity=(0.0, 0.0, -1.0))
 
 
 @pytest.mark.slow
 def test_a_stronger_rod_shows_a_state_of_the_weaker_one():
-    """A rod of 40 kN leads the search to λ = 0.3 with 17.5 kN in it, which 30 kN bear too. (Balance, limits
-    and flow were recomputed by an independent program.) Alone, the run with 30 kN ended at 0.467."""
+    """A rod of 40 kN leads the search to λ = 0.3 with less than 30 kN in it; alone, a rod of 30 kN leads to
+    0.467. An independent program recomputed balance, limits and flow of a state at 0.3 with 17.5 kN in the
+    rod."""
     found = mo.sweep(wall_with_rod(30.0), {"tie.strength": [30.0, 40.0]}, workers=2)
     assert found["load_factor"].tolist() == pytest.approx([0.3, 0.3], rel=1e-6)
     assert found["exact"].all()
-    # Where the search for 30 kN finds the state by itself there is nothing to share.
-    assert found["state_from"][0] in ("", "state found at tie.strength = 40")
-    assert found["state_from"][1] == ""
+    assert found["state_from"].tolist() == ["state found at tie.strength = 40", ""]
 
 
 @pytest.mark.slow
 def test_the_certificate_decides_which_rods_bear_the_state():
-    """The state with 17.5 kN in the rod is exact for a rod of 20 kN, and none for one of 15 kN."""
+    """A rod bears the state if it is stronger than the force in it, and not if it is weaker."""
     result = mo.solve(wall_with_rod(40.0), expected=False)
     assert result.load_factor == pytest.approx(0.3, rel=1e-6)
-    assert result.ties["force"].tolist() == pytest.approx([17.5], rel=1e-2)
-    answer = result.solution.answer
+    (force,), answer = result.ties["force"], result.solution.answer
+    assert 0 < force < 40
     exact = {}
-    for strength in (15.0, 20.0):
-        problem = assemble(wall_with_rod(strength)).problem.by_cone
+    for share in (0.9, 1.1):
+        problem = assemble(wall_with_rod(share * force)).problem.by_cone
         state = certified(problem, answer.load_factor, answer.q, answer.d, problem.dilatancy)
-        exact[strength] = state.exact
-    assert exact == {15.0: False, 20.0: True}
+        exact[share] = state.exact
+    assert exact == {0.9: False, 1.1: True}
 
 
 def swept(names, *rows):

@@ -6,6 +6,7 @@ They name inputs that look unintended, and load factors that fall as strength or
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.reasons import Reason
@@ -85,9 +86,9 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> str:
         falls = falls.where(after[other] == before[other])
     if not falls.notna().any():
         return ""
-    largest = falls.idxmax()
-    first, second = before.loc[largest], after.loc[largest]
-    if not falls[largest] > 0 or same(first["load_factor"], second["load_factor"]):
+    largest = int(np.nanargmax(falls.to_numpy()))
+    first, second = before.iloc[largest], after.iloc[largest]
+    if second["load_factor"] >= first["load_factor"] or same(first["load_factor"], second["load_factor"]):
         return ""
     fixed = _named({other: first[other] for other in others})
     where = f"{name} = {numeral(first[name], 'g')}"

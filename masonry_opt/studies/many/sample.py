@@ -295,7 +295,7 @@ class Sample(StudyAnswer):
 
     def as_dict(self) -> dict[str, Any]:
         """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
-        told = {"case": self.case, "distributions": dict(self.distributions)}
+        told: dict[str, Any] = {"case": self.case, "distributions": dict(self.distributions)}
         counts = ("runs", "falling", "unlimited", "undecided", "refused")
         told |= {name: getattr(self, name) for name in counts}
         told["warnings"] = warning_records(self.warning_sentences)
