@@ -10,9 +10,9 @@ Scenes: small random ones (tests/atlas) from seed 90000 on (--first), walls 1 to
 other frictions, façades of up to 3 × 2 openings; with --large façades and walls of more than 1000 joints,
 with --rubble walls of 60 and 200 stones; with --space random ones in space, from seed 97000 on
 (--first-in-space), and corner walls of 12 to 26 blocks. "in-space" names all that concerns these alone.
-Printed of each name, against the methods as they are: answers, loads to expect and exact states lost (and
-gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb answer that is
-lower is better), and steps and processor time over those of the methods as they are.
+Each name has a row that compares with the methods as they are: answers, incremental load factors and exact
+states lost (and gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb
+answer that is lower is better), and the ratios of steps and of processor time.
 --constants makes each number that the push, exact states and "mcp" name three times smaller and larger.
 """
 

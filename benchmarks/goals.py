@@ -114,7 +114,7 @@ def draw(lines: pd.DataFrame, file: Path) -> None:
     for axes, column, colours in ((expected, "to_expect", EXPECTED), (states, "state", STATES)):
         shares = 100 * by_size[column].value_counts(normalize=True).unstack(fill_value=0.0)
         _stack(axes, names, shares.reindex(columns=list(colours), fill_value=0.0), colours)
-    expected.set_title("a load to expect")
+    expected.set_title("an incremental load factor")
     states.set_title("a certified state")
     for place, (_, of) in enumerate(by_size):
         low, median, high = of["ratio"].quantile([0.25, 0.5, 0.75])

@@ -37,7 +37,7 @@ _BESIDE_UP_TO = 40_000
 #: those up to which contacts at rest are asked whether a scene stands: beyond, they take longer to fall.
 _NO_WORK_UP_TO, _RESTS_UP_TO = 8000, 500
 
-_EXPECTED = "compliant"  #: The method whose answer is the load to expect.
+_EXPECTED = "compliant"  #: The method whose answer is the incremental load factor.
 
 #: Ways to give a live load, by dimension.
 _WAYS = {
@@ -63,7 +63,7 @@ class Session:
         return self.how.chosen
 
     def without_expected(self) -> "Session":
-        """The same, which does not look for the load to expect."""
+        """The same, which does not look for the incremental load factor."""
         return replace(self, how=replace(self.how, expected=False))
 
     def solve(
@@ -141,7 +141,7 @@ class Session:
 
     @property
     def _expects(self) -> bool:
-        """Whether the load to expect is looked for beside the method's own answer."""
+        """Whether the incremental load factor is looked for beside the method's own answer."""
         return self.how.expected and not self.method.associative and self.method.name != _EXPECTED
 
     def _comes_to_rest(self, problem: Problem, effort: Effort) -> bool:
@@ -232,7 +232,7 @@ def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
 
 def _found(method: Method, task: Task) -> Solution:
     """What a method finds; a Coulomb method that finds no load factor is asked where the live load does no
-    work, and at once where that was the load to expect."""
+    work, and at once where that was the incremental load factor."""
     before, expected = None, task.expected
     if expected is None or not expected.has(Code.NO_WORK):
         before = method.run(task)
@@ -251,8 +251,11 @@ def _found(method: Method, task: Task) -> Solution:
 
 
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
-    """Whether a scene carries its dead load from rest: where forces there are known, or statics fix them, or
-    as the load to expect tells; else contacts that give are asked, if a load factor near zero was met."""
+    """Return True if a scene carries its dead load from rest.
+
+    The preload, if it is known, or statics that fix all forces show it; or else the incremental load factor.
+    Elastic contacts are computed only if a load factor near zero was found.
+    """
     if problem.settled is not None or problem.statics_fix_forces:
         return True
     expected = solution.expected

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 #: Called with the name of each phase as it begins, such as "finding joints" or "sub-problem 3".
 Phases = Callable[[str], None]
 
-#: The parts, in the order in which they happen: reading, joints and matrices; does the scene stand?; the load
-#: to expect beside a Coulomb answer; declaring the model; to solver data, updates included; the solver's own
-#: time; its answer to arrays; the program beside a Coulomb answer.
+#: The parts, in the order in which they happen: reading, joints and matrices; does the scene stand?; the
+#: incremental load factor beside a Coulomb answer; declaring the model; to solver data, updates included; the
+#: solver's own time; its answer to arrays; the program beside a Coulomb answer.
 PARTS = ("scene", "dead_load", "expected", "build", "compile", "solve", "read", "associative")
 
 

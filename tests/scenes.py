@@ -105,7 +105,7 @@ _SOLVED: dict[tuple[object, ...], Result] = {}
 def solved(scene: mo.Scene | Path, method: str = "mcp", **options: Any) -> Result:
     """``mo.solve``, once for each scene, method and options: results do not change.
 
-    The load to expect is left out unless asked for.
+    The incremental load factor is left out unless asked for.
     """
     scene = _loaded(scene) if isinstance(scene, Path) else scene
     key = (repr((scene.model_dump(), scene.load_case)), method, *sorted(options.items()))

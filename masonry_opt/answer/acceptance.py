@@ -23,7 +23,7 @@ class Kind(StrEnum):
     NEARLY_COMPLEMENTARY = "nearly complementary"
     #: The MPEC's: exact but for the complementarity of its last relaxation (by default some 1e-8).
     RELAXED = "relaxed"
-    #: The load to expect, of contacts that give elastically.
+    #: The incremental load factor, of contacts that give elastically.
     COMPLIANT = "compliant"
     #: A state of forces and a mechanism that meet every condition to rounding.
     EXACT = "exact"

@@ -90,7 +90,8 @@ class Code(StrEnum):
     JAMS = "jams"  # the same
     GROWN = "grown"  # beyond: under which load blocks do not come to rest; None where λ stays; steps
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a push
-    # Draws of stiffness and of self-stress, each range of loads to expect or None, without: pushes to no end.
+    # Draws of stiffness and of self-stress; the range of incremental load factors of each, or None; without:
+    # load histories that came to no end.
     SPREAD = "spread"
     CURVE = "curve"  # states, left_out: points without one; peak, last: load factors
 

@@ -93,7 +93,7 @@ class Solution:
 
     @property
     def at_expected(self) -> "Solution | None":
-        """The state that leads to the load to expect: itself if it is that; None if it was not computed."""
+        """The solution of the incremental analysis: this one, or the one beside it; None without either."""
         return self if self.kind is Kind.COMPLIANT else self.expected
 
     @property

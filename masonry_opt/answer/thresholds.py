@@ -35,7 +35,8 @@ APART = 1e-2  #: Relative difference from which on different states are reported
 #: Share of the largest load factor by which the two ends of a narrow interval differ where there is a jump.
 JUMP = 1e-3
 
-#: Share by which contacts a tenth as stiff may change a load to expect that is said not to depend on them.
+#: Relative change of an incremental load factor, with contacts a tenth as stiff, up to which it does not
+#: depend on them.
 PLATEAU = 3e-3
 
 

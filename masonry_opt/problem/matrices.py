@@ -14,8 +14,8 @@ from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents
 
-#: Sides of the polygon inside the cone of friction: associative load factors of corner walls are some .2 %
-#: lower than by cones, loads to expect as much. (With 12 sides 1 %, with 16 .5 %; steps are as many.)
+#: Sides of the polygon inside the cone of friction. Associative and incremental load factors of corner walls
+#: are some 0.2 % lower than by cones; with 12 sides 1 %, with 16 sides 0.5 %. Steps are as many.
 SIDES = 24
 
 

@@ -1,4 +1,4 @@
-"""The load to expect: rays and plateaus, closed forms, contact dynamics, and what does not move it."""
+"""The incremental load factor: rays and plateaus, closed forms, contact dynamics, invariance."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The load to expect beside every Coulomb answer: found once, counted apart, left out where not wanted."""
+"""The incremental load factor beside every Coulomb answer: computed once, counted apart, optional."""
 
 from importlib import import_module
 
@@ -91,7 +91,7 @@ def test_a_ray_below_zero_takes_nothing_from_the_load_on_the_way():
 @pytest.mark.parametrize("method", ["mcp", "nonassociative", "mpec", "refined", "global"])
 def test_every_coulomb_method_tells_it_and_its_answer_is_the_same(method, asked):
     """It is asked for once, whatever methods are asked on the way. Steps are the method's own;
-    where it begins with the push, that of the load to expect stands for it."""
+    where it begins with the push, that of the incremental load factor stands for it."""
     steps, without = [], []
     result = mo.solve(two_blocks(), method, progress=steps.append)
     assert len(asked) == 1

@@ -1,4 +1,4 @@
-"""The default: an exact state near the load to expect, at or below the associative λ, and the ways to it."""
+"""The default method: an exact state near the incremental load factor, at or below the associative λ."""
 
 import warnings
 
@@ -75,7 +75,7 @@ def no_simplex(failing):
 
 @pytest.mark.parametrize("name", ASKED)
 def test_a_state_that_meets_every_condition_at_or_below_the_associative(name):
-    """It begins from the load to expect, whose push is its history."""
+    """It begins from the incremental load factor, whose push is its history."""
     scene = scene_of(name)
     result, giving = solved(scene), solved(scene, "compliant")
     assert_exact(result)

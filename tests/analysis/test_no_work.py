@@ -221,8 +221,8 @@ def test_default_is_an_exact_state_and_so_is_its_certificate(name: str) -> None:
 
 
 def test_what_indeterminate_forces_allow_is_told_apart() -> None:
-    """Contacts alike share the lintel's weight evenly, 9 / 2 for 9 / 3: the least is not the load to expect,
-    nor the associative one, and nothing is said to be fixed."""
+    """Equal contacts share the lintel's weight evenly, 9 / 2 for 9 / 3. The least differs from the
+    incremental and the associative load factor, and nothing is said to be fixed."""
     result, by_hand = mo.solve(LINTEL), BY_HAND["lintel"][1]
     assert result.load_factor == pytest.approx(by_hand, rel=1e-8)
     assert result.expected == pytest.approx(by_hand + 2 * (9 / 2 - 9 / 3), rel=1e-6)

@@ -82,7 +82,7 @@ def test_of_a_block_that_slides_both_loads_are_the_friction():
 
 
 def test_loads_to_expect_stand_beside_the_lowest_found():
-    """A lowest state that falls where the load to expect grows; of one run there is none:
+    """A lowest state that falls where the incremental load factor grows; of one run there is none:
     it has no rank."""
     found = sampled(np.linspace(0.3, 0.2, 21))
     assert found.quantiles()[["expected_value", "expected_lower"]].isna().all(axis=None)

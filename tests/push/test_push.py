@@ -263,7 +263,7 @@ def test_folds_and_falls_are_of_the_steps():
 
 
 def test_steps_are_told_as_they_are_made_and_are_the_rows_of_the_history():
-    """Those of the load to expect are the default's."""
+    """Those of the incremental load factor are the default's."""
     told: list[PushStep] = []
     result = mo.solve(small_wall(2, 2), progress=told.append)
     columns = ["iteration", "displacement", "load_factor", "corrections"]

@@ -1,5 +1,5 @@
-"""Corner walls and façades: associative values of another program, loads to expect of contact dynamics,
-and the lowest exact states known."""
+"""Corner walls and façades: associative values of another program, incremental load factors of contact
+dynamics, and the lowest exact states known."""
 
 from collections.abc import Callable
 

@@ -25,7 +25,7 @@ scene = mo.Scene(
 
 # %%
 # `static` is classical limit analysis; `nonassociative` the paper's loop; `mcp` an exact state
-# next to the load to expect; `refined` the lowest of a few exact states.
+# next to the incremental load factor; `refined` the lowest of a few exact states.
 published = {"static": 0.64286, "nonassociative": 0.63982, "mcp": 0.63898, "refined": 0.63898}
 results = {method: mo.solve(scene, method) for method in published}
 for method, result in results.items():

@@ -3,9 +3,9 @@ Table 1: the six walls of Ferris & Tin-Loi
 ==========================================
 
 The associative load factor, the paper's loop, the mixed complementarity problem (MCP) and the MPEC of
-Ferris & Tin-Loi (2001), each beside the published value; the load to expect where contacts give a little,
-which the loop and that MCP come near; and the lowest state that a search finds, beside the lowest known.
-Methods have their defaults, without the load to expect beside an answer, which has a column of its own.
+Ferris & Tin-Loi (2001), each beside the published value; the incremental load factor, which the loop and
+that MCP come near; and the lowest state that a search finds, beside the lowest known. Methods have their
+defaults. The incremental load factor has a column of its own.
 """
 
 from functools import partial
@@ -97,9 +97,9 @@ print(table_residuals.to_string(index=False, float_format="{:.2g}".format))
 
 # %%
 # Associative load factors to the five published digits; the loop within 3e-4 (wall 5: 2e-3); the MPEC
-# within 1e-4; the load to expect, proven by a ray, within 3e-3 of the published loop; the default nowhere
-# above the published MCP by more than 5e-4; the search at the lowest state known on walls 1 to 5. On wall 6
-# the machine decides how far its seconds take it: to 2e-4 above the lowest known or, where they are few, to
+# within 1e-4; the incremental load factor, proven by a ray, within 3e-3 of the published loop; the default
+# nowhere above the published MCP by more than 5e-4; the search at the lowest state known on walls 1 to 5. On
+# wall 6 the machine decides how far its seconds take it: to 2e-4 above the lowest known or, where they are few, to
 # the MPEC's state.
 for wall, scene in WALLS.items():
     size, known = results[wall, "loop"].size, scene.reference

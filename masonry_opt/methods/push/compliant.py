@@ -1,4 +1,4 @@
-"""Method "compliant": the load to expect of a scene that stands under its weight and is then pushed.
+"""Method "compliant": the incremental load factor of a scene that stands under its weight and is then pushed.
 
 Coulomb's problem has many states. Where contacts give a little, by an elastic compliance E of each joint,
 forces are unique: Bᵀd in eqs (5) and (6) becomes Bᵀd + E (q - q₀), with q₀ those of the dead load alone. From
@@ -24,7 +24,8 @@ from masonry_opt.methods.push.push import Elastic, Ended, Pushed, PushStep, elas
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
 
-PUSHED_UP_TO = 3000  #: Joints, in space contact points, up to which other methods tell the load to expect.
+#: Joints, in space contacts, up to which other methods compute the incremental load factor too.
+PUSHED_UP_TO = 3000
 SOFT = 3e1  #: Displacement at which contacts are soft still: in space their forces at times lead lower.
 
 #: How much softer contacts are with which a state is compared, and the states of a curve at most.
@@ -43,7 +44,7 @@ class CompliantOptions(Options):
         motion at collapse (in which the live load does the work Σ|f_L|); by default, none is left at the end.
     curve: whether to tell λ over displacement too: ``result.curve``.
     spread: of how many draws of contacts' stiffness, and of as many of self-stress at rest, the least and the
-        largest load to expect are told too.
+        largest incremental load factor are told too.
     """
 
     give: Annotated[float, Strict(), Field(gt=0, le=1e3)] | None = None
@@ -55,7 +56,7 @@ class CompliantOptions(Options):
         if self.curve and self.give is not None:
             raise ValueError("'curve' goes through all compliances: leave 'give' out")
         if self.spread and self.give is not None:
-            raise ValueError("'spread' is of loads to expect, where contacts give no more: leave 'give' out")
+            raise ValueError("'spread' is of the incremental load factor: leave 'give' out")
         return self
 
 
@@ -136,8 +137,10 @@ def _with_curve(elastic: Elastic, pushed: Pushed, ending: Solution) -> Solution:
 
 
 def _spread(elastic: Elastic, draws: int) -> Reason:
-    """Ranges of the load to expect over so many draws of stiffness, and of self-stress: vertices of what the
-    dead load allows, and mixtures of two."""
+    """Return ranges of the incremental load factor, over draws of stiffness and over draws of self-stress.
+
+    A draw of self-stress is a vertex of the forces that balance the dead load, or a mixture of two vertices.
+    """
     rng = np.random.default_rng(0)
     stiffness, by_stiffness = _range(elastic.drawn(_STIFFNESS, rng) for _ in range(draws))
     stress, by_stress = _range(_stressed(elastic, number, rng) for number in range(draws))
@@ -169,7 +172,7 @@ def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None
 
 
 def _range(drawn: Iterable[Elastic | None]) -> tuple[tuple[float, float] | None, int]:
-    """Least and largest load to expect, and of how many."""
+    """Least and largest incremental load factor, and of how many."""
     pushes = (one.pushed() for one in drawn if one is not None)
     peaks = [float(pushed.peak) for pushed in pushes if pushed.peak is not None]
     return ((min(peaks), max(peaks)) if peaks else None), len(peaks)

@@ -167,7 +167,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     """Solve a case file on one core; returns the columns that the result gives. A first solve of two blocks
     is not timed: libraries load parts of themselves at the first use."""
     _take_one_core()
-    # Without the load to expect: the time measured is the method's own.
+    # Without the incremental load factor: the time measured is the method's own.
     chosen, own = asdict(pair) | {"expected": False}, METHODS[pair.method].options
     limited = own and "time_limit" in own.model_fields
     options: dict[str, Any] = {"time_limit": _OWN_LIMIT * time_limit} if limited else {}

@@ -38,7 +38,7 @@ class Crossing(StudyAnswer):
     Attributes
     ----------
     worst: result with the axles at the worst position as loads of blocks; of a scene that does not stand, the
-        one that says so. Without a load to expect if that last solve was interrupted.
+        one that says so. Without an incremental load factor if that last solve was interrupted.
     passages: each group of axles in each direction in which it travelled.
     interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
     cases, left_out: names of load cases that name axles, and of those that leave them out.

@@ -60,8 +60,8 @@ def crossing(
     ----------
     scene: A scene, or the path of a case file.
     axles: A group, several, or the name of one of the scene's. Default: all of the scene's.
-    method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too; the load to expect
-        is that of the worst position alone.
+    method, options: As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too. The
+        incremental load factor is that of the worst position alone.
     load_case: Name of the one load case in which they cross, where the scene has any (default: all that name
         "axles", whose factor multiplies them, and what else is live beside them).
     progress: Called with each position solved and its load factor (NaN without one).

@@ -1,6 +1,9 @@
-"""Charts of a sweep: λ against one number, with a mark for each mechanism and dashes for the load to expect,
-the least ringed, and values far above the others as numbers above the axis; a heat map of two numbers. Charts
-of a sample: the fragility curve, and what matters; ``sure`` says with what confidence."""
+"""Charts of sweeps and samples.
+
+A sweep of one number is λ against that number: a mark for each mechanism, dashes for the incremental load
+factor, the least ringed, and values far above the others as numbers above the axis. A sweep of two numbers
+is a heat map. A sample has the fragility curve, and a chart of what matters; ``sure`` is the confidence.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -154,7 +157,7 @@ def _label(name: str) -> str:
 
 
 def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
-    """Rows of what was found, then of what is to expect if known and not the same, told apart by ``of``."""
+    """Return rows of the lowest λ, then of the incremental λ if known and different; ``of`` names them."""
     key, *names = (name for name in map(str, frame) if not name.startswith(EXPECTED))
     found, beside = (frame[[key, *(begin + name for name in names)]] for begin in _LOADS.values())
     beside = beside.set_axis([key, *names], axis=1)

@@ -58,7 +58,7 @@ COLUMNS = {
 #: looks unintended in its scene.
 RUN_COLUMNS = COLUMNS | {"state_from": "object", "warnings": "object"}
 
-EXPECTED = "expected_"  #: Begins names of a sample's columns that tell of the load to expect.
+EXPECTED = "expected_"  #: Begins names of a sample's columns that tell of the incremental load factor.
 #: Names of mechanisms by the one thing that joints do in them, beside coming apart.
 _NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
 _LEAST = 0.02  #: Least length of an axis, over the largest load factor: less would magnify rounding.

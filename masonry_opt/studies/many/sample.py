@@ -40,12 +40,13 @@ _PRINTED = 5  #: Most rank correlations that are printed.
 
 @dataclass(frozen=True)
 class Sample(StudyAnswer):
-    """The load factors of a scene whose numbers were drawn, and beside them the loads to expect.
+    """The load factors of a scene whose numbers were drawn, and beside them the incremental load factors.
 
     A scene that is proven to carry any load counts as collapsed at none. Any other run without a load factor
     (the scene falls by itself, or the run is ``undecided``: not converged, unlimited without a proof, ...)
-    counts as collapsed at any load, so that no probability of collapse is too low. So does one without a load
-    to expect, of these loads, unless no run has any: then what is told of them is NaN.
+    counts as collapsed at any load, so that no probability of collapse is too low. A run without an
+    incremental load factor counts as collapsed at any load too, in the numbers of that load factor. These
+    numbers are NaN if no run has one.
 
     A run is ``refused`` if the numbers drawn make no scene that can be solved. It has not collapsed, and is
     left out of quantiles, probabilities and correlations.
@@ -81,7 +82,7 @@ class Sample(StudyAnswer):
 
     @property
     def expected(self) -> np.ndarray:
-        """Load to expect of each run, as ``load_factors``; NaN where it is known of none."""
+        """Incremental load factor of each run, as ``load_factors``; NaN where it is known of none."""
         known = self._counting["expected"].notna().any()
         return self._of_runs("expected") if known else np.full(len(self._counting), np.nan)
 
@@ -98,7 +99,7 @@ class Sample(StudyAnswer):
     def _of_both(
         self, key: str, along: Sequence[Any], name: str, of: Callable[[np.ndarray], Sequence[Any]]
     ) -> pd.DataFrame:
-        """A number and its limits of the load factors, and beside them those of the loads to expect."""
+        """Return a number of the load factors with its limits, and those of the incremental load factors."""
         columns: dict[str, Any] = {key: along}
         for begin, values in (("", self.load_factors), (EXPECTED, self.expected)):
             told = 3 * (np.nan,) if np.isnan(values).any() else of(values)
@@ -142,8 +143,8 @@ class Sample(StudyAnswer):
     def quantiles(
         self, probabilities: Sequence[float] = (0.05, 0.5, 0.95), confidence: float = CONFIDENCE
     ) -> pd.DataFrame:
-        """Quantiles of the load factor: ``probability``, ``value``, ``lower``, ``upper``; of the load to
-        expect: ``expected_value``, ``expected_lower``, ``expected_upper``.
+        """Quantiles of the load factor: ``probability``, ``value``, ``lower``, ``upper``; of the
+        incremental load factor: ``expected_value``, ``expected_lower``, ``expected_upper``.
 
         The limits are two of the ordered load factors, whose ranks are quantiles of the binomial distribution
         (n, p): on either side half of what the confidence leaves. A limit is NaN where there are too few runs
@@ -161,10 +162,10 @@ class Sample(StudyAnswer):
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Probability of collapse at load factors: ``load``, ``probability``, ``lower``, ``upper``;
-        by the load to expect ``expected_probability``, ``expected_lower``, ``expected_upper``.
+        by the incremental load factor ``expected_probability``, ``expected_lower``, ``expected_upper``.
 
         It is the share of runs whose load factor does not exceed them; the limits are Clopper & Pearson's. By
-        default at the load factors found and to expect, and 5 % of their range to either side.
+        default at the lowest and incremental load factors, and 5 % of their range to either side.
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
@@ -188,10 +189,10 @@ class Sample(StudyAnswer):
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Spearman's rank correlation of the load factor with each number drawn, strongest first:
-        ``parameter``, ``rank_correlation``, ``lower``, ``upper``; of the load to expect
+        ``parameter``, ``rank_correlation``, ``lower``, ``upper``; of the incremental load factor
         ``expected_rank_correlation``, ``expected_lower``, ``expected_upper``. NaN where the load, or the
-        number, is the same in all runs. Loads that differ by rounding have one rank; runs without a load to
-        expect that have a load factor have none.
+        number, is the same in all runs. Loads that differ by rounding have one rank; runs that
+        have a load factor but no incremental one have none.
 
         The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All intervals
         of one of the loads hold at once with the confidence (Bonferroni).
@@ -203,7 +204,7 @@ class Sample(StudyAnswer):
         each = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
 
         def of(values: np.ndarray) -> Sequence[Any]:
-            # Where no load to expect is known friction may jam: neither the least nor the largest.
+            # Where no incremental load factor is known friction may jam: neither the least nor the largest.
             told = ~(np.isneginf(values) & np.isfinite(self.load_factors))
             values, known = values[told], np.abs(values[np.isfinite(values)])
             step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
@@ -304,7 +305,7 @@ class Sample(StudyAnswer):
 
 
 def _told(row: Mapping[Any, Any], name: str, spec: str) -> str:
-    """A number of the load factor with its limits, and the same of the load to expect where it is known."""
+    """Return a number of the load factor with its limits, and of the incremental one where it is known."""
 
     def said(value: float) -> str:
         if math.isfinite(value):

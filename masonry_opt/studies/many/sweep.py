@@ -74,7 +74,7 @@ def sweep(
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
         ``status``, ``reason`` (code), ``any_load`` (whether the scene carries any load; of a Coulomb method,
         proven), ``exact``, ``states`` (number of different exact states met), ``expected`` (NaN where it is
-        switched off), ``spread_lower`` and ``spread_upper`` (of loads to expect, with ``spread``),
+        switched off), ``spread_lower`` and ``spread_upper`` (of incremental load factors, with ``spread``),
         ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
         ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"
         or "none"), the numbers of joints that do so (``slides``, ``hinges``, ``separates``, ``crushes``),

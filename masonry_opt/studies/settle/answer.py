@@ -67,8 +67,10 @@ class Bound:
 
     @property
     def expected(self) -> float | None:
-        """That to expect of a scene at rest whose supports then move; None of an associative answer, or of
-        forces at rest that were not found."""
+        """Incremental reaction of a scene at rest whose supports then move.
+
+        It is None of an associative answer, or if no preload was found.
+        """
         return self._reaction(self.result.expected)
 
     @property
