@@ -99,7 +99,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
     NoLoadFactorError
         If the scene has no associative load factor to compare.
     """
-    # Importing pandas takes a quarter of a second, and most commands import this module.
+    # Importing pandas takes a quarter of a second, and the command solve imports this module.
     import pandas as pd
 
     result = solve(scene, "static")

@@ -73,8 +73,8 @@ class SparseFactors:
     """Factors by minimum degree: solutions of right-hand sides, and the sign of the determinant."""
 
     def __init__(self, matrix: sp.csc_matrix) -> None:
-        # These matrices have few entries a row. With SuperLU's default relax and panel_size, which group
-        # columns for dense BLAS operations, the factors take longer, and longer still with several threads.
+        # These matrices have few entries a row. SuperLU's default relax and panel_size group columns for
+        # dense BLAS operations, and the factors take longer.
         self._lu = splu(
             matrix,
             permc_spec="MMD_AT_PLUS_A",
