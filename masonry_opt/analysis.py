@@ -108,9 +108,9 @@ class Session:
         task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, expected)
         solution = replace(_found(self.method, task), expected=expected).accepted()
         solution = _judged(assembly, task, solution)
-        if solution.status is not Status.SOLVER_FAILED:
+        if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
-        # Nothing bears out what forces and velocities say.
+        # The forces and velocities are those of no answer.
         return replace(solution, found=Found(forms=solution.found.forms))
 
     def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:

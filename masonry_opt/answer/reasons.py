@@ -21,6 +21,7 @@ class Status(StrEnum):
     UNLIMITED = "unlimited: the live load cannot cause collapse"
     LOCKED = "unlimited: dilatancy locks the blocks"
     JAMMED = "unlimited: joints press ever harder"
+    BELOW_ZERO = "no collapse state above zero was found"
     SOLVER_FAILED = "solver failed"
 
     @property

@@ -246,7 +246,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
     """A solution without its load factor, which is below zero, or of a scene that does not carry its dead
     load from rest: ``rests`` tells whether it does, or is held by wedging alone."""
     if rests:
-        without = solution.withdrawn(Status.SOLVER_FAILED, Code.BELOW_ZERO)
+        without = solution.withdrawn(Status.BELOW_ZERO, Code.BELOW_ZERO)
         if solution.load_factor is not None:
             without = replace(without, below_zero=solution.load_factor)
         if solution.peak is None:

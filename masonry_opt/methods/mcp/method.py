@@ -191,7 +191,7 @@ def _without(task: Task, solution: Solution, lowest: float, expected: Solution) 
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
         return replace(solution, status=Status.JAMMED, reasons=(grows,))
     if lowest < -ZERO:
-        ended = solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
+        ended = solution.ended(Status.BELOW_ZERO, Code.BELOW_ZERO, load_factor=lowest)
         return replace(ended, below_zero=lowest)
     word, steps = "no exact state lies nearby", len(expected.history)
     if expected.has(Code.PUSH_STOPPED):

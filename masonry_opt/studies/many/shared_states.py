@@ -61,7 +61,10 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
       that are proven to cause no collapse.
     - ``forces``, ``velocities``: the exact state that the run found, if it found one.
     """
-    may_take_states = solution.load_factor is not None or solution.status is Status.SOLVER_FAILED
+    may_take_states = solution.load_factor is not None or solution.status in (
+        Status.SOLVER_FAILED,
+        Status.BELOW_ZERO,
+    )
     if not may_take_states or solution.carries_any_load or problem.dilatancy_depends_on_stress:
         return {}
     if problem.joints > RECORDED_UP_TO:
