@@ -10,6 +10,7 @@ from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
+from masonry_opt.methods.exact.alternation import alternation_of
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, OutOfTime, StateFinder, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
@@ -74,7 +75,11 @@ def refined(task: Task) -> Solution:
         first = of_same_scene(options.start, problem)
     if first.proven_none or (first.q is None and options.search is None):
         return first
-    refiner: StateFinder = ConeRefiner(problem, task.effort) if problem.layout.round else refiner_of(task)
+    refiner: StateFinder
+    if problem.layout.round:
+        refiner = ConeRefiner(problem, task.effort, alternation_of(task))
+    else:
+        refiner = refiner_of(task)
     lowest = _Lowest(task, refiner)
     search = Search(refiner, elastic_of(task), lowest.met)
     if options.search is not None:

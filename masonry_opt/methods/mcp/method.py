@@ -12,7 +12,7 @@ from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.associative import associative, with_associative
-from masonry_opt.methods.exact.alternation import alternated
+from masonry_opt.methods.exact.alternation import alternation_of
 from masonry_opt.methods.exact.refiner import SMALL, ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.exact.settings import SEARCH
@@ -101,6 +101,7 @@ class _States:
 
     def __init__(self, task: Task) -> None:
         self._problem, self._effort, self._elastic = task.problem, task.effort, elastic_of(task)
+        self._alternation = alternation_of(task)
         self.met = Met()
         simplex = self._problem.joints <= _SIMPLEX_UP_TO and not self._problem.layout.round
         self._search = Search(refiner_of(task), self._elastic, self.met) if simplex else None
@@ -122,7 +123,7 @@ class _States:
             start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
             exact = start if start.exact and self._tells(start) else None
             self._by_programs = _exact_or_lower(self._by_programs, exact)
-            found = alternated(self._problem, start.q, start.d if start.exact else None, self._effort)
+            found = self._alternation.state_near(start.q, start.d if start.exact else None)
             found = found if found is not None and self._tells(found) else None
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
@@ -146,7 +147,7 @@ class _States:
         if self._problem.joints > _FURTHER_IN_SPACE_UP_TO:
             return
         self._effort.begins("further starts")
-        search = Search(ConeRefiner(self._problem, self._effort), self._elastic, self.met)
+        search = Search(ConeRefiner(self._problem, self._effort, self._alternation), self._elastic, self.met)
         seconds = SEARCH.share_of_time * sum(self._effort.seconds.values())
         lowest = self._by_programs
         known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)
