@@ -56,9 +56,10 @@ class Refinement:
     """One state that lowered λ on the way."""
 
     load_factor: float
-    #: Start that led to the state: "start" (the state of the first method, or the result handed in), "random
+    #: Start that led to the state: "start" (the state of the first method, or the given result), "random
     #: forces", "ties at 0.75 of their strength" (or 0.5, 0.25), a push with other "loads" or from other
-    #: "self-stress", a "fixed point", or a "neighbour" of the lowest state.
+    #: "self-stress", a "fixed point", a "neighbour" of the lowest state, or in space the forces of the
+    #: "lowest state".
     origin: str
     candidate: int  #: its number, counted from 1
     lp_solves: int  #: linear programs solved since the method began, in space cone programs too

@@ -163,15 +163,21 @@ class Alternation:
         return self if same else Alternation(problem, effort)
 
     def state_near(
-        self, q: np.ndarray, d: np.ndarray | None = None, before_each: Callable[[], None] = lambda: None
+        self,
+        q: np.ndarray,
+        d: np.ndarray | None = None,
+        before_each: Callable[[], None] = lambda: None,
+        weights: tuple[float, ...] = (),
     ) -> Answer | None:
         """Return the state that forces (3c + t,) lead to, exact but for an energy z·p up to 1e-5 of λ.
 
         The velocities d (3b,) are a mechanism that goes with the forces, if one is known. ``before_each`` is
-        called before each solve, and at the end. Return None if the forces lead to no state.
+        called before each solve, and at the end. Weights of the energy over λ, in turn, replace the series of
+        this module if any are given. Return None if the forces lead to no state.
         """
         self._effort.begins("exact state")
-        series = _WEIGHTS_IN_SPACE if self._conic else _WEIGHTS
+        own = _WEIGHTS_IN_SPACE if self._conic else _WEIGHTS
+        series = (weights,) if weights else own
         states = (self._in_turn(q, d, weights, before_each) for weights in series)
         state = next((state for state in states if state is not None), None)
         before_each()

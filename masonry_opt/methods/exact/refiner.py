@@ -255,13 +255,15 @@ def refiner_of(task: Task) -> Refiner:
 class ConeRefiner(StateFinder):
     """The alternation of two cone programs. It reports neither what holds λ up nor neighbours of a state."""
 
-    def __init__(self, problem: Problem, effort: Effort, alternation: Alternation | None = None) -> None:
+    def __init__(
+        self, problem: Problem, effort: Effort, alternation: Alternation, weights: tuple[float, ...] = ()
+    ) -> None:
         super().__init__(problem, effort)
-        self._alternation = alternation or Alternation(problem, effort)
+        self._alternation, self._weights = alternation, weights
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
         """Return the exact state that forces (3c + t,) lead to; None if they lead to none."""
-        answer = self._alternation.state_near(q, None, self.check_time)
+        answer = self._alternation.state_near(q, None, self.check_time, self._weights)
         if answer is None or answer.failing(Kind.EXACT):
             return None
         return exact_state_of(self.problem.by_cone, answer)

@@ -26,10 +26,6 @@ from masonry_opt.standing.existence import existence
 
 _SIMPLEX_UP_TO = 500  #: Joints in the plane up to which simplex descends: beyond, it takes longest of all.
 
-#: Number of contacts in space up to which further starts are tried. On larger scenes one program may take as
-#: long as all steps before.
-_FURTHER_IN_SPACE_UP_TO = 1000
-
 
 class McpOptions(Options):
     """Options of the default method.
@@ -130,8 +126,11 @@ class _States:
                 self.met.count(found if found is not None and found.exact else exact)
 
     def further(self) -> None:
-        """Look for lower states from further starts: on small scenes in the plane until many starts in a row
-        find none, in space for a share of the time that the analysis has taken so far."""
+        """Look for lower states from further starts.
+
+        On small scenes in the plane the search ends after many starts in a row without a lower state. In
+        space the number of starts is fixed.
+        """
         if self._problem.layout.round:
             self._further_in_space()
         elif self._problem.joints <= SMALL:
@@ -144,14 +143,14 @@ class _States:
             self._keep(state)
 
     def _further_in_space(self) -> None:
-        if self._problem.joints > _FURTHER_IN_SPACE_UP_TO:
+        if self._problem.joints > SEARCH.most_contacts:
             return
         self._effort.begins("further starts")
-        search = Search(ConeRefiner(self._problem, self._effort, self._alternation), self._elastic, self.met)
-        seconds = SEARCH.share_of_time * sum(self._effort.seconds.values())
+        finder = ConeRefiner(self._problem, self._effort, self._alternation, SEARCH.weights_in_space)
+        search = Search(finder, self._elastic, self.met)
         lowest = self._by_programs
         known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)
-        for state in search.within(seconds, known):
+        for state in search.fixed_number(known):
             if state is not None and self._tells(state, state.below):
                 self._by_programs = _exact_or_lower(self._by_programs, state.answer)
 
