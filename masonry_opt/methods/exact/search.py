@@ -103,7 +103,14 @@ class Search:
                 return
 
     def fixed_number(self, lowest: ExactState | None) -> Iterator[ExactState | None]:
-        """Yield the states of a fixed number of further starts, which do not depend on the time they take."""
+        """Yield the states of a number of further starts that depends on the scene alone, not on time.
+
+        On scenes with many contacts the only start is the one from the forces of the lowest state.
+        """
+        if self.problem.joints > self._settings.most_contacts:
+            if lowest is not None:
+                yield self.start(lowest.q)
+            return
         for _, state in islice(self.endless(lowest, 0), self._settings.starts_in_space):
             yield state
 

@@ -30,9 +30,9 @@ class SearchSettings:
     #: take proportionally less time. Weights that rise faster lead to higher states.
     weights_in_space: tuple[float, ...] = (3.0, 10.0, 30.0, 1e2, 1e4)
 
-    #: Number of contacts in space up to which the default takes further starts. On larger scenes one start
-    #: may take as long as all steps before.
-    most_contacts: int = 500
+    #: Number of contacts in space above which the default takes one further start alone, from the forces of
+    #: the lowest state. On larger scenes random forces take longer than all steps before.
+    most_contacts: int = 250
 
     #: Number of starts below which equal load factors are reported as little evidence.
     few_starts: int = 8

@@ -143,8 +143,6 @@ class _States:
             self._keep(state)
 
     def _further_in_space(self) -> None:
-        if self._problem.joints > SEARCH.most_contacts:
-            return
         self._effort.begins("further starts")
         finder = ConeRefiner(self._problem, self._effort, self._alternation, SEARCH.weights_in_space)
         search = Search(finder, self._elastic, self.met)
