@@ -252,5 +252,5 @@ _STARTS: dict[str, _Start] = {
 #: of a push, and a fixed point a third. Fixed points lead lower where a whole slope slides.
 _KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space, in turn. Random forces lead lower more often, in less time, than pushes do.
+#: Kinds of starts in space, in turn. Random forces lead lower in less time than pushes do.
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES, "loads")
