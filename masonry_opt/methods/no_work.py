@@ -120,7 +120,8 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
     if answer is None or answer.load_factor <= ZERO or not problem.dead.any():
         return None
     driven, solver = in_units_of_load(replace(problem, live=problem.dead)), find_solver("cvxpy", None)
-    programs = ExactPrograms(driven, [solver], task.effort, "mechanism without work")
+    nearly, purpose = problem.by_friction.conic, "mechanism without work"
+    programs = ExactPrograms(driven, [solver], task.effort, purpose, nearly)
     d = programs.motion(answer.q / driven.force)
     if d is None:
         return None

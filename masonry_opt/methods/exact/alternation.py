@@ -75,9 +75,12 @@ class ExactPrograms:
     units of the scaled problem.
     """
 
-    def __init__(self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str) -> None:
+    def __init__(
+        self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str, nearly: bool
+    ) -> None:
+        """Take a point near the optimum from the last solver if ``nearly`` is true."""
         self._problem, self._solvers = scaled.problem, tuple(solvers)
-        self._effort, self._purpose = effort, purpose
+        self._effort, self._purpose, self._nearly = effort, purpose, nearly
         self._slope = self._problem.dilatancy
 
     @cached_property
@@ -132,14 +135,10 @@ class ExactPrograms:
             self.__dict__.pop("_engines_of_motion", None)
 
     def _solved(self, engines: list[CvxpyEngine], before_each: Callable[[], None]) -> bool:
-        """Return True if one of the solvers finds an optimum.
-
-        Contact points whose forces are indeterminate often stop Clarabel short of any tolerance. With cones,
-        a point near the optimum is therefore accepted of the last solver.
-        """
+        """Return True if one of the solvers finds an optimum, or the last solver a point near it if allowed."""
         for engine in engines:
             before_each()
-            nearly = self._problem.by_friction.conic and engine is engines[-1]
+            nearly = self._nearly and engine is engines[-1]
             if engine.solve().readable(nearly):
                 return True
         return False
@@ -155,7 +154,8 @@ class Alternation:
         self._scaled = in_units_of_load(self._problem)
         tolerances = _TOLERANCES if self._conic else _TOLERANCES[:1]
         solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
-        self._programs = ExactPrograms(self._scaled, solvers, effort, _PURPOSE)
+        # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
+        self._programs = ExactPrograms(self._scaled, solvers, effort, _PURPOSE, nearly=self._conic)
 
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
         """Return an alternation of another problem: programs serve one problem and one effort."""

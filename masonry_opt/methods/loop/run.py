@@ -249,7 +249,7 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     sub-problem's."""
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
-    programs = ExactPrograms(scaled, [solver], effort, _PURPOSE)
+    programs = ExactPrograms(scaled, [solver], effort, _PURPOSE, nearly=False)
     forces = programs.forces(state.p)
     if forces is None:
         return None
