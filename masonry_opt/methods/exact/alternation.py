@@ -135,7 +135,7 @@ class ExactPrograms:
             self.__dict__.pop("_engines_of_motion", None)
 
     def _solved(self, engines: list[CvxpyEngine], before_each: Callable[[], None]) -> bool:
-        """Return True if one of the solvers finds an optimum, or the last solver a point near it if allowed."""
+        """Return True if one of the solvers finds an optimum, or the last one a point near it."""
         for engine in engines:
             before_each()
             nearly = self._nearly and engine is engines[-1]
