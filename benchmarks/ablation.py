@@ -79,11 +79,20 @@ def _without(*names: Any) -> Callable[[Any], Any]:
 
 _SETTINGS = "exact.search:Search.__init__.__defaults__"
 _SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
-_REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.alternation:forces_for.__defaults__"
+_REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.alternation:ExactPrograms.forces.__defaults__"
 
 
-def _solved_alone(has_optimum: Callable[..., bool]) -> Callable[..., bool]:
-    return lambda *arguments, nearly, **given: has_optimum(*arguments, **given)
+def _solved_alone(solved: Callable[..., bool]) -> Callable[..., bool]:
+    """Return a replacement of ``ExactPrograms._solved`` that accepts no point near the optimum."""
+
+    def solved_alone(programs: Any, engines: list[Any], before_each: Callable[[], None]) -> bool:
+        for engine in engines:
+            before_each()
+            if engine.solve().readable(nearly=False):
+                return True
+        return False
+
+    return solved_alone
 
 
 _WEIGHTS = "exact.alternation:_WEIGHTS_IN_SPACE"
@@ -100,7 +109,7 @@ IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
     "rougher-tolerances": ("mcp", {_TOLERANCES: lambda old: old[:1]}),
     "roughest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[:2]}),
     "tightest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[1:]}),
-    "programs-nearly-solved": ("mcp", {"exact.alternation:has_optimum": _solved_alone}),
+    "programs-nearly-solved": ("mcp", {"exact.alternation:ExactPrograms._solved": _solved_alone}),
     "energy-left": ("mcp", {"exact.alternation:_LEFT": 1e-8}),
     "sixteen-sides": ("mcp", {_SIDES: 16}),
     "thirty-two-sides": ("mcp", {_SIDES: 32}),
@@ -125,8 +134,8 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "early-end": ("rough", {_RUN + "_NEARLY_TRUE": 0.0}),
     "early-end-not-before": ("rough", {_RUN + "_NEARLY_TRUE": inf}),
     "pause-between-ends": ("rough", {_RUN + "_PAUSE": 1}),
-    "energy-weighs-10": ("rough", {_ENERGY: (10.0,)}),
-    "energy-weighs-100": ("rough", {_ENERGY: (100.0,)}),
+    "energy-weighs-10": ("rough", {_ENERGY: lambda old: (10.0, *old[1:])}),
+    "energy-weighs-100": ("rough", {_ENERGY: lambda old: (100.0, *old[1:])}),
     "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
     "energy-weighs-100-in-repairs": ("mcp", {"exact.refiner:WEIGHT": 100.0}),
     "further-starts": ("mcp", {"mcp.method:SMALL": 0}),

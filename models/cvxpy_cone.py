@@ -87,35 +87,58 @@ class ConeMechanism(Mechanism):
         return self._problem.rates(self.d.value, slope)
 
 
-def cone_forces(problem: Problem, p: np.ndarray, weight: float) -> tuple[ConeStatics, cp.Problem]:
-    """Forces of a low λ that leave little energy for the rates p, shape (faces,), of a mechanism:
+class ConeForces:
+    """Forces of a low λ that leave little energy for the rates of a mechanism:
 
-    min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
+        min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
-    (without the constants γ·c and v·l).
+    The objective omits the constants γ·c and v·l. Its cost of forces is a parameter: other rates and other
+    weights need no new program.
     """
-    statics = ConeStatics(problem, ShearLimits.true(problem))
-    slips = -problem.layout.senses.T @ p[problem.table.slides].reshape(len(problem.layout.senses), -1)
-    cost = problem.table.R.T @ p[problem.table.rest]
-    normal, *shears = problem.columns_of_sliding
-    cost[normal] += problem.friction * np.hypot(*slips)
-    for of_kind, slip in zip(shears, slips, strict=True):
-        cost[of_kind] += slip
-    objective = problem.live_norm * statics.load_factor + weight * cost @ statics.q
-    return statics, cp.Problem(cp.Minimize(objective), [statics.equilibrium, *statics.within_yield])
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        statics = self.statics = ConeStatics(problem, ShearLimits.true(problem))
+        self._cost = cp.Parameter(problem.B.shape[1], name="cost")
+        objective = problem.live_norm * statics.load_factor + self._cost @ statics.q
+        self.program = cp.Problem(cp.Minimize(objective), [statics.equilibrium, *statics.within_yield])
+
+    def set(self, p: np.ndarray, weight: float) -> None:
+        """Set the rates of the mechanism, shape (faces,), and the weight of the energy."""
+        problem = self._problem
+        slips = -problem.layout.senses.T @ p[problem.table.slides].reshape(len(problem.layout.senses), -1)
+        cost = problem.table.R.T @ p[problem.table.rest]
+        normal, *shears = problem.columns_of_sliding
+        cost[normal] += problem.friction * np.hypot(*slips)
+        for of_kind, slip in zip(shears, slips, strict=True):
+            cost[of_kind] += slip
+        self._cost.value = weight * cost
 
 
-def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[cp.Variable, cp.Problem]:
-    """Block velocities d of a mechanism that leaves least energy for forces q, shape (3c,), with opening per
-    unit slip (k,):
+class ConeMotion:
+    """A mechanism that leaves least energy for given forces:
 
-    min  γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l)    within kinematics
+        min  γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l)    within kinematics
+
+    The slope, opening per unit slip, has shape (k,). The forces are parameters: other forces need no new
+    program.
     """
-    mechanism = ConeMechanism(problem, slope)
-    normal, *shears = (q[of_kind] for of_kind in problem.columns_of_sliding)
-    limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))
-    energy = limit @ mechanism.slip + cp.sum(cp.multiply(np.stack(shears), mechanism.sliding))
-    energy += np.maximum(q[: problem.joints], 0.0) @ mechanism.opening
-    energy += np.maximum(problem.slacks(q)[problem.table.limits], 0.0) @ mechanism.yielding
-    rows = [*mechanism.rows, mechanism.live_work]
-    return mechanism.d, cp.Problem(cp.Minimize(_ENERGY_SCALE * energy), rows)
+
+    def __init__(self, problem: Problem, slope: np.ndarray) -> None:
+        self._problem = problem
+        mechanism = self.mechanism = ConeMechanism(problem, slope)
+        moving = mechanism.slip, mechanism.sliding, mechanism.opening, mechanism.yielding
+        self._costs = [cp.Parameter(part.shape) for part in moving]
+        weighed = zip(self._costs, moving, strict=True)
+        energy = sum(cp.sum(cp.multiply(cost, part)) for cost, part in weighed if part.size)
+        self.program = cp.Problem(cp.Minimize(energy), [*mechanism.rows, mechanism.live_work])
+
+    def set(self, q: np.ndarray) -> None:
+        """Set the forces, shape (3c + t,)."""
+        problem = self._problem
+        normal, *shears = (q[of_kind] for of_kind in problem.columns_of_sliding)
+        limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))
+        pressing = np.maximum(q[: problem.joints], 0.0)
+        left = np.maximum(problem.slacks(q)[problem.table.limits], 0.0)
+        for cost, value in zip(self._costs, (limit, np.stack(shears), pressing, left), strict=True):
+            cost.value = _ENERGY_SCALE * value

@@ -19,14 +19,14 @@ class CvxpyForces:
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
-    Costs are a, and b of shape (3c,), zeros by default. ``room`` is infinite here; a solver that stays loaded
-    is given 0 on the faces that are held at yield.
+    Costs are a, and b of shape (3c,), zeros by default; b may be a parameter. ``room`` is infinite here; a
+    solver that stays loaded is given 0 on the faces that are held at yield.
     """
 
     def __init__(
         self,
         problem: Problem,
-        costs: tuple[float, np.ndarray] | None = None,
+        costs: tuple[float, np.ndarray | cp.Parameter] | None = None,
         within: tuple[float, float] | None = None,
     ) -> None:
         load_factor = cp.Variable(bounds=list(within), name="load_factor") if within else None
@@ -42,15 +42,15 @@ class CvxpyMotion:
 
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
-    The cost, shape (faces,), is such as the slacks z ≥ 0 of a state, zeros by default; the slope, opening per
-    unit slip, shape (k,), by default the joints' own. ``most`` is infinite here; a solver that stays loaded
-    is given 0 on the faces that must not move.
+    The cost, shape (faces,), is such as the slacks z ≥ 0 of a state, zeros by default; the cost may be a
+    parameter. The slope, opening per unit slip, shape (k,), is by default the joints' own. ``most`` is
+    infinite here; a solver that stays loaded is given 0 on the faces that must not move.
     """
 
     def __init__(
         self,
         problem: Problem,
-        cost: np.ndarray | None = None,
+        cost: np.ndarray | cp.Parameter | None = None,
         slope: np.ndarray | None = None,
         raising: float | None = None,
     ) -> None:

@@ -16,7 +16,6 @@ They may be all that drives the mechanism, as where a fill pushes aside a stack 
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from functools import partial
 from math import inf, nan
 from typing import Any
 
@@ -28,10 +27,9 @@ from masonry_opt.answer.reasons import LOAD_FACTORS, Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import APART, ZERO
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.exact.alternation import motion_for
+from masonry_opt.methods.exact.alternation import ExactPrograms
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, in_units_of_load
-from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import find_solver
 
@@ -123,8 +121,8 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
         return None
     driven, solver = in_units_of_load(replace(problem, live=problem.dead)), find_solver("cvxpy", None)
     nearly, purpose = problem.by_friction.conic, "mechanism without work"
-    solves = partial(has_optimum, solver=solver, effort=task.effort, purpose=purpose, nearly=nearly)
-    d = motion_for(driven, answer.q / driven.force, solves)
+    programs = ExactPrograms(driven, [solver], task.effort, purpose, nearly)
+    d = programs.motion(answer.q / driven.force)
     if d is None:
         return None
     slope = problem.dilatancy_at(problem.normal_forces(answer.q))

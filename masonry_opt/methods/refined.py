@@ -10,6 +10,7 @@ from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
+from masonry_opt.methods.exact.alternation import alternation_of
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, OutOfTime, StateFinder, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
@@ -55,9 +56,10 @@ class Refinement:
     """One state that lowered λ on the way."""
 
     load_factor: float
-    #: Start that led to the state: "start" (the state of the first method, or the result handed in), "random
+    #: Start that led to the state: "start" (the state of the first method, or the given result), "random
     #: forces", "ties at 0.75 of their strength" (or 0.5, 0.25), a push with other "loads" or from other
-    #: "self-stress", a "fixed point", or a "neighbour" of the lowest state.
+    #: "self-stress", a "fixed point", a "neighbour" of the lowest state, or in space the forces of the
+    #: "lowest state".
     origin: str
     candidate: int  #: its number, counted from 1
     lp_solves: int  #: linear programs solved since the method began, in space cone programs too
@@ -74,7 +76,11 @@ def refined(task: Task) -> Solution:
         first = of_same_scene(options.start, problem)
     if first.proven_none or (first.q is None and options.search is None):
         return first
-    refiner: StateFinder = ConeRefiner(problem, task.effort) if problem.layout.round else refiner_of(task)
+    refiner: StateFinder
+    if problem.layout.round:
+        refiner = ConeRefiner(problem, task.effort, alternation_of(task))
+    else:
+        refiner = refiner_of(task)
     lowest = _Lowest(task, refiner)
     search = Search(refiner, elastic_of(task), lowest.met)
     if options.search is not None:

@@ -11,7 +11,7 @@ import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.alternation import alternated
+from masonry_opt.methods.exact.alternation import Alternation
 
 WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
 #: What "exact" means: every part of the certificate.
@@ -180,7 +180,7 @@ def test_interior_points_in_turn_end_near_where_simplex_does(name):
     """From the state that a push ends with: exact but for complementarity."""
     simplex, pushed = solved(scene_of(name)), solved(scene_of(name), "compliant")
     state = pushed.solution.answer
-    found = alternated(pushed.assembly.problem, state.q, state.d, Effort())
+    found = Alternation(pushed.assembly.problem, Effort()).state_near(state.q, state.d)
     left = found.certificate
     assert max(left.equilibrium, left.yield_, left.flow) <= EXACT
     assert left.complementarity <= ALTERNATED * found.load_factor

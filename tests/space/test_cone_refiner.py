@@ -7,10 +7,16 @@ from scenes_in_space import corner_wall
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.alternation import Alternation
 from masonry_opt.methods.exact.refiner import ConeRefiner, OutOfTime
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
 WALL = corner_wall(2, 2, 2)
+
+
+def cone_refiner(problem):
+    effort = Effort()
+    return ConeRefiner(problem, effort, Alternation(problem, effort))
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +25,7 @@ def start():
 
 
 def test_it_ends_after_the_program_in_which_its_deadline_passes(watched, start):
-    refiner = ConeRefiner(start.assembly.problem, Effort())
+    refiner = cone_refiner(start.assembly.problem)
     programs = watched(CvxpyEngine, "solve", lambda _: setattr(refiner, "deadline", 0.0))
     with pytest.raises(OutOfTime):
         refiner.state_near(start.solution.q)
@@ -28,7 +34,7 @@ def test_it_ends_after_the_program_in_which_its_deadline_passes(watched, start):
 
 def test_no_state_where_no_program_ends(failing, start):
     failing("cvxpy")
-    refiner = ConeRefiner(start.assembly.problem, Effort())
+    refiner = cone_refiner(start.assembly.problem)
     assert refiner.state_near(start.solution.q) is None
 
 

@@ -13,7 +13,7 @@ import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.alternation import alternated
+from masonry_opt.methods.exact.alternation import Alternation
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.laws import Cone
 
@@ -87,7 +87,7 @@ def test_a_facade_of_231_blocks_is_exact():
     """Its mechanism leaves 2.5e-8 of λ where solvers end at an absolute gap of its bare energy."""
     size = next(reference.size for reference in REFERENCES if reference.blocks == 231)
     soft = mo.solve(facade(*size, 0.6), "compliant", give=1e-2)
-    answer = alternated(soft.assembly.problem, soft.solution.q, None, Effort())
+    answer = Alternation(soft.assembly.problem, Effort()).state_near(soft.solution.q)
     assert answer is not None
     assert answer.forms.friction is Cone
     assert not answer.failing(Kind.EXACT)

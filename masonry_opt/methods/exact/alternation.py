@@ -1,13 +1,12 @@
 """Exact states of scenes of any size: the two programs in turn, by interior points.
 
-From forces near a state, the mechanism that leaves least energy z·p for them; then, for its rates, forces of
-low λ that leave little; and again. Interior points bring what is left to some 1e-8 of λ, on façades where
-simplex would take minutes.
+The first program finds, from forces near a state, the mechanism that leaves least energy z·p for them. The
+second finds, for the rates of that mechanism, forces of low λ that leave little energy. Interior points bring
+the energy to some 1e-8 of λ, on façades where simplex would take minutes.
 """
 
 from collections.abc import Callable, Iterable
-from functools import partial
-from typing import Any
+from functools import cached_property
 
 import cvxpy as cp
 import numpy as np
@@ -15,45 +14,16 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
-from masonry_opt.models.cvxpy_cone import cone_forces, cone_motion
+from masonry_opt.methods.task import Task
+from masonry_opt.models.cvxpy_cone import ConeForces, ConeMotion
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
-from masonry_opt.models.cvxpy_terms import Statics
 from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
-from masonry_opt.solvers.cvxpy_engine import has_optimum
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
+from masonry_opt.solvers.registry import Solver, find_solver
 
 #: Weight of the energy z·p over λ where a mechanism is known roughly: λ must fall by more than so many times
 #: what that adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
 WEIGHT = 30.0
-
-Solves = Callable[[cp.Problem], bool]  #: Solves; whether there is an optimum to read.
-
-
-def forces_for(
-    scaled: Scaled, p: np.ndarray, solves: Solves, weight: float = WEIGHT
-) -> tuple[float, np.ndarray] | None:
-    """λ and forces (3c,) of a low λ that leave little energy for rates p (faces,); None if none are found."""
-    problem = scaled.problem
-    statics: Statics
-    if problem.by_friction.conic:
-        statics, program = cone_forces(problem, p, weight)
-    else:
-        forces = CvxpyForces(problem, energy_costs(problem, p, weight))
-        statics, program = forces.statics, forces.program
-    return statics.forces() if solves(program) else None
-
-
-def motion_for(scaled: Scaled, q: np.ndarray, solves: Solves) -> np.ndarray | None:
-    """Velocities (3b,) of the true flow rule that leave least energy for forces (3c,); None if none are."""
-    problem = scaled.problem
-    slope = problem.dilatancy_at(problem.normal_forces(q))
-    if problem.by_friction.conic:
-        d, program = cone_motion(problem, q, slope)
-    else:
-        motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0) / problem.steep, slope)
-        d, program = motion.mechanism.d, motion.program
-    return np.asarray(d.value) if solves(program) else None
-
 
 #: Weights of the energy over λ, in turn. The first lets λ fall far, the last leaves hardly any energy. In
 #: space exact states lie further apart, and a weight that rises slowly leads lower; where it leads to none,
@@ -66,63 +36,181 @@ _WEIGHTS_IN_SPACE = ((3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4), (*5 * [1e4], *2 * [1
 _TOLERANCES = (1e-11, 1e-10, 1e-9)
 
 _LEFT = 1e-5  #: Energy that a state may leave, over λ: with more another start is better.
-_PURPOSE = "exact state"  #: What a solver does here, as a result tells it.
+_PURPOSE = "exact state"  #: Name of this use of a solver in a result.
 
 
-def alternated(
-    problem: Problem,
-    q: np.ndarray,
-    d: np.ndarray | None,
-    effort: Effort,
-    follow: Callable[[], None] = lambda: None,
-) -> Answer | None:
-    """The state that forces (3c,) lead to, and the mechanism (3b,) where it is known, in space of the cone,
-    exact but for an energy z·p up to 1e-5 of λ. ``follow`` is called before each program, and at the end."""
-    effort.begins("exact state")
-    problem = problem.by_cone
-    conic = problem.by_friction.conic
-    tolerances = _TOLERANCES if conic else _TOLERANCES[:1]
-    solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
+class _PlaneForces:
+    """The program of forces in the plane: :class:`CvxpyForces` with the cost of the energy as a parameter."""
 
-    def solve(program: Callable[..., Any]) -> Any:
-        for solver in solvers:
-            follow()
-            # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
-            nearly = conic and solver is solvers[-1]
-            solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE, nearly=nearly)
-            if (one := program(solves=solves)) is not None:
-                return one
-        return None
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._cost = cp.Parameter(problem.B.shape[1], name="cost")
+        forces = CvxpyForces(problem, (problem.live_norm, self._cost))
+        self.statics, self.program = forces.statics, forces.program
 
-    series = _WEIGHTS_IN_SPACE if conic else _WEIGHTS
-    found = (_in_turn(problem, q, d, weights, solve) for weights in series)
-    state = next((one for one in found if one is not None), None)
-    follow()
-    return state
+    def set(self, p: np.ndarray, weight: float) -> None:
+        """Set the rates of the mechanism, shape (faces,), and the weight of the energy."""
+        self._cost.value = energy_costs(self._problem, p, weight)[1]
 
 
-def _in_turn(
-    problem: Problem, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], solve: Callable[..., Any]
-) -> Answer | None:
-    """The last state within the limits that these weights lead to; of those that are exact, if any is."""
-    scaled = in_units_of_load(problem)
-    # Forces of contacts that give, or of other loads, need not balance: the load that fits best.
-    fits = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
-    forces: tuple[float, np.ndarray] | None = fits / scaled.load_factor, q / scaled.force
-    found: Answer | None = None
-    for weight in (*weights, None):
-        if forces is None:
-            break
-        d = solve(partial(motion_for, scaled, forces[1])) if d is None else d
-        if d is None:
-            break
-        load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
-        answer = certified(problem, load_factor, q, d)
-        left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-        within = left <= _LEFT and not answer.failing(Kind.NEARLY_COMPLEMENTARY)
-        if within and (found is None or answer.exact or not found.exact):
-            found = answer
-        if weight is not None:
-            p, d = problem.rates(d, problem.dilatancy), None
-            forces = solve(partial(forces_for, scaled, p, weight=weight))
-    return found
+class _PlaneMotion:
+    """The program of a mechanism in the plane: :class:`CvxpyMotion` with the slacks as a parameter."""
+
+    def __init__(self, problem: Problem, slope: np.ndarray) -> None:
+        self._problem = problem
+        self._cost = cp.Parameter(problem.faces, name="cost", nonneg=True)
+        motion = CvxpyMotion(problem, self._cost, slope)
+        self.mechanism, self.program = motion.mechanism, motion.program
+
+    def set(self, q: np.ndarray) -> None:
+        """Set the forces, shape (3c + t,)."""
+        self._cost.value = np.maximum(self._problem.slacks(q), 0.0) / self._problem.steep
+
+
+class ExactPrograms:
+    """The two programs of one problem, each declared and compiled once, however often they are solved.
+
+    A program that is not solved to the tolerance of the first solver is tried with the next solver. Every
+    solve begins cold, so an answer does not depend on earlier solves. Forces and load factors are in the
+    units of the scaled problem.
+    """
+
+    def __init__(
+        self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str, nearly: bool
+    ) -> None:
+        """Take a point near the optimum from the last solver if ``nearly`` is true."""
+        self._problem, self._solvers = scaled.problem, tuple(solvers)
+        self._effort, self._purpose, self._nearly = effort, purpose, nearly
+        self._slope = self._problem.dilatancy
+
+    @cached_property
+    def _forces(self) -> ConeForces | _PlaneForces:
+        with self._effort.measure("build"):
+            return (ConeForces if self._problem.by_friction.conic else _PlaneForces)(self._problem)
+
+    @cached_property
+    def _motion(self) -> ConeMotion | _PlaneMotion:
+        with self._effort.measure("build"):
+            conic = self._problem.by_friction.conic
+            return (ConeMotion if conic else _PlaneMotion)(self._problem, self._slope)
+
+    @cached_property
+    def _engines_of_forces(self) -> list[CvxpyEngine]:
+        return self._engines(self._forces.program)
+
+    @cached_property
+    def _engines_of_motion(self) -> list[CvxpyEngine]:
+        return self._engines(self._motion.program)
+
+    def _engines(self, program: cp.Problem) -> list[CvxpyEngine]:
+        effort, purpose = self._effort, self._purpose
+        return [CvxpyEngine(program, solver, effort, purpose, repeats=True) for solver in self._solvers]
+
+    def forces(
+        self, p: np.ndarray, weight: float = WEIGHT, before_each: Callable[[], None] = lambda: None
+    ) -> tuple[float, np.ndarray] | None:
+        """Return λ and forces (3c + t,) of a low λ that leave little energy for rates p, shape (faces,).
+
+        Return None if no solver finds an optimum. ``before_each`` is called before each solve.
+        """
+        self._forces.set(p, weight)
+        return self._forces.statics.forces() if self._solved(self._engines_of_forces, before_each) else None
+
+    def motion(self, q: np.ndarray, before_each: Callable[[], None] = lambda: None) -> np.ndarray | None:
+        """Return velocities (3b,) of the true flow rule that leave least energy for forces (3c + t,).
+
+        Return None if no solver finds an optimum. ``before_each`` is called before each solve.
+        """
+        self._follow_dilatancy(self._problem.dilatancy_at(self._problem.normal_forces(q)))
+        self._motion.set(q)
+        if not self._solved(self._engines_of_motion, before_each):
+            return None
+        return np.asarray(self._motion.mechanism.d.value)
+
+    def _follow_dilatancy(self, slope: np.ndarray) -> None:
+        """Declare the program of the mechanism anew if the dilatancy (k,) differs, as it may with stress."""
+        if not np.array_equal(slope, self._slope):
+            self._slope = slope
+            self.__dict__.pop("_motion", None)
+            self.__dict__.pop("_engines_of_motion", None)
+
+    def _solved(self, engines: list[CvxpyEngine], before_each: Callable[[], None]) -> bool:
+        """Return True if one of the solvers finds an optimum, or the last one a point near it."""
+        for engine in engines:
+            before_each()
+            nearly = self._nearly and engine is engines[-1]
+            if engine.solve().readable(nearly):
+                return True
+        return False
+
+
+class Alternation:
+    """The two programs of one problem in turn, in space with friction by cones."""
+
+    def __init__(self, problem: Problem, effort: Effort) -> None:
+        self._given, self._effort = problem, effort
+        self._problem = problem.by_cone
+        self._conic = self._problem.by_friction.conic
+        self._scaled = in_units_of_load(self._problem)
+        tolerances = _TOLERANCES if self._conic else _TOLERANCES[:1]
+        solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
+        # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
+        self._programs = ExactPrograms(self._scaled, solvers, effort, _PURPOSE, nearly=self._conic)
+
+    def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
+        """Return an alternation of another problem: programs serve one problem and one effort."""
+        same = problem is self._given and effort is self._effort
+        return self if same else Alternation(problem, effort)
+
+    def state_near(
+        self,
+        q: np.ndarray,
+        d: np.ndarray | None = None,
+        before_each: Callable[[], None] = lambda: None,
+        weights: tuple[float, ...] = (),
+    ) -> Answer | None:
+        """Return the state that forces (3c + t,) lead to, exact but for an energy z·p up to 1e-5 of λ.
+
+        The velocities d (3b,) are a mechanism that goes with the forces, if one is known. ``before_each`` is
+        called before each solve, and at the end. Weights of the energy over λ, in turn, replace the series of
+        this module if any are given. Return None if the forces lead to no state.
+        """
+        self._effort.begins("exact state")
+        own = _WEIGHTS_IN_SPACE if self._conic else _WEIGHTS
+        series = (weights,) if weights else own
+        states = (self._in_turn(q, d, weights, before_each) for weights in series)
+        state = next((state for state in states if state is not None), None)
+        before_each()
+        return state
+
+    def _in_turn(
+        self, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], before_each: Callable[[], None]
+    ) -> Answer | None:
+        """Return the last state within the limits, an exact state if these weights lead to one."""
+        problem, scaled = self._problem, self._scaled
+        # Forces of contacts that give, or of other loads, need not balance: the load that fits best.
+        fits = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
+        forces: tuple[float, np.ndarray] | None = fits / scaled.load_factor, q / scaled.force
+        found: Answer | None = None
+        for weight in (*weights, None):
+            if forces is None:
+                break
+            d = self._programs.motion(forces[1], before_each) if d is None else d
+            if d is None:
+                break
+            load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
+            answer = certified(problem, load_factor, q, d)
+            left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
+            within = left <= _LEFT and not answer.failing(Kind.NEARLY_COMPLEMENTARY)
+            if within and (found is None or answer.exact or not found.exact):
+                found = answer
+            if weight is not None:
+                p, d = problem.rates(d, problem.dilatancy), None
+                forces = self._programs.forces(p, weight, before_each)
+        return found
+
+
+def alternation_of(task: Task) -> Alternation:
+    """Return the alternation of a task's problem, whose programs are kept for the task."""
+    problem, effort = task.problem, task.effort
+    return task.kept.of("alternation", problem, effort, lambda: Alternation(problem, effort), own=True)

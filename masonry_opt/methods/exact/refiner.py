@@ -23,7 +23,7 @@ from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.alternation import WEIGHT, alternated
+from masonry_opt.methods.exact.alternation import WEIGHT, Alternation
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_exact import energy_costs
 from masonry_opt.problem.problem import Of, Problem
@@ -253,10 +253,17 @@ def refiner_of(task: Task) -> Refiner:
 
 
 class ConeRefiner(StateFinder):
-    """By alternation: what holds λ up is not known, states have no neighbours."""
+    """The alternation of two cone programs. It reports neither what holds λ up nor neighbours of a state."""
+
+    def __init__(
+        self, problem: Problem, effort: Effort, alternation: Alternation, weights: tuple[float, ...] = ()
+    ) -> None:
+        super().__init__(problem, effort)
+        self._alternation, self._weights = alternation, weights
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        answer = alternated(self.problem, q, None, self.effort, self.check_time)
+        """Return the exact state that forces (3c + t,) lead to; None if they lead to none."""
+        answer = self._alternation.state_near(q, None, self.check_time, self._weights)
         if answer is None or answer.failing(Kind.EXACT):
             return None
         return exact_state_of(self.problem.by_cone, answer)

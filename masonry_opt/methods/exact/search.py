@@ -1,8 +1,6 @@
 """The search for lower exact states: other starts, and the neighbourhood of the lowest found, in turn."""
 
-import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import cycle, islice
@@ -16,7 +14,7 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
 from masonry_opt.methods.exact.random_forces import RandomForces
-from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Refiner, StateFinder
+from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.push.compliant import self_stress
 from masonry_opt.methods.push.push import Elastic
@@ -104,31 +102,35 @@ class Search:
             if in_vain >= self._settings.starts_in_vain:
                 return
 
-    def within(self, seconds: float, lowest: ExactState | None) -> Iterator[ExactState | None]:
-        """Yield the states of further starts for some seconds, and at most of a number of starts.
+    def fixed_number(self, lowest: ExactState | None) -> Iterator[ExactState | None]:
+        """Yield the states of a number of further starts that depends on the scene alone, not on time.
 
-        A start with weaker ties comes first where a scene has ties. A start from the forces of the lowest
-        state follows, without its mechanism: another mechanism that these forces allow may lead lower.
+        On scenes with many contacts the only start is the one from the forces of the lowest state.
         """
-        self._finder.deadline = time.perf_counter() + seconds
-        candidates = islice(self.endless(lowest, 0), self._settings.most_starts_in_space)
-        with suppress(OutOfTime):
-            if self._random.has_limited_forces:
-                yield next(candidates)[1]
+        if self.problem.joints > self._settings.most_contacts:
             if lowest is not None:
                 yield self.start(lowest.q)
-            for _, state in candidates:
-                yield state
+            return
+        for _, state in islice(self.endless(lowest, 0), self._settings.starts_in_space):
+            yield state
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
         """Yield candidates without end.
 
-        Random numbers depend on the seed and the number of a candidate alone.
+        Random numbers depend on the seed and the number of a random start alone. In space a start from the
+        forces of the lowest state comes first, and again after each lower state, without the mechanism of
+        that state: another mechanism that these forces allow may lead lower.
         """
         kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS
         if self._random.has_limited_forces:
             kinds = (*_WEAKER_TIES, *kinds)
+        repeated: ExactState | None = None
         for number, kind in enumerate(cycle(kinds)):
+            while self.problem.layout.round and best is not None and best is not repeated:
+                repeated = best
+                state = self.start(best.q)
+                best = lower_of(best, state)
+                yield _LOWEST, state
             rng = np.random.default_rng((seed, number))
             state = self.start(_STARTS[kind](self, best, rng))
             best = lower_of(best, state)
@@ -226,7 +228,11 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_RANDOM_FORCES, _STRESS, _FIXED, _NEIGHBOUR = "random forces", "self-stress", "fixed point", "neighbour"
+_LOWEST = "lowest state"
+_RANDOM_FORCES = "random forces"
+_STRESS = "self-stress"
+_FIXED = "fixed point"
+_NEIGHBOUR = "neighbour"
 
 #: Kinds of starts in which ties and other limited forces use at most a share of their strength. These starts
 #: come first where a scene has such forces: a tie at its strength hides states in which it does not yield.
@@ -246,5 +252,5 @@ _STARTS: dict[str, _Start] = {
 #: of a push, and a fixed point a third. Fixed points lead lower where a whole slope slides.
 _KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space, in turn.
-_KINDS_IN_SPACE = (_RANDOM_FORCES, _STRESS, _RANDOM_FORCES, "loads")
+#: Kinds of starts in space, in turn. Random forces lead lower in less time than pushes do.
+_KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES, "loads")

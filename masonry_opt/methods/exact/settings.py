@@ -22,13 +22,17 @@ class SearchSettings:
     #: scene in the plane. More starts take proportionally longer, and find states that few starts lead to.
     starts_in_vain: int = 100
 
-    #: Time of the default's further starts in space, as a share of the time of its steps before. A larger
-    #: share finds lower states more often.
-    share_of_time: float = 1.5
+    #: Number of further starts of the default in space. More starts find lower states more often, and take
+    #: proportionally longer.
+    starts_in_space: int = 6
 
-    #: Largest number of further starts of the default in space. More starts lengthen the analysis of scenes
-    #: that are solved in a tenth of a second, where time would allow hundreds.
-    most_starts_in_space: int = 24
+    #: Weights of the energy over λ, in turn, for the further starts of the default in space. Fewer weights
+    #: take proportionally less time. Weights that rise faster lead to higher states.
+    weights_in_space: tuple[float, ...] = (3.0, 10.0, 30.0, 1e2, 1e4)
+
+    #: Number of contacts in space above which the default takes one further start alone, from the forces of
+    #: the lowest state. On larger scenes random forces take longer than all steps before.
+    most_contacts: int = 250
 
     #: Number of starts below which equal load factors are reported as little evidence.
     few_starts: int = 8

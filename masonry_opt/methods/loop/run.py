@@ -3,7 +3,6 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import islice
 
 import numpy as np
@@ -14,7 +13,7 @@ from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.alternation import forces_for, motion_for
+from masonry_opt.methods.exact.alternation import ExactPrograms
 from masonry_opt.methods.loop.options import Attempt
 from masonry_opt.methods.loop.steps import SubProblem, corrected, sub_problems
 from masonry_opt.models.cvxpy_exact import CvxpyAtYield
@@ -250,12 +249,12 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     sub-problem's."""
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)
-    solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE)
-    forces = forces_for(scaled, state.p, solves)
+    programs = ExactPrograms(scaled, [solver], effort, _PURPOSE, nearly=False)
+    forces = programs.forces(state.p)
     if forces is None:
         return None
     load_factor, q = forces
-    d = motion_for(scaled, q, solves)
+    d = programs.motion(q)
     d = state.d if d is None else d
     return _belonging(problem, scaled.load_factor * load_factor, scaled.force * q, d)
 

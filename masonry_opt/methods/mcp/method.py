@@ -12,7 +12,7 @@ from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.associative import associative, with_associative
-from masonry_opt.methods.exact.alternation import alternated
+from masonry_opt.methods.exact.alternation import alternation_of
 from masonry_opt.methods.exact.refiner import SMALL, ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.exact.settings import SEARCH
@@ -25,10 +25,6 @@ from masonry_opt.solvers.registry import find_solver
 from masonry_opt.standing.existence import existence
 
 _SIMPLEX_UP_TO = 500  #: Joints in the plane up to which simplex descends: beyond, it takes longest of all.
-
-#: Number of contacts in space up to which further starts are tried. On larger scenes one program may take as
-#: long as all steps before.
-_FURTHER_IN_SPACE_UP_TO = 1000
 
 
 class McpOptions(Options):
@@ -101,6 +97,7 @@ class _States:
 
     def __init__(self, task: Task) -> None:
         self._problem, self._effort, self._elastic = task.problem, task.effort, elastic_of(task)
+        self._alternation = alternation_of(task)
         self.met = Met()
         simplex = self._problem.joints <= _SIMPLEX_UP_TO and not self._problem.layout.round
         self._search = Search(refiner_of(task), self._elastic, self.met) if simplex else None
@@ -122,15 +119,18 @@ class _States:
             start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
             exact = start if start.exact and self._tells(start) else None
             self._by_programs = _exact_or_lower(self._by_programs, exact)
-            found = alternated(self._problem, start.q, start.d if start.exact else None, self._effort)
+            found = self._alternation.state_near(start.q, start.d if start.exact else None)
             found = found if found is not None and self._tells(found) else None
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
                 self.met.count(found if found is not None and found.exact else exact)
 
     def further(self) -> None:
-        """Look for lower states from further starts: on small scenes in the plane until many starts in a row
-        find none, in space for a share of the time that the analysis has taken so far."""
+        """Look for lower states from further starts.
+
+        On small scenes in the plane the search ends after many starts in a row without a lower state. In
+        space the number of starts is fixed.
+        """
         if self._problem.layout.round:
             self._further_in_space()
         elif self._problem.joints <= SMALL:
@@ -143,14 +143,12 @@ class _States:
             self._keep(state)
 
     def _further_in_space(self) -> None:
-        if self._problem.joints > _FURTHER_IN_SPACE_UP_TO:
-            return
         self._effort.begins("further starts")
-        search = Search(ConeRefiner(self._problem, self._effort), self._elastic, self.met)
-        seconds = SEARCH.share_of_time * sum(self._effort.seconds.values())
+        finder = ConeRefiner(self._problem, self._effort, self._alternation, SEARCH.weights_in_space)
+        search = Search(finder, self._elastic, self.met)
         lowest = self._by_programs
         known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)
-        for state in search.within(seconds, known):
+        for state in search.fixed_number(known):
             if state is not None and self._tells(state, state.below):
                 self._by_programs = _exact_or_lower(self._by_programs, state.answer)
 
