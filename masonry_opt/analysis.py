@@ -141,7 +141,7 @@ class Session:
 
     @property
     def _expects(self) -> bool:
-        """Whether the incremental load factor is looked for beside the method's own answer."""
+        """Return True if the incremental load factor is computed in addition to the method's own."""
         return self.how.expected and not self.method.associative and self.method.name != _EXPECTED
 
     def _comes_to_rest(self, problem: Problem, effort: Effort) -> bool:
@@ -231,8 +231,11 @@ def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
 
 
 def _found(method: Method, task: Task) -> Solution:
-    """What a method finds; a Coulomb method that finds no load factor is asked where the live load does no
-    work, and at once where that was the incremental load factor."""
+    """Return the solution of a method.
+
+    If a Coulomb method finds no load factor, a collapse in which the live load does no work is looked for. It
+    is looked for first if the incremental load factor is of such a collapse.
+    """
     before, expected = None, task.expected
     if expected is None or not expected.has(Code.NO_WORK):
         before = method.run(task)

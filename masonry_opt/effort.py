@@ -7,10 +7,17 @@ from contextlib import contextmanager
 #: Called with the name of each phase as it begins, such as "finding joints" or "sub-problem 3".
 Phases = Callable[[str], None]
 
-#: The parts, in the order in which they happen: reading, joints and matrices; does the scene stand?; the
-#: incremental load factor beside a Coulomb answer; declaring the model; to solver data, updates included; the
-#: solver's own time; its answer to arrays; the program beside a Coulomb answer.
-PARTS = ("scene", "dead_load", "expected", "build", "compile", "solve", "read", "associative")
+#: The parts of an analysis, in the order in which they happen.
+PARTS = (
+    "scene",  # read the scene, find its joints, assemble the matrices
+    "dead_load",  # decide whether the scene is stable under its dead load
+    "expected",  # compute the incremental load factor beside a Coulomb answer
+    "build",  # declare the model
+    "compile",  # convert the model to solver data, or update the data
+    "solve",  # the solver's own time
+    "read",  # convert the solver's answer to arrays
+    "associative",  # compute the associative load factor beside a Coulomb answer
+)
 
 
 class Effort:

@@ -91,8 +91,8 @@ class Code(StrEnum):
     JAMS = "jams"  # the same
     GROWN = "grown"  # beyond: under which load blocks do not come to rest; None where λ stays; steps
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a push
-    # Draws of stiffness and of self-stress; the range of incremental load factors of each, or None; without:
-    # load histories that came to no end.
+    # draws: number of random stiffnesses, and of random self-stresses; stiffness, stress: the range of the
+    # incremental load factors of each, or None; without: number of load histories that reached no end.
     SPREAD = "spread"
     CURVE = "curve"  # states, left_out: points without one; peak, last: load factors
 
@@ -142,8 +142,8 @@ class Code(StrEnum):
     FAR_AWAY = "far away"  # blocks, distance, size: of the rest
     # blocks, ratio: of the first one's weight per area to the median of all; per: "volume" in space.
     WEIGHTS_DIFFER = "weights differ"
-    # fill: counted from 1; backing: True if its backing is meant; unit_weight; beside: "blocks" or "fill", of
-    # the unit weight other.
+    # fill: number of the fill, from 1; backing: True if the unit weight is that of its backing; unit_weight;
+    # beside: what it is compared with, "blocks" or "fill"; other: the unit weight of the latter.
     FILL_WEIGHT_DIFFERS = "fill weight differs"
     # kind: "tie" or "prop", name, key: "strength" or "prestress", value; weight: of a median block, or if the
     # value is larger of all dead loads.

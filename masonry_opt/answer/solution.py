@@ -115,7 +115,7 @@ class Solution:
         return any(said.code is code for said in self.reasons)
 
     def values_of(self, code: Code) -> dict[str, Any]:
-        """Return the values of the reason with a code, for words; empty without that reason."""
+        """Return the values of the reason with a code; empty if the solution has no such reason."""
         return next((said.values for said in self.reasons if said.code is code), {})
 
     @property

@@ -50,7 +50,7 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
-    # With this tolerance either joint may turn by the whole angle.
+    # The smaller accuracy of the two counts: then either joint may turn by the whole angle between them.
     least = np.minimum(joints.accuracy[one], joints.accuracy[other])
     needed = assembly.geometry.tolerance * angle / least
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))

@@ -31,8 +31,8 @@ from masonry_opt.words.terminal import print_text
 _BEYOND = "bracket"  #: Not an example of the paper; takes a quarter of an hour.
 _EXAMPLE = "One of those that are listed if none is named; or all of the paper's."
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
-_TABLE = "table"  #: Beginning of the names of a script's variables that are written as tables.
-_FIGURE = "figure"  #: Beginning of the names of a script's variables that are written as pictures.
+_TABLE = "table"  #: Prefix of a script's variables that are written as tables.
+_FIGURE = "figure"  #: Prefix of a script's variables that are written as pictures.
 _PACKAGE = Path(__file__).parents[1]
 
 

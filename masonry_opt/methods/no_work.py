@@ -43,7 +43,7 @@ _SHARES = 0.75, 0.5
 
 _MOST = 8  #: λ₀ tried at most; the first, the associative load factor, is most often the answer.
 
-#: Fields of the steps of a method that are load factors.
+#: Names of the fields in a method's step records that hold load factors.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
 
 #: Reasons that hold only for the loads under which they were found, and so not for the scene itself.

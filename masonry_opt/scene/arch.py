@@ -23,7 +23,7 @@ class Stone(NamedTuple):
     area: float | None  #: that weighs; None of a support
     weight_at: Point | None = None  #: where a voussoir's weight acts
     back: Point | None = None  #: the middle of a voussoir's outer edge
-    area_ratio: float = 1.0  #: the area that weighs, over the area of the polygon
+    area_ratio: float = 1.0  #: area from which the weight is computed, divided by the area of the polygon
 
     def mapped(self, point: Callable[[Point], Point]) -> "Stone":
         """With its points elsewhere."""

@@ -63,7 +63,7 @@ class Journal:
             try:
                 self._keep(json.loads(line))
             except (ValueError, KeyError, TypeError):
-                remedy = "its run is made again; delete the line to end this warning"
+                remedy = "its run is repeated; delete the line to stop this warning"
                 self.warnings += (f"{self.path}: line {number} is damaged: {remedy}",)
 
     def _refuse_others(self, first: bytes, head: Mapping[str, str]) -> None:

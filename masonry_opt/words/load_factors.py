@@ -27,9 +27,9 @@ _BOUNDS = (
 _ENDS = {
     Code.NO_WORK: "collapse in which the live load does no work",
     Code.LEVEL: "λ stays constant as blocks move on; no exact collapse state confirms it",
-    Code.GROWN: "largest load that was carried as it grew; no exact collapse state confirms it",
-    Code.PLATEAU: "state of elastic contacts that give as much as option 'give' asks for",
-    Code.NO_PLATEAU: "state of elastic contacts that give as much as option 'give' asks for",
+    Code.GROWN: "largest load factor reached in the load history; no exact collapse state confirms it",
+    Code.PLATEAU: "state with elastic contacts, of the compliance set by option 'give'",
+    Code.NO_PLATEAU: "state with elastic contacts, of the compliance set by option 'give'",
 }
 #: Remark on an incremental load factor whose load history ended as usual.
 _LOST = "equilibrium is lost as the live load is raised from rest"
@@ -44,7 +44,7 @@ class LoadFactorLine:
     """A row of the table of load factors."""
 
     name: str
-    load_factor: float | None  #: None where there is none, for the reason in the remark
+    load_factor: float | None  #: None if the load factor does not exist; the remark gives the reason
     remark: str  #: what the number is, and what is known of lower ones
 
 
@@ -158,7 +158,7 @@ def _heading(result: Outcome) -> str:
 
 
 def _own_line(result: Outcome) -> LoadFactorLine:
-    """Return the row of the method's own load factor, which exists."""
+    """Return the row of the method's own load factor, which must not be None."""
     name = own_name(result)
     if name == INCREMENTAL:
         return _incremental_line(result)
@@ -174,14 +174,16 @@ _UPPER_BOUND = "upper bound (classical limit analysis)"
 def _associative_remark(result: Outcome) -> str:
     """Return what an associative load factor says of joints that slide without opening."""
     if result.exact:
-        return f"{_UPPER_BOUND}; exact collapse state of Coulomb friction too, {_not_proven(result)}"
-    return (
-        f"{_UPPER_BOUND}; joints that slide without opening may collapse at less (method 'mcp' computes it)"
+        exact = "it is also an exact collapse state with Coulomb friction"
+        return f"{_UPPER_BOUND}; {exact}, {_not_proven(result)}"
+    may = (
+        "if joints slide without opening, collapse may come at a lower load factor (method 'mcp' computes it)"
     )
+    return f"{_UPPER_BOUND}; {may}"
 
 
 def _incremental_line(result: Outcome) -> LoadFactorLine:
-    """Return the row of the incremental load factor, which exists."""
+    """Return the row of the incremental load factor, which must not be None."""
     remark = _incremental_remark(result)
     if result.kind is Kind.COMPLIANT:
         remark = f"{remark}; {_LOWER_MAY_EXIST}"
@@ -198,7 +200,7 @@ def _incremental_remark(result: Outcome) -> str:
     if state.peak is None:
         return remark
     left = "nothing" if result.end is None else f"λ = {factor_text(result.end)}"
-    return f"{remark}; {left} is left as blocks move on"
+    return f"{remark}; {left} is left once the blocks move"
 
 
 def _coulomb_remark(result: Outcome) -> str:
@@ -250,7 +252,7 @@ def _not_proven(result: Outcome) -> str:
 
 
 def _lower_end_is_known(result: Outcome) -> bool:
-    """Return True if the load history ends in a state below the answer."""
+    """Return True if the load history ends in a state with a lower load factor than the answer."""
     end = result.expected if result.end is None else result.end
     if end is None or result.load_factor is None or result.kind is Kind.COMPLIANT:
         return False

@@ -68,8 +68,8 @@ def _not_hinging(v: dict[str, Any]) -> str:
         return f"λ is not that of the body that turns by itself ({alone}): other joints drag on it"
     most = "unlimited" if v["associative"] is None else numeral(v["associative"], ".6g")
     return (
-        f"λ is below the associative load factor ({most}), whose hinging mechanism alone is followed: "
-        "take the capacity curve of method 'static'"
+        f"λ is below the associative load factor ({most}), and the capacity curve follows only the hinging "
+        "mechanism of the associative solution: compute the curve with method 'static'"
     )
 
 
@@ -266,8 +266,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "is not proven"
     ),
     Code.CLAMPED: lambda v: (
-        "these joints carry the live load and its opposite alike, by self-stress that no load causes: "
-        f"{pairs(v)}"
+        f"by self-stress that no load causes, these joints carry the live load in both directions: {pairs(v)}"
     ),
     Code.JOINTS: lambda v: f"{_OF_JOINTS[v['status']]}: {pairs(v)}",
     Code.NO_WORK: lambda v: (
@@ -323,8 +322,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "uncertain: " + ("softer contacts have no state" if v["change"] is None else _other_contacts(v))
     ),
     Code.RAY: lambda v: (
-        f"the live load was raised from rest in {counted(v['steps'], 'step')} until blocks moved on for ever"
-        + _on_the_way(v)
+        f"the live load was raised from rest in {counted(v['steps'], 'step')} "
+        f"until displacements grew without limit{_on_the_way(v)}"
     ),
     Code.LEVEL: lambda v: (
         f"the load–displacement curve levels off after {counted(v['steps'], 'step')}: λ is constant while "

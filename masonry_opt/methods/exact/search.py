@@ -20,8 +20,10 @@ from masonry_opt.methods.push.compliant import self_stress
 from masonry_opt.methods.push.push import Elastic
 from masonry_opt.problem.problem import Problem
 
-#: Linear programs of a fixed point at most, and the relative change of its costs at which it has converged.
-_FIXED_POINT, _SETTLED = 15, 1e-7
+#: Largest number of linear programs in a fixed-point iteration. More programs seldom change the state.
+_MOST_ITERATIONS = 15
+#: The fixed-point iteration has converged when the relative change of its costs is below this.
+_CONVERGED = 1e-7
 
 #: Kind of a start, and the exact state to which it led.
 Candidate = tuple[str, ExactState | None]
@@ -87,7 +89,7 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Return the exact state to which forces (3c,) lead, if there are any, and count the start."""
+        """Return the exact state found from joint forces (3c,), or None, and count the start."""
         state = None if q is None else self._finder.state_near(q)
         self.met.count(state)
         return state
@@ -184,13 +186,13 @@ class Search:
         problem = self.problem
         closing = problem.friction - problem.dilatancy
         cost = closing * rng.exponential(1.0, len(closing))
-        for _ in range(_FIXED_POINT):
+        for _ in range(_MOST_ITERATIONS):
             found = self._finder.at_cost(cost)
             if found is None:
                 return None
             q, p = found
             last, cost = cost, closing * problem.table.slip_speed(p)
-            if np.abs(cost - last).max(initial=0.0) <= _SETTLED * max(1.0, last.max(initial=0.0)):
+            if np.abs(cost - last).max(initial=0.0) <= _CONVERGED * max(1.0, last.max(initial=0.0)):
                 break
         return q
 

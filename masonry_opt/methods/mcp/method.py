@@ -54,7 +54,7 @@ def mcp(task: Task) -> Solution:
     if expected is None or not expected.history:
         expected = compliant(task.with_options(None))
     else:
-        # The load history was computed for the incremental load factor.
+        # Computing the incremental load factor solved complementarity problems: its solver is reported too.
         effort.uses(task.solver.name, "complementarity problem")
         effort.iterations += len(expected.history)
         for step in expected.history:

@@ -56,7 +56,7 @@ class CompliantOptions(Options):
         if self.curve and self.give is not None:
             raise ValueError("'curve' goes through all compliances: leave 'give' out")
         if self.spread and self.give is not None:
-            raise ValueError("'spread' is of the incremental load factor: leave 'give' out")
+            raise ValueError("option 'spread' needs the incremental load factor: omit 'give'")
         return self
 
 
@@ -172,7 +172,7 @@ def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None
 
 
 def _range(drawn: Iterable[Elastic | None]) -> tuple[tuple[float, float] | None, int]:
-    """Least and largest incremental load factor, and of how many."""
+    """Return the least and largest incremental load factor, and the number of load histories."""
     pushes = (one.pushed() for one in drawn if one is not None)
     peaks = [float(pushed.peak) for pushed in pushes if pushed.peak is not None]
     return ((min(peaks), max(peaks)) if peaks else None), len(peaks)

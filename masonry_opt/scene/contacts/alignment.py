@@ -127,7 +127,10 @@ class Lists:
         return cls(item[np.argsort(owner, kind="stable")], np.cumsum(count) - count, count)
 
     def where(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return, for the chosen lists in turn, the position of each list among the chosen and its items."""
+        """Return the items of the chosen lists, concatenated, with the position of the list of each item.
+
+        The position is that in ``chosen`` and comes first.
+        """
         numbers = np.arange(len(chosen))
         number, _, at = combine(numbers, np.ones_like(numbers), self.first[chosen], self.count[chosen])
         return number, self.item[at]
@@ -306,7 +309,10 @@ def _square_pairs(groups: list[Group], planes: Planes) -> list[list[int]]:
 
 
 def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
-    """Turn each group square to its pairs, of which the better known ones have their directions already."""
+    """Rotate each group of planes so that it is perpendicular to the groups paired with it.
+
+    Groups with more accurate directions come first, and are not rotated again.
+    """
     order = sorted(range(len(groups)), key=lambda number: groups[number].accuracy)
     rank = {number: at for at, number in enumerate(order)}
     for number, at in rank.items():
@@ -359,7 +365,7 @@ def _meeting_points(
     direction: np.ndarray,
     place: np.ndarray,
 ) -> np.ndarray:
-    """Return contact points moved to where their planes meet, the plane of the joint first."""
+    """Return contact points moved to the intersection of their planes; the joint's plane has priority."""
     moved = np.isfinite(place[planes.plane])
     of_point = Lists.of(planes.point[moved], planes.plane[moved], len(drawn.point))
     shift = np.zeros_like(drawn.point)
@@ -397,6 +403,6 @@ def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def square_to(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Return unit vectors square to the normals, each as near as possible to its vector."""
+    """Return unit vectors perpendicular to the normals, each as close as possible to its vector."""
     across = vectors - dots(vectors, normal)[:, None] * normal
     return across / lengths(across)[:, None]

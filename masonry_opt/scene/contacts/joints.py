@@ -213,7 +213,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 def _measured_again(
     now: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return lengths and middles of joints in the plane, of which aligned contact points have moved some."""
+    """Return lengths and midpoints of plane joints, recomputed where alignment moved a contact point."""
     extent, middle = extent.copy(), middle.copy()
     moved = np.unique(joint[now.shift > 0])
     start = now.point[np.searchsorted(joint, moved)]

@@ -54,7 +54,7 @@ class CaseScene:
     name: str  #: folder and stem of its case file, such as "ferris_tinloi/wall_1"
     path: Path
     content: str  #: hash of its numbers (see :func:`content_of`)
-    warnings: tuple[str, ...] = ()  #: what looks unintended in the scene, in words
+    warnings: tuple[str, ...] = ()  #: warnings about probable mistakes in the scene, as sentences
 
 
 def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:

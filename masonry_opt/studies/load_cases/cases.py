@@ -100,7 +100,7 @@ class Cases(StudyAnswer):
     @property
     def summary(self) -> str:
         shown = [self.to_draw] if self.governing else []
-        # The summary of the governing result has its own warnings.
+        # The summary of the governing result has printed its own warnings already.
         printed = {sentence for result in shown for sentence in result.warning_sentences}
         others = [sentence for sentence in self.warning_sentences if sentence not in printed]
         told = self._told([result.summary for result in shown])

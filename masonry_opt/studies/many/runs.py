@@ -189,7 +189,7 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
     solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
     changed = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
     changed |= {"any_load": False, "exact": True, "state_from": f"state found at {found_at}"}
-    changed |= {"message": f"the lowest state was found at {found_at}; its certificate is of this run"}
+    changed["message"] = f"the lowest state was found by the run at {found_at}, and is certified for this run"
     certificate = shared.answer.certificate.as_dict()
     return changed | certificate | mechanism(shared.assembly, solution)
 

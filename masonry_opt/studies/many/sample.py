@@ -305,7 +305,7 @@ class Sample(StudyAnswer):
 
 
 def _told(row: Mapping[Any, Any], name: str, spec: str) -> str:
-    """Return a number of the load factor with its limits, and of the incremental one where it is known."""
+    """Return a statistic of the load factor with its confidence limits, and of the incremental one."""
 
     def said(value: float) -> str:
         if math.isfinite(value):

@@ -160,7 +160,7 @@ def said(frame: pd.DataFrame, names: Sequence[str]) -> str:
         lines.append(f"λ from {numeral(found.min(), '.6f')} to {numeral(found.max(), '.6f')}")
         lines.append(f"least at {_where(frame[at_least(frame)], names)}")
     if shared := frame[frame["state_from"] != ""].shape[0]:
-        lines.append(f"{counted(shared, 'run')} with a lower state of another run (column state_from)")
+        lines.append(f"{counted(shared, 'run')} take a lower state found by another run (column state_from)")
     failed = frame[frame["load_factor"].isna()]
     for status, count in failed["status"].value_counts().items():
         rows = failed[failed["status"] == status]

@@ -104,7 +104,7 @@ class Bound:
     def rows(self) -> list[dict[str, Any]]:
         """Reaction, status and moving blocks of each of the results."""
         results = self.results.items()
-        # The incremental reaction may be a peak on the way to the state that its result shows.
+        # The incremental reaction may be a peak of the load history, above that of the final state.
         by_kind = {kind: self._reaction(of.load_factor) for kind, of in results}
         by_kind |= {"expected": self.expected}
         rows = ((kind, by_kind[kind], str(of.status), _moving(of)) for kind, of in results)

@@ -235,7 +235,7 @@ def test_what_is_left_after_the_peak_is_said():
     after_peak = replace(result, solution=replace(result.solution, expected=expected))
     value, remark = table(after_peak)["incremental"]
     assert value == "0.21"
-    assert remark.endswith(f"λ = {result.expected:.6g} is left as blocks move on")
+    assert remark.endswith(f"λ = {result.expected:.6g} is left once the blocks move")
 
 
 @pytest.mark.parametrize("code", [Code.NO_PLATEAU, Code.NOT_EXPECTED])
