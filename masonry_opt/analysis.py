@@ -298,9 +298,9 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     lower states. If all joints follow associative flow, all exact states have one load factor. The reason of
     a search states the number of its starts.
     """
-    starts = solution.values_of(Code.STATES_MET).get("candidates")
+    starts = solution.starts
     lowest, expected, associative = solution.load_factor, solution.expected, solution.associative
-    if starts is None or starts >= SEARCH.few_starts or solution.values_of(Code.SEARCHED):
+    if starts is None or starts >= SEARCH.few_starts or solution.has(Code.SEARCHED):
         return solution
     if lowest is None or associative is None or expected is None or expected.load_factor is None:
         return solution

@@ -183,8 +183,9 @@ def distinct_warnings(results: Sequence[Result]) -> tuple[str, ...]:
         own: dict[str, list[str]] = {}
         for warning, sentence in zip(result.warnings, result.warning_sentences, strict=True):
             own.setdefault(str(warning.code), []).append(sentence)
-        first = own | first
-    return tuple(sentence for told in first.values() for sentence in told)
+        for code, told in own.items():
+            first.setdefault(code, told)
+    return tuple(sentence for sentences in first.values() for sentence in sentences)
 
 
 def make_result(

@@ -77,7 +77,7 @@ def test_a_load_that_grows_comes_to_the_highest_on_the_way_to_a_ray():
     assert result.end < 0.5 * result.expected < result.associative
     assert result.at_expected.exact
     assert (result.at_expected.load_factor, result.at_expected.expected) == (result.end, result.expected)
-    assert f"λ = {result.end:.6g} is left as blocks move on" in result.summary
+    assert f"λ = {result.end:.6g} is left once the blocks move" in result.summary
 
 
 @pytest.mark.slow
@@ -85,7 +85,7 @@ def test_a_ray_below_zero_takes_nothing_from_the_load_on_the_way():
     result = mo.solve(random_scene("tessellation", 910020), "compliant")
     assert (result.load_factor, result.end) == (None, None)
     assert 0.07 < result.expected < result.associative
-    assert "nothing is left as blocks move on" in result.summary
+    assert "nothing is left once the blocks move" in result.summary
 
 
 @pytest.mark.parametrize("method", ["mcp", "nonassociative", "mpec", "refined", "global"])

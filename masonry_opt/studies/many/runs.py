@@ -206,6 +206,7 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
         "method": digest((how.method, how.model, how.solver, how.tolerance, how.expected)),
         "options": digest(sorted(how.options.items())),
         "versions": digest(versions()),
+        "columns": digest(sorted(RUN_COLUMNS)),
     }
     # A journal of other runs is refused first; none is begun beside a table that stays.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
