@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from enum import Enum
 from typing import Any
 
+import pandas
 from pydantic import BaseModel
 from sphinx.application import Sphinx
 from sphinx.util.typing import stringify_annotation
@@ -49,7 +50,8 @@ def _signature(of: type[BaseModel]) -> str:
 
 def _typed(of: type, names: list[str]) -> str:
     """Types and defaults of fields treated together."""
-    hints = typing.get_type_hints(of)
+    # Modules that import pandas where they use it name it in annotations all the same.
+    hints = typing.get_type_hints(of, localns={"pd": pandas})
     told = {}
     for name in names:
         if name in hints:
