@@ -155,8 +155,10 @@ def wall_with_rod(strength):
 
 @pytest.mark.slow
 def test_a_stronger_rod_shows_a_state_of_the_weaker_one():
-    """Rods of 30 and of 40 kN have the state at λ = 0.3, found alone or shared. An independent program recomputed balance, limits and flow of a state at 0.3 with 17.5 kN in the
-    rod."""
+    """Rods of 30 and of 40 kN have the state at λ = 0.3, found alone or shared.
+
+    An independent program recomputed balance, limits and flow of a state at 0.3 with 17.5 kN in the rod.
+    """
     found = mo.sweep(wall_with_rod(30.0), {"tie.strength": [30.0, 40.0]}, workers=2)
     assert found["load_factor"].tolist() == pytest.approx([0.3, 0.3], rel=1e-6)
     assert found["exact"].all()
