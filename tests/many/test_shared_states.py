@@ -155,13 +155,16 @@ def wall_with_rod(strength):
 
 @pytest.mark.slow
 def test_a_stronger_rod_shows_a_state_of_the_weaker_one():
-    """Rods of 30 and of 40 kN have the state at λ = 0.3, found alone or shared.
+    """Without further starts rods of 30 and 40 kN lead to 0.467 and to 0.3, with less than 30 kN in the rod.
 
     An independent program recomputed balance, limits and flow of a state at 0.3 with 17.5 kN in the rod.
     """
-    found = mo.sweep(wall_with_rod(30.0), {"tie.strength": [30.0, 40.0]}, workers=2)
+    alone = mo.solve(wall_with_rod(30.0), descent=False)
+    assert alone.load_factor == pytest.approx(0.467014, rel=1e-5)
+    found = mo.sweep(wall_with_rod(30.0), {"tie.strength": [30.0, 40.0]}, workers=2, descent=False)
     assert found["load_factor"].tolist() == pytest.approx([0.3, 0.3], rel=1e-6)
     assert found["exact"].all()
+    assert found["state_from"].tolist() == ["state found at tie.strength = 40", ""]
 
 
 @pytest.mark.slow

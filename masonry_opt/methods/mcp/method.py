@@ -44,8 +44,7 @@ def mcp(task: Task) -> Solution:
     """Return an exact collapse state near the end of a load history, on small scenes the lowest of several.
 
     The loop solves scenes of more than 3000 joints (in space contact points), scenes whose dilatancy falls
-    with stress, and scenes without an exact state that have more than 500 joints or an incremental load
-    factor.
+    with stress, and scenes that stand from rest on which no exact state is found.
     """
     if task.problem.dilatancy_depends_on_stress or task.problem.joints > PUSHED_UP_TO:
         return _by_loop(task)
@@ -54,7 +53,8 @@ def mcp(task: Task) -> Solution:
     if expected is None or not expected.history:
         expected = compliant(task.with_options(None))
     else:
-        # Computing the incremental load factor solved complementarity problems: its solver is reported too.
+        # The load history of the incremental load factor is the first step of this method: its solver and
+        # steps are reported, and it is not computed again.
         effort.uses(task.solver.name, "complementarity problem")
         effort.iterations += len(expected.history)
         for step in expected.history:

@@ -100,12 +100,18 @@ def test_load_factors_of_a_wall_stand_small_errors(seed: int, error: float) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1_250_000, 1_250_001])
 def test_load_factors_in_space_stand_small_errors(seed: int) -> None:
-    """Without alignment copies of the first scene have a lowest load factor up to 21 % too high."""
+    """Without alignment copies of the first scene have a lowest load factor up to 21 % too high.
+
+    The further starts of either drawing may lead to a state that those of the other miss: on the second scene
+    the copy has 1.29493 by default, and the exact drawing 1.30094, or 1.29502 by a search of five seconds.
+    Both are therefore compared without further starts too.
+    """
     scene = random_scene_in_space("boxes", seed)
-    exact, copy = mo.solve(scene), mo.solve(with_errors(scene, 1e-4, 1))
-    # The search of a copy may end in another state: here one is 0.6 % lower than that of the exact drawing.
-    assert copy.load_factor == pytest.approx(exact.load_factor, rel=1e-2)
+    with_error = with_errors(scene, 1e-4, 1)
+    exact, copy = mo.solve(scene, descent=False), mo.solve(with_error, descent=False)
+    assert copy.load_factor == pytest.approx(exact.load_factor, rel=1e-3)
     assert copy.expected == pytest.approx(exact.expected, rel=1e-2)
+    assert mo.solve(with_error).load_factor <= mo.solve(scene).load_factor * (1 + 1e-3)
 
 
 @pytest.mark.parametrize("error", [1e-4, 1e-3])
