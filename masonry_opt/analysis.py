@@ -63,7 +63,7 @@ class Session:
         return self.how.chosen
 
     def without_expected(self) -> "Session":
-        """The same, which does not look for the incremental load factor."""
+        """Return a session that does not compute the incremental load factor."""
         return replace(self, how=replace(self.how, expected=False))
 
     def solve(

@@ -197,7 +197,7 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     rounding = IDLE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)
-    # Of a scene that falls no forces are known.
+    # The forces are NaN for a scene that falls; the negated comparison is then true.
     goes_on = (highest > 0) & (-closing > MOVES * fastest(assembly, d))
     yields = goes_on & ~(AT_HIGHEST * highest > T)
     columns = {

@@ -128,7 +128,7 @@ class Problem:
 
     @property
     def with_lowest_forces_as_load(self) -> "Problem":
-        """The same problem with limited forces counted from their lowest values, which join the dead load."""
+        """Return a problem whose limited forces count from their lowest values, which join the dead load."""
         constant = self.lowest_forces
         if not constant.any():
             return self

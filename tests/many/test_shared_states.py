@@ -129,7 +129,7 @@ def test_runs_taken_up_from_a_journal_share_states(tmp_path):
     columns = ["exact", "mechanism", "slides", "hinges", "status"]
     pd.testing.assert_frame_equal(again[columns], found[columns])
     same(mo.sweep(block_on_floor(), vary, **asked), again)
-    # Of one number alone there is nothing to share.
+    # A single run has no other run to share a state with.
     assert (
         mo.sweep(block_on_floor(), {"joints.friction": [0.8]}, force=True, **asked)["load_factor"][0] == 0.9
     )

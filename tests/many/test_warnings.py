@@ -11,7 +11,7 @@ from masonry_opt.errors import NoRunSolvedError
 from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of_rows
 from masonry_opt.studies.writing import JOURNAL, Journal
 
-#: What is said of a friction of 31, which is 0.601 if it was meant in degrees.
+#: Warning about a friction of 31, which is 0.601 if it was meant in degrees.
 IN_DEGREES = "friction 31 of [joints] is more than dry joints have: in degrees? tan 31° = 0.601"
 STATIC = ("--method", "static")
 SAMPLED = ("--sample", "joints.friction=uniform:0.3:0.4", "-n", "2")
@@ -74,7 +74,7 @@ def test_a_sweep_says_what_looks_unintended_and_where(doubtful, command):
     asked = (doubtful / "block.toml", *STATIC, "--workers", "1", "--vary")
     told = command("sweep", *asked, "joints.friction=0.3,31,40", "--out", doubtful / "friction")
     assert f"warning: {IN_DEGREES} (at joints.friction = 31 and 1 more run)" in told.splitlines()
-    # Of every run: once, without a place.
+    # All runs have the same warning: it is printed once, without a place.
     told = command("sweep", *asked, "block.A.live.x=1,2", "--out", doubtful / "live")
     assert f"warning: {IN_DEGREES}" in told.splitlines()
 
@@ -100,7 +100,7 @@ def test_each_code_is_told_once():
 
 
 def test_a_load_factor_that_falls_with_the_strength_drawn_is_told():
-    """Of 20 runs whose load factor falls strictly as friction grows; of a thickness nothing is said."""
+    """A sample of 20 runs whose load factor falls as friction grows is warned of; a thickness is not."""
     friction = pd.DataFrame({"joints.friction": np.linspace(0.3, 0.6, 20)})
     falling = np.linspace(2.0, 1.0, 20)
     (told,) = sampled(falling, friction).warning_sentences

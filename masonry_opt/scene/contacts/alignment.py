@@ -347,7 +347,8 @@ def _within(values: np.ndarray, tolerance: float) -> np.ndarray:
         while len(left):
             low = np.searchsorted(rising[left], rising[left] - tolerance, "left")
             high = np.searchsorted(rising[left], rising[left] + tolerance, "right")
-            # Of equally many values those nearest to each other, in whatever direction values rise.
+            # If several values lead equally many, take the one whose values lie nearest to each other. This
+            # choice does not depend on the direction in which values rise.
             leader = np.lexsort((rising[left][high - 1] - rising[left][low], low - high))[0]
             taken = np.arange(low[leader], high[leader])
             number[left[taken]] = groups

@@ -1,5 +1,6 @@
 """Many certified runs of a scene with other values, each a row of a table of plain numbers and words."""
 
+import contextlib
 import pickle
 import threading
 from collections import Counter
@@ -97,6 +98,15 @@ def chart_names(names: Sequence[str]) -> list[str]:
     if len(names) > 2:
         return [f"{_AGAINST}_{number}" for number in range(1, len(names) + 1)]
     return [_AGAINST, HEAT_MAP][: len(names)]
+
+
+def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[str, str | bytes]:
+    """Return the files of a study's charts by name; none if the extra "studies" is not installed."""
+    with contextlib.suppress(OptionError):
+        from masonry_opt.studies.charts import chart_contents
+
+        return chart_contents(title, drawings())
+    return {}
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:

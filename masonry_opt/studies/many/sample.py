@@ -1,6 +1,5 @@
 """``sample``: a scene whose numbers are uncertain, solved for values drawn from their distributions."""
 
-import contextlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,7 +19,15 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.run_warnings import is_limit
-from masonry_opt.studies.many.runs import EXPECTED, RunProgress, Study, StudyOutput, ends, run_many
+from masonry_opt.studies.many.runs import (
+    EXPECTED,
+    RunProgress,
+    Study,
+    StudyOutput,
+    charts_if_installed,
+    ends,
+    run_many,
+)
 from masonry_opt.studies.runner import REFUSED, whole
 from masonry_opt.studies.writing import StudyAnswer, chart_files, csv_text, records
 from masonry_opt.words.names import warning_records
@@ -380,14 +387,6 @@ def sample(
     found = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if output is not None:
         tables = {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()}
-        output.write(table, tables | _charts(found))
+        charts = charts_if_installed("Sample", lambda: [found.drawing(kind) for kind in KINDS])
+        output.write(table, tables | charts)
     return found
-
-
-def _charts(found: Sample) -> dict[str, str | bytes]:
-    """Return the files of charts by name; none if the extra "studies" is not installed."""
-    with contextlib.suppress(OptionError):
-        from masonry_opt.studies.charts import chart_contents
-
-        return chart_contents("Sample", [found.drawing(kind) for kind in KINDS])
-    return {}

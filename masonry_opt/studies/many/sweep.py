@@ -1,6 +1,5 @@
 """A sweep: a scene's load factor over a grid of its numbers."""
 
-import contextlib
 import inspect
 import itertools
 import math
@@ -24,6 +23,7 @@ from masonry_opt.studies.many.runs import (
     StudyOutput,
     at_least,
     chart_names,
+    charts_if_installed,
     run_many,
 )
 from masonry_opt.studies.runner import UNSOLVED
@@ -94,18 +94,15 @@ def sweep(
     output = None if out is None else StudyOutput(Path(out), chart_files(chart_names(list(vary))), force)
     frame = run_many(study, points, output=output, by=(workers, dask), progress=progress)
     if output is not None:
-        output.write(frame, _charts(frame, list(vary)))
+        output.write(frame, charts_if_installed("Sweep", lambda: _drawings(frame, list(vary))))
     return frame
 
 
-def _charts(frame: pd.DataFrame, names: Sequence[str]) -> dict[str, str | bytes]:
-    """Return the files of charts by name; none if the extra "studies" is not installed."""
-    with contextlib.suppress(OptionError):
-        from masonry_opt.studies.charts import chart_contents
-        from masonry_opt.studies.many.charts import drawings
+def _drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[Any]:
+    """Return the charts of a sweep. Raises OptionError if the extra "studies" is not installed."""
+    from masonry_opt.studies.many.charts import drawings
 
-        return chart_contents("Sweep", drawings(frame, names))
-    return {}
+    return drawings(frame, names)
 
 
 def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
