@@ -15,7 +15,7 @@ from masonry_opt.errors import InterruptedByUserError, OptionError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text
+from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text, print_warnings
 
 _DRAWN = "least", "expected"  #: Load factors whose mechanism can be drawn.
 _SHOWN = "What a picture shows: mechanism, thrust, utilisation, curve."
@@ -28,7 +28,11 @@ _WHOSE = "Mechanism that --plot draws: least (default: of the lowest found), exp
     mo.Result.save,
     kind=typer.Option("--plot-kind", metavar="KIND", help=_SHOWN),
     verbose=typer.Option("--verbose", "-v", help=_HOW),
-    quiet=typer.Option("--quiet", "-q", help="Print the load factor alone; without one, an error."),
+    quiet=typer.Option(
+        "--quiet",
+        "-q",
+        help="Print the load factor alone, warnings on standard error.",
+    ),
     mechanism=typer.Option(metavar="WHICH", help=_WHOSE),
 )
 def solve(
@@ -97,6 +101,7 @@ def solve(
         print_result(answer.details if verbose else answer.summary)
     elif result.status.usable:
         print_text(numeral(result.required(), ".10g"))
+        print_warnings(answer.warning_sentences)
     drawn = result.at_expected if mechanism == _DRAWN[1] else None
     save(drawn or result, plot, drawing)
     if quiet:

@@ -4,7 +4,7 @@ import io
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, TextIO
 
@@ -15,6 +15,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from masonry_opt.errors import OutputError, ReaderGoneError
+from masonry_opt.words.names import warning_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,6 +65,12 @@ def print_result(text: str, bold_line: int | None = 1) -> None:
             line.stylize("bold")
     with _printing():
         console.print(Text("\n").join(lines), soft_wrap=True)
+
+
+def print_warnings(sentences: Iterable[str]) -> None:
+    """Print warnings on standard error, where results do not go."""
+    for line in warning_lines(sentences):
+        Console(stderr=True).print(line, markup=False, highlight=False, soft_wrap=True, style="bold yellow")
 
 
 @contextmanager

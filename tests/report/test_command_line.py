@@ -117,6 +117,14 @@ def test_quiet_prints_the_load_factor_alone(monkeypatch, capsys, command, saved)
     assert command.refused("solve", none, "--quiet", code=1).startswith(f"error: {none}: unlimited")
 
 
+def test_quiet_prints_warnings_on_standard_error(monkeypatch, capsys, saved):
+    """A friction of 31 looks like an angle in degrees."""
+    code, out, err = run_command(monkeypatch, capsys, "solve", saved(block_on_floor(friction=31)), "--quiet")
+    assert code == 0
+    assert len(out.splitlines()) == 1
+    assert err.startswith("warning: friction")
+
+
 @pytest.mark.parametrize(("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
 def test_colours_are_for_terminals(monkeypatch, terminal, environment, coloured):
     """The answer in bold and warnings in yellow, and nothing else."""
