@@ -67,6 +67,12 @@ class Result(Outcome):
         return sentences(self.warnings)
 
     @property
+    def warning_records(self) -> list[dict[str, Any]]:
+        """Warnings as JSON output has them: sentence, code and the values of the code."""
+        told = zip(self.warnings, self.warning_sentences, strict=True)
+        return [{"sentence": sentence, **warning.as_dict()} for warning, sentence in told]
+
+    @property
     def summary(self) -> str:
         return summary(self)
 
@@ -147,8 +153,7 @@ class Result(Outcome):
         recomputed from the dictionary alone.
         """
         told = {name: getattr(self, name) for name in _TOLD}
-        warnings = zip(self.warnings, self.warning_sentences, strict=True)
-        told["warnings"] = [{"sentence": words, **warning.as_dict()} for warning, words in warnings]
+        told["warnings"] = self.warning_records
         told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
         frames = {
             "history": self.history,
@@ -176,16 +181,16 @@ class Result(Outcome):
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
-def distinct_warnings(results: Sequence[Result]) -> tuple[str, ...]:
-    """Return the warnings of results in words: of each code those of the first result that has any."""
-    first: dict[str, list[str]] = {}
+def distinct_warnings(results: Sequence[Result]) -> list[dict[str, Any]]:
+    """Return the records of the warnings of results: of each code those of the first result that has any."""
+    first: dict[str, list[dict[str, Any]]] = {}
     for result in results:
-        own: dict[str, list[str]] = {}
-        for warning, sentence in zip(result.warnings, result.warning_sentences, strict=True):
-            own.setdefault(str(warning.code), []).append(sentence)
-        for code, told in own.items():
-            first.setdefault(code, told)
-    return tuple(sentence for sentences in first.values() for sentence in sentences)
+        own: dict[str, list[dict[str, Any]]] = {}
+        for record in result.warning_records:
+            own.setdefault(record["code"], []).append(record)
+        for code, records in own.items():
+            first.setdefault(code, records)
+    return [record for records in first.values() for record in records]
 
 
 def make_result(

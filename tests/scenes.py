@@ -48,6 +48,17 @@ def on_floor(*blocks: mo.Block, friction: float = 0.6, **keys: Any) -> mo.Scene:
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, floor], **keys)
 
 
+def axles_on_a_beam(friction):
+    """A block across two supports, with one axle on the road along its top."""
+    blocks = [
+        mo.Block(name="beam", vertices=[(-1, 0), (1, 0), (1, 1), (-1, 1)], weight=1.0),
+        mo.Block(name="west", vertices=[(-1, -1), (-0.5, -1), (-0.5, 0), (-1, 0)], fixed=True),
+        mo.Block(name="east", vertices=[(0.25, -1), (0.5, -1), (0.5, 0), (0.25, 0)], fixed=True),
+    ]
+    axles = [mo.Axles(name="cart", loads=[1.0], road=[(-1, 1), (1, 1)])]
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=blocks, axles=axles)
+
+
 def two_blocks(friction: float = 0.1) -> mo.Scene:
     """Fig. 6 of the paper: B rests on a rough support and on A, which is pushed out."""
     rough = float("inf")

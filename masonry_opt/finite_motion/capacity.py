@@ -25,7 +25,8 @@ from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.words.names import labelled, some, warning_lines, warning_records
+from masonry_opt.words.load_factors import certainty, own_name
+from masonry_opt.words.names import labelled, some, warning_lines
 from masonry_opt.words.sentences import message, numeral
 
 if TYPE_CHECKING:
@@ -322,7 +323,8 @@ class Capacity:
         ended, at_end = numeral(last["displacement"], ".6g"), numeral(last["load_factor"], ".4g")
         lines = {
             "case": self.result.case,
-            "load factor": f"{numeral(self.load_factor, '.6g')} at the onset",
+            "load factor": f"{numeral(self.load_factor, '.6g')} at the onset ({own_name(self.result)})",
+            "known of it": certainty(self.result),
             "displacement": f"{ended} at the end, where λ = {at_end}",
             "end": self.message,
         }
@@ -336,7 +338,7 @@ class Capacity:
         """The curve as plain numbers, strings and lists."""
         numbers = {key: getattr(self, key) for key in ("load_factor", "reaches_zero", "displacement")}
         told = {"end": self.end.as_dict(), "message": self.message, "curve": self.table.to_dict("records")}
-        told["warnings"] = warning_records(self.warning_sentences)
+        told["warnings"] = self.result.warning_records
         return {"case": self.result.case} | numbers | told
 
     def to_json(self) -> str:

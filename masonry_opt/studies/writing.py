@@ -142,9 +142,17 @@ class StudyAnswer(ABC):
         """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
 
     @property
+    def warning_records(self) -> list[dict[str, Any]]:
+        """Warnings as JSON output has them: ``sentence``, ``code`` and the values of the code.
+
+        They name what looks unintended in the scene, or makes the answer doubtful.
+        """
+        return []
+
+    @property
     def warning_sentences(self) -> tuple[str, ...]:
-        """Warnings in words: what looks unintended in the scene, or makes the answer doubtful."""
-        return ()
+        """Warnings in words, each once."""
+        return tuple(dict.fromkeys(record["sentence"] for record in self.warning_records))
 
     @property
     @abstractmethod

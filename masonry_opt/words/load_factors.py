@@ -1,5 +1,6 @@
 """The load factors of a result, each with its name and what is known of it: the head of every summary."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +36,15 @@ _ENDS = {
 _LOST = "equilibrium is lost as the live load is raised from rest"
 #: Remark that follows where method "compliant" alone was asked.
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'refined' looks for them)"
+
+#: What load factors of each name are, in tables of many results.
+_MEANINGS = {
+    LOWEST: "exact collapse states, not proven least",
+    LEAST: "exact collapse states; proven: no state is lower",
+    FOUND: "states that are not exact, or lie above the end of the load history; not proven least",
+    INCREMENTAL: "equilibrium is lost as the live load is raised from rest; lower collapse states may exist",
+    ASSOCIATIVE: "upper bounds, by classical limit analysis",
+}
 
 _NAME_WIDTH = 15  #: Columns of the table for names; the longest name has 13 letters.
 
@@ -111,7 +121,7 @@ def own_name(result: Outcome) -> str:
         return INCREMENTAL
     if known_least(result):
         return LEAST
-    return LOWEST if result.exact and not _lower_end_is_known(result) else FOUND
+    return LOWEST if result.exact and not load_history_ends_lower(result) else FOUND
 
 
 def named_factor(result: Outcome) -> str:
@@ -119,6 +129,11 @@ def named_factor(result: Outcome) -> str:
     if result.load_factor is None:
         return str(result.status)
     return f"λ = {factor_text(result.load_factor)} ({own_name(result)})"
+
+
+def meaning(names: Iterable[str]) -> str:
+    """Return the different names of the load factors of many results, each with what it says."""
+    return "; ".join(f"{name} ({_MEANINGS[name]})" for name in dict.fromkeys(names))
 
 
 def certainty(result: Outcome) -> str:
@@ -205,7 +220,12 @@ def _incremental_remark(result: Outcome) -> str:
 
 def _coulomb_remark(result: Outcome) -> str:
     """Return how exact the collapse state is, from how many starts, and what is known of lower states."""
-    return "; ".join([_state(result) + _starts(result), *_lower_states(result)])
+    return "; ".join([state_found(result), *_lower_states(result)])
+
+
+def state_found(result: Outcome) -> str:
+    """Return how exact the collapse state is, and from how many starts it was found."""
+    return _state(result) + _starts(result)
 
 
 def _state(result: Outcome) -> str:
@@ -236,7 +256,7 @@ def _lower_states(result: Outcome) -> list[str]:
     if not known:
         few_starts = [said for said in result.reasons if said.code is Code.FEW_STARTS]
         known = [*sentences(few_starts), _not_proven(result)]
-    if _lower_end_is_known(result):
+    if load_history_ends_lower(result):
         known.append("the load history ends in a lower state")
     if _falls_by_itself(result):
         known += sentences([said for said in result.reasons if said.code is Code.BELOW_ZERO])
@@ -251,7 +271,7 @@ def _not_proven(result: Outcome) -> str:
     return "not proven least (method 'refined' with search=10 looks for lower ones)"
 
 
-def _lower_end_is_known(result: Outcome) -> bool:
+def load_history_ends_lower(result: Outcome) -> bool:
     """Return True if the load history ends in a state with a lower load factor than the answer."""
     end = result.expected if result.end is None else result.end
     if end is None or result.load_factor is None or result.kind is Kind.COMPLIANT:

@@ -19,11 +19,6 @@ def warning_lines(sentences: Iterable[str]) -> list[str]:
     return [f"warning: {sentence}" for sentence in dict.fromkeys(sentences)]
 
 
-def warning_records(sentences: Iterable[str]) -> list[dict[str, str]]:
-    """Return warnings as JSON output has them, each sentence once."""
-    return [{"sentence": sentence} for sentence in dict.fromkeys(sentences)]
-
-
 def blocks(names: list[str]) -> str:
     return f"{'block' if len(names) == 1 else 'blocks'} {some([repr(name) for name in names])}"
 

@@ -107,17 +107,20 @@ def test_a_number_that_does_not_matter_is_drawn_too():
     assert "nothing drawn matters" in files["sensitivity.svg"]
 
 
-def test_failed_runs_count_as_collapsed_and_refused_ones_not_at_all():
-    statuses = ["optimal"] * 6 + [str(mo.Status.UNSTABLE)] + [str(mo.Status.JAMMED)] * 2 + ["refused"]
-    proven = [False] * 7 + [True, False, False]
-    found = sampled([1, 2, 3, 4, 5, 6, *[np.nan] * 4], status=statuses, any_load=proven)
-    assert (found.falling, found.unlimited, found.undecided, found.refused) == (1, 1, 1, 1)
+def test_undecided_runs_count_as_collapsed_and_unsolved_ones_not_at_all():
+    ends = ["refused", "crashed"]
+    statuses = ["optimal"] * 6 + [str(mo.Status.UNSTABLE)] + [str(mo.Status.JAMMED)] * 2 + ends
+    proven = [False] * 7 + [True, False, False, False]
+    found = sampled([1, 2, 3, 4, 5, 6, *[np.nan] * 5], status=statuses, any_load=proven)
+    assert (found.falling, found.unlimited, found.undecided) == (1, 1, 1)
+    assert (found.refused, found.failed) == (1, 1)
     probability = found.fragility([0.0, 3.0, 10.0])["probability"].tolist()
     assert probability == pytest.approx([2 / 9, 5 / 9, 8 / 9])
     told = found.as_dict()
     assert (told["undecided"], told["refused"]) == (1, 1)
-    assert "1 (10.0%) refused, left out" in found.counted
-    assert any("1 run refused, and left out" in warning["sentence"] for warning in told["warnings"])
+    assert "1 (9.1%) refused, left out; 1 (9.1%) crashed or died, left out" in found.counted
+    left_out = [warning["sentence"] for warning in told["warnings"]]
+    assert [sentence.split(":")[0] for sentence in left_out] == [f"1 run {end}, and left out" for end in ends]
 
 
 @pytest.mark.parametrize(("method", "options", "undecided"), UNLIMITED)

@@ -188,15 +188,16 @@ def test_a_sweep_says_where_the_least_is_and_where_there_is_none():
     points = [(0.2, 1), (0.2, 2), (0.4, 1), (0.4, 2), (0.6, 1), (0.6, 2)]
     frame = pd.DataFrame(points, columns=names).assign(load_factor=[0.3, 0.1, 0.1 + 1e-12, None, None, 0.2])
     frame["status"] = ["optimal"] * 3 + ["refused"] * 2 + ["optimal"]
-    frame = frame.assign(state_from="", message=[""] * 3 + ["too thin"] * 2 + [""])
+    frame = frame.assign(state_from="", message=[""] * 3 + ["too thin"] * 2 + [""], which="associative")
     lines = said(frame, names).splitlines()
-    assert len(lines) == 4
+    assert len(lines) == 5
     assert "0.100000" in lines[1]
-    assert "joints.friction = 0.2, width = 2" in lines[2]
-    assert "1 more run" in lines[2]
-    assert lines[3].startswith("2 refused")
-    assert "joints.friction = 0.4, width = 2" in lines[3]
-    assert lines[3].endswith(": too thin")
+    assert lines[2] == "λ is associative (upper bounds, by classical limit analysis)"
+    assert "joints.friction = 0.2, width = 2" in lines[3]
+    assert "1 more run" in lines[3]
+    assert lines[4].startswith("2 refused")
+    assert "joints.friction = 0.4, width = 2" in lines[4]
+    assert lines[4].endswith(": too thin")
     assert len(said(frame[3:5], names).splitlines()) == 2
 
 

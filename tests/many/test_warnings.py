@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from many.tables import same, sampled
-from scenes import block_on_floor
+from scenes import axles_on_a_beam, block_on_floor
 
 import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoRunSolvedError
 from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of_rows
 from masonry_opt.studies.writing import JOURNAL, Journal
@@ -15,17 +16,6 @@ from masonry_opt.studies.writing import JOURNAL, Journal
 IN_DEGREES = "friction 31 of [joints] is more than dry joints have: in degrees? tan 31° = 0.601"
 STATIC = ("--method", "static")
 SAMPLED = ("--sample", "joints.friction=uniform:0.3:0.4", "-n", "2")
-
-
-def axles_on_a_beam(friction):
-    """A block across two supports, with one axle on the road along its top."""
-    blocks = [
-        mo.Block(name="beam", vertices=[(-1, 0), (1, 0), (1, 1), (-1, 1)], weight=1.0),
-        mo.Block(name="west", vertices=[(-1, -1), (-0.5, -1), (-0.5, 0), (-1, 0)], fixed=True),
-        mo.Block(name="east", vertices=[(0.25, -1), (0.5, -1), (0.5, 0), (0.25, 0)], fixed=True),
-    ]
-    axles = [mo.Axles(name="cart", loads=[1.0], road=[(-1, 1), (1, 1)])]
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=blocks, axles=axles)
 
 
 @pytest.fixture
@@ -86,7 +76,7 @@ def test_a_sample_says_what_looks_unintended(doubtful, command):
     assert f"warning: {IN_DEGREES}" in told.splitlines()
     drawn = {"block.A.live.x": ("uniform", 1.0, 2.0)}
     found = mo.sample(doubtful / "block.toml", drawn, n=2, method="static", workers=1)
-    assert found.as_dict()["warnings"] == [{"sentence": IN_DEGREES}]
+    assert found.as_dict()["warnings"] == [{"sentence": IN_DEGREES, "code": str(Code.FRICTION_HIGH)}]
     assert found.table["warnings"].tolist() == [IN_DEGREES] * 2
 
 
@@ -94,8 +84,9 @@ def test_each_code_is_told_once():
     high, low = mo.solve(block_on_floor(friction=31), "static"), mo.solve(block_on_floor(), "static")
     rows = [recorded_warnings(result.warnings) for result in (low, high, high)]
     points = [{"x": float(number)} for number in range(3)]
-    assert [*warnings_of_rows(rows, points)] == [f"{IN_DEGREES} (at x = 1 and 1 more run)"]
-    assert [*warnings_of_rows(rows[1:], points[1:])] == [IN_DEGREES]
+    first, everywhere = warnings_of_rows(rows, points), warnings_of_rows(rows[1:], points[1:])
+    assert [record["sentence"] for record in first] == [f"{IN_DEGREES} (at x = 1 and 1 more run)"]
+    assert [record["sentence"] for record in everywhere] == [IN_DEGREES]
     assert [*warnings_of_rows(rows[:1], points[:1])] == []
 
 
@@ -105,6 +96,9 @@ def test_a_load_factor_that_falls_with_the_strength_drawn_is_told():
     falling = np.linspace(2.0, 1.0, 20)
     (told,) = sampled(falling, friction).warning_sentences
     assert told.startswith("the load factor falls as joints.friction grows (rank correlation -1.000)")
+    by_statics = sampled(falling, friction)
+    by_statics.table.attrs["seeks_lowest"] = False
+    assert by_statics.warning_sentences == ()
     assert sampled(falling[::-1], friction).warning_sentences == ()
     assert sampled(falling, friction.rename(columns={"joints.friction": "thickness"})).warning_sentences == ()
 

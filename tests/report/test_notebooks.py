@@ -65,7 +65,7 @@ def shows(answer, *words):
 
 def test_studies_show_facts_a_table_and_a_picture():
     crossed = mo.crossing(OVERHANG, axles(3.0), method="static")
-    assert shows(crossed, "least λ", "4.000000") == {"png": crossed.plot().image("png")}
+    assert shows(crossed, "governing λ", "associative", "4.000000") == {"png": crossed.plot().image("png")}
     settled = mo.settle(OVERHANG, "support -0.5", (0, -1))
     assert shows(settled, "settles", "12") == {"png": settled.plot().image("png")}
     pushed = two_blocks().replace(load_cases=[{"name": name, "live": {"live": 1}} for name in ("a", "b")])

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from masonry_opt.answer.thresholds import same
 from masonry_opt.drawing.colours import HATCH, LIVE, MARKED, SERIES
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, save_as, style
@@ -21,7 +22,8 @@ from masonry_opt.result import Result
 from masonry_opt.studies.crossing.search import Passage, PassageTrials
 from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.names import some, warning_records
+from masonry_opt.words.load_factors import certainty, own_name
+from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
 _PLACE = ["axles", "direction", "position"]  #: Columns that tell positions apart.
@@ -103,8 +105,9 @@ class Crossing(StudyAnswer):
         bounds = [one.bound for one in self.passages if one.bound is not None]
         if self.interrupted or not bounds or len(bounds) < len(self.passages):
             return None
+        bound, found = min(bounds), self.load_factor
         # The worst position is solved once more, by a program that may end lower in its last digits.
-        return min([*bounds, *filter(None, [self.load_factor])])
+        return min(bound, found) if found is not None and same(bound, found) else bound
 
     @property
     def undecided(self) -> int:
@@ -175,8 +178,8 @@ class Crossing(StudyAnswer):
         return frame.replace(math.inf, math.nan)
 
     @property
-    def warning_sentences(self) -> tuple[str, ...]:
-        return self.worst.warning_sentences
+    def warning_records(self) -> list[dict[str, Any]]:
+        return self.worst.warning_records
 
     def facts(self) -> dict[str, str]:
         worst, least = self.worst, self.least
@@ -198,13 +201,14 @@ class Crossing(StudyAnswer):
             return told | ({"not crossed": missed} if missed else {})
         found = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
         if worst.load_factor is not None:
-            found = numeral(worst.load_factor, ".6f")
+            found = f"{numeral(worst.load_factor, '.6f')} ({own_name(worst)})"
         first, *others = (numeral(x, ".6g") for x in self.at)
         passage, group = least.passage, least.passage.axles
         source = f" ({group.group.source})" if group.group.source else ""
         positions, away = counted(len(self.governing), "position"), numeral(self.resolution or 0.0, ".3g")
         told |= {
-            "least λ": found,
+            "governing λ": found,
+            "known of it": certainty(worst),
             "at": f"axles at x = {first}{' (first)' if others else ''}{''.join(f', {x}' for x in others)}",
             "axles": f"'{self.axles}', travelling {self.direction}{source}",
         }
@@ -257,7 +261,7 @@ class Crossing(StudyAnswer):
         told = {key: worst[key] for key in keys} | {key: getattr(self, key) for key in own}
         told["default"] = self.default and self.default.load_factor
         told["default_associative"] = self.default and self.default.associative
-        told["warnings"] = warning_records(self.warning_sentences)
+        told["warnings"] = self.warning_records
         return told | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
 
     def plot(self) -> Picture:

@@ -26,7 +26,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.runs import at_least
 from masonry_opt.studies.writing import StudyAnswer, records
 from masonry_opt.words.load_factors import factor_text, named_factor
-from masonry_opt.words.names import warning_lines, warning_records
+from masonry_opt.words.names import warning_lines
 from masonry_opt.words.terminal import frame_text
 
 _BAR, _LETTERS = 0.09, 24  #: Height of a bar over the width of the axes; most letters of a name beside one.
@@ -94,7 +94,7 @@ class Cases(StudyAnswer):
         return self.results[self.governing or next(iter(self.results))]
 
     @property
-    def warning_sentences(self) -> tuple[str, ...]:
+    def warning_records(self) -> list[dict[str, Any]]:
         return distinct_warnings(list(self.results.values()))
 
     @property
@@ -127,7 +127,7 @@ class Cases(StudyAnswer):
         told: dict[str, Any] = {"case": of.case, "governing": self.governing, "load_factor": load_factor}
         if self.left_out:
             told["left_out"] = list(self.left_out)
-        told["warnings"] = warning_records(self.warning_sentences)
+        told["warnings"] = self.warning_records
         return told | {"load_cases": [result.as_dict() for result in self.results.values()]}
 
     @property

@@ -25,7 +25,7 @@ from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.many.standing import standing
 from masonry_opt.studies.runner import whole
 from masonry_opt.studies.writing import StudyAnswer
-from masonry_opt.words.names import warning_records
+from masonry_opt.words.load_factors import ASSOCIATIVE, meaning, own_name
 from masonry_opt.words.sentences import numeral
 
 #: ``Trial.number`` of a scene without a load factor: it falls by itself, or no load makes it collapse.
@@ -43,6 +43,14 @@ class Trial:
     number: float  #: load factor, or margin under dead load; -inf: the scene falls; inf: it carries any load
     result: Result = field(repr=False)  #: state and mechanism: see :class:`~.standing.DeadLoadMargin`
     certificate: Certificate | None = field(repr=False)  #: residuals of ``number``, where that is finite
+
+    @property
+    def name(self) -> str:
+        """Name of the load factor ``number``.
+
+        It is the associative one where that is too small already, and the method found none.
+        """
+        return ASSOCIATIVE if self.result.load_factor is None else own_name(self.result)
 
 
 @dataclass(frozen=True)
@@ -111,19 +119,29 @@ class Threshold(StudyAnswer):
             "fails": self._end(self.fails),
             "scenes solved": str(self.evaluations),
         }
+        if named := self._names:
+            told["λ is"] = meaning(named)
         if self.jump:
             before, after = (_WORDS.get(number) or numeral(number, ".6g") for number in self.jump)
             told["jump"] = f"the {self._measure} goes from {before} to {after} at once"
         return told
 
     @property
-    def warning_sentences(self) -> tuple[str, ...]:
+    def warning_records(self) -> list[dict[str, Any]]:
         told = distinct_warnings([self.holds.result, self.fails.result])
         if not self.contradictions:
             return told
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
-        return (f"the scene holds {side} this value too, at {values}: search there by itself", *told)
+        sentence = f"the scene holds {side} this value too, at {values}: search there by itself"
+        return [{"sentence": sentence, "code": "several thresholds", "values": self.contradictions}, *told]
+
+    @property
+    def _names(self) -> list[str]:
+        """Names of the load factors at the two ends; none where only the dead load acts."""
+        if self.load is None:
+            return []
+        return [end.name for end in (self.holds, self.fails) if math.isfinite(end.number)]
 
     def _end(self, end: Trial) -> str:
         known = math.isfinite(end.number)
@@ -139,7 +157,7 @@ class Threshold(StudyAnswer):
         """All but the results, as plain numbers, strings and lists (not finite: None)."""
         own = ("load", "value", "interval", "jump", "contradictions", "evaluations")
         told = {"kind": self._kind} | {name: getattr(self, name) for name in own}
-        told["warnings"] = warning_records(self.warning_sentences)
+        told["warnings"] = self.warning_records
         for name, end in {"holds": self.holds, "fails": self.fails}.items():
             told[name] = {"value": end.value, "number": end.number, "status": end.result.status}
             told[name]["certificate"] = end.certificate

@@ -17,6 +17,8 @@ from masonry_opt.words.sentences import numeral, sentences
 #: Last words of the names of numbers that limit forces. A state in which such a limit is not reached is also
 #: a state of every greater limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
+#: Code of the warning that a load factor falls as a limit of forces grows.
+FALLS_WITH_STRENGTH = "falls with strength"
 _MOST_NAMED = 3  #: Values that tell two runs apart, at most; the others are counted.
 
 Row = Mapping[str, Any]  #: Columns of a run by name, and what :func:`recorded_warnings` adds.
@@ -31,8 +33,8 @@ def recorded_warnings(warnings: Sequence[Reason]) -> dict[str, Any]:
     return {"warnings": "; ".join(told), "warned": [list(each) for each in zip(codes, told, strict=True)]}
 
 
-def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[str]:
-    """Yield the warnings of the runs, one for each code, in the words of the first run that has it.
+def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, str]]:
+    """Yield a record for each code of the warnings of the runs, in the words of the first run that has it.
 
     If not all runs have this warning in these words, the values of the first run and the number of the other
     runs follow in brackets.
@@ -48,14 +50,15 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[s
         told = [sentence for of, sentence in rows[runs[0]]["warned"] if of == code]
         everywhere = len(runs) == len(rows) and len(sentences_by_code[code]) == len(told)
         if everywhere:
-            yield "; ".join(told)
+            yield {"sentence": "; ".join(told), "code": code}
             continue
         others = f" and {counted(len(runs) - 1, 'more run')}" if len(runs) > 1 else ""
-        yield f"{'; '.join(told)} (at {_named(points[runs[0]])}{others})"
+        sentence = f"{'; '.join(told)} (at {_named(points[runs[0]])}{others})"
+        yield {"sentence": sentence, "code": code}
 
 
-def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[str]:
-    """Yield a sentence for each friction, cohesion or strength with which the lowest load factor falls.
+def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[dict[str, str]]:
+    """Yield a record for each friction, cohesion or strength with which the lowest load factor falls.
 
     The load factors compared are those of one value and of the next greater one, with all other varied
     numbers equal. The sentence names the largest fall.
@@ -63,7 +66,7 @@ def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[str
     for name in filter(is_limit, names):
         others = [other for other in names if other != name]
         if fall := _largest_fall(frame, name, others):
-            yield fall
+            yield {"sentence": fall, "code": FALLS_WITH_STRENGTH}
 
 
 def is_limit(name: str) -> bool:

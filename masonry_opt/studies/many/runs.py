@@ -17,6 +17,7 @@ from masonry_opt.analysis import Session
 from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.answer.motion import joint_motion
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
@@ -38,13 +39,14 @@ from masonry_opt.studies.many.run_warnings import (
 from masonry_opt.studies.many.shared_states import SharedAnswer, recorded_state, shared_answers
 from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEnd, Workers
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
+from masonry_opt.words.load_factors import LOWEST, own_name
 from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order, and their types in a table. ``seconds`` alone depends on
 #: machine and time.
 COLUMNS = {
     "load_factor": "float64",
-    **dict.fromkeys(("status", "reason"), "object"),
+    **dict.fromkeys(("which", "status", "reason"), "object"),
     **dict.fromkeys(("any_load", "exact"), "boolean"),
     "states": "Int64",
     **dict.fromkeys(("expected", "spread_lower", "spread_upper", "associative"), "float64"),
@@ -137,8 +139,9 @@ def run_many(
     Scenes are made in this process, and solved by worker processes or by those of a Dask scheduler. Finished
     runs are kept in a journal in the folder of the output, and not made again. When all runs have ended, they
     share their exact states (:mod:`.shared_states`). ``attrs["warnings"]`` of the frame is a list of
-    sentences. The caller writes the output. If no run was solved, the table alone is written here, and
-    NoRunSolvedError is raised.
+    sentences; ``attrs["warning_records"]`` has their codes too, and ``attrs["seeks_lowest"]`` tells whether
+    the method looks for the lowest state. The caller writes the output. If no run was solved, the table alone
+    is written here, and NoRunSolvedError is raised.
 
     Other parameters and errors are those of :func:`~.sweep.sweep`.
     """
@@ -175,11 +178,15 @@ def run_many(
         differing = differing_values(points[shared.run], points[shared.found_in])
         found[shared.run] = found[shared.run] | _columns_of_state(shared, differing)
     frame = framed(found, list(points[0]), RUN_COLUMNS)
-    frame.attrs["warnings"] = [
-        *(journal.warnings if journal else ()),
-        *warnings_of_rows(found, points),
-        *(warnings_of_falls(frame, list(points[0])) if study.how.chosen.seeks_lowest else ()),
-    ]
+    damaged = (
+        [{"sentence": sentence, "code": "damaged journal"} for sentence in journal.warnings]
+        if journal
+        else []
+    )
+    falls = warnings_of_falls(frame, list(points[0])) if study.how.chosen.seeks_lowest else ()
+    frame.attrs["warning_records"] = [*damaged, *warnings_of_rows(found, points), *falls]
+    frame.attrs["warnings"] = [record["sentence"] for record in frame.attrs["warning_records"]]
+    frame.attrs["seeks_lowest"] = study.how.chosen.seeks_lowest
     if frame["status"].isin(UNSOLVED).all():
         if output is not None:
             output.write(frame, {})
@@ -198,7 +205,7 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
     """Return the columns that change where a state of another run replaces an answer."""
     solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
     changed = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
-    changed |= {"any_load": False, "exact": True, "state_from": f"state found at {found_at}"}
+    changed |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
     changed["message"] = f"the lowest state was found by the run at {found_at}, and is certified for this run"
     certificate = shared.answer.certificate.as_dict()
     return changed | certificate | mechanism(shared.assembly, solution)
@@ -276,6 +283,7 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}
     own: dict[str, Any] = {
         "load_factor": solution.load_factor,
+        "which": "" if solution.load_factor is None else own_name(_outcome(assembly, solution)),
         "status": str(solution.status),
         "reason": str(solution.reasons[0].code) if solution.reasons else "",
         "any_load": solution.carries_any_load,
@@ -290,6 +298,13 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "message": message(solution.reasons),
     }
     return own | certificate | mechanism(assembly, solution)
+
+
+def _outcome(assembly: Assembly, solution: Solution) -> Outcome:
+    """Return the outcome of a solution, without a record of how it was computed."""
+    effort: dict[str, Any] = {"method": "", "model": "", "solver": "", "seconds": {}, "solvers": {}}
+    effort |= dict.fromkeys(("iterations", "lp_solves", "nlp_solves"), 0)
+    return Outcome(**effort, assembly=assembly, solution=solution)
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:

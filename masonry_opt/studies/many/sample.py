@@ -18,7 +18,7 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.run_warnings import is_limit
+from masonry_opt.studies.many.run_warnings import FALLS_WITH_STRENGTH, is_limit
 from masonry_opt.studies.many.runs import (
     EXPECTED,
     RunProgress,
@@ -28,9 +28,9 @@ from masonry_opt.studies.many.runs import (
     ends,
     run_many,
 )
-from masonry_opt.studies.runner import REFUSED, whole
+from masonry_opt.studies.runner import REFUSED, UNSOLVED, whole
 from masonry_opt.studies.writing import StudyAnswer, chart_files, csv_text, records
-from masonry_opt.words.names import warning_records
+from masonry_opt.words.load_factors import meaning
 from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
@@ -55,8 +55,8 @@ class Sample(StudyAnswer):
     incremental load factor counts as collapsed at any load too, in the numbers of that load factor. These
     numbers are NaN if no run has one.
 
-    A run is ``refused`` if the numbers drawn make no scene that can be solved. It has not collapsed, and is
-    left out of quantiles, probabilities and correlations.
+    A run is ``refused`` if the numbers drawn make no scene that can be solved, and ``failed`` if its process
+    crashed or died. Neither has collapsed: they are left out of quantiles, probabilities and correlations.
 
     Intervals are those of independent runs, for any distribution. Up to 10 numbers are drawn by Sobol's
     points, which are closer to the truth than the intervals show.
@@ -81,7 +81,7 @@ class Sample(StudyAnswer):
 
     @property
     def load_factors(self) -> np.ndarray:
-        """Load factor of each run that was not refused, shape (n,).
+        """Load factor of each run that was solved, shape (n,).
 
         It is -inf if the run counts as collapsed at any load, and inf if at none.
         """
@@ -95,8 +95,8 @@ class Sample(StudyAnswer):
 
     @property
     def _counting(self) -> pd.DataFrame:
-        """Rows of the runs that were not refused."""
-        return self.table[self.table["status"] != REFUSED]
+        """Rows of the runs that were solved."""
+        return self.table[~self.table["status"].isin(UNSOLVED)]
 
     def _of_runs(self, column: str) -> np.ndarray:
         found = self._counting[column].to_numpy(dtype=float)
@@ -131,7 +131,12 @@ class Sample(StudyAnswer):
     @property
     def refused(self) -> int:
         """Runs whose numbers make no scene that can be solved, which count nowhere."""
-        return self.runs - len(self._counting)
+        return int((self.table["status"] == REFUSED).sum())
+
+    @property
+    def failed(self) -> int:
+        """Runs whose process crashed or died, which count nowhere."""
+        return self.runs - len(self._counting) - self.refused
 
     @property
     def counted(self) -> str:
@@ -143,6 +148,7 @@ class Sample(StudyAnswer):
             "undecided, counted as fallen": self.undecided,
             "without an incremental λ, counted as fallen there": unexpected.sum(),
             "refused, left out": self.refused,
+            "crashed or died, left out": self.failed,
         }
         told = [f"{count} ({count / self.runs:.1%}) {what}" for what, count in without.items() if count]
         return "; ".join([counted(self.runs, "run"), *told])
@@ -233,19 +239,25 @@ class Sample(StudyAnswer):
         return {name: getattr(self, name)() for name in ("quantiles", "fragility", "sensitivity")}
 
     @property
-    def warning_sentences(self) -> tuple[str, ...]:
-        return (*self.table.attrs.get("warnings", ()), *self._refusals(), *self._falls())
+    def warning_records(self) -> list[dict[str, Any]]:
+        records = [*self.table.attrs.get("warning_records", ()), *self._left_out()]
+        if self.table.attrs.get("seeks_lowest", True):
+            records += [{"sentence": sentence, "code": FALLS_WITH_STRENGTH} for sentence in self._falls()]
+        return records
 
-    def _refusals(self) -> Iterator[str]:
-        """Yield why the first run was refused that was, and how many were."""
-        refused = self.table[self.table["status"] == REFUSED]
-        if len(refused):
-            yield f"{counted(len(refused), 'run')} refused, and left out: {refused['message'].iloc[0]}"
+    def _left_out(self) -> Iterator[dict[str, Any]]:
+        """Yield how many runs were refused, crashed or ended at a limit, and why the first one did."""
+        for status in UNSOLVED:
+            rows = self.table[self.table["status"] == status]
+            if len(rows):
+                why = f"{counted(len(rows), 'run')} {status}, and left out: {rows['message'].iloc[0]}"
+                yield {"sentence": why, "code": f"runs {status}"}
 
     def _falls(self) -> Iterator[str]:
         """Yield a sentence for each friction, cohesion or strength with whose growth the load factor falls.
 
-        The whole confidence interval of the rank correlation must be below zero.
+        The whole confidence interval of the rank correlation must be below zero. The load factors must be
+        those of a method that seeks the lowest state.
         """
         for row in self.sensitivity().to_dict("records"):
             if row["upper"] < 0 and is_limit(row["parameter"]):
@@ -284,6 +296,7 @@ class Sample(StudyAnswer):
     def facts(self) -> dict[str, str]:
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
         told = {"case": self.case, "drawn": drawn, "solved": self.counted}
+        told["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)
         lower, upper = self.table["spread_lower"], self.table["spread_upper"]
         if lower.notna().any():
             share = ((upper - lower) / self.table["expected"]).median()
@@ -304,9 +317,9 @@ class Sample(StudyAnswer):
     def as_dict(self) -> dict[str, Any]:
         """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
         told: dict[str, Any] = {"case": self.case, "distributions": dict(self.distributions)}
-        counts = ("runs", "falling", "unlimited", "undecided", "refused")
+        counts = ("runs", "falling", "unlimited", "undecided", "refused", "failed")
         told |= {name: getattr(self, name) for name in counts}
-        told["warnings"] = warning_records(self.warning_sentences)
+        told["warnings"] = self.warning_records
         tables = {name: records(frame) for name, frame in self.tables().items()}
         return told | {"confidence": CONFIDENCE} | tables
 

@@ -28,6 +28,7 @@ from masonry_opt.studies.many.runs import (
 )
 from masonry_opt.studies.runner import UNSOLVED
 from masonry_opt.studies.writing import chart_files
+from masonry_opt.words.load_factors import meaning
 from masonry_opt.words.names import warning_lines
 from masonry_opt.words.sentences import numeral
 
@@ -72,7 +73,8 @@ def sweep(
     -------
     pandas.DataFrame
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
-        ``status``, ``reason`` (code), ``any_load`` (whether the scene carries any load; of a Coulomb method,
+        ``which`` (name of this load factor, such as "lowest found" or "associative"), ``status``, ``reason``
+        (code), ``any_load`` (whether the scene carries any load; of a Coulomb method,
         proven), ``exact``, ``states`` (number of different exact states met), ``expected`` (NaN where it is
         switched off), ``spread_lower`` and ``spread_upper`` (of incremental load factors, with ``spread``),
         ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
@@ -155,7 +157,8 @@ def said(frame: pd.DataFrame, names: Sequence[str]) -> str:
     lines = [f"{counted(len(frame), 'run')}, {len(found)} with a load factor"]
     if len(found):
         lines.append(f"λ from {numeral(found.min(), '.6f')} to {numeral(found.max(), '.6f')}")
-        lines.append(f"least at {_where(frame[at_least(frame)], names)}")
+        lines.append(f"λ is {meaning(frame.loc[found.index, 'which'])}")
+        lines.append(f"smallest at {_where(frame[at_least(frame)], names)}")
     if shared := frame[frame["state_from"] != ""].shape[0]:
         lines.append(f"{counted(shared, 'run')} take a lower state found by another run (column state_from)")
     failed = frame[frame["load_factor"].isna()]

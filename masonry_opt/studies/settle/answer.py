@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.answer.motion import fastest, joint_motion, moving_names
 from masonry_opt.answer.reasons import Status
@@ -22,7 +23,8 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.names import some, warning_records
+from masonry_opt.words.load_factors import known_least, load_history_ends_lower, state_found
+from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
 _COLUMNS = ("kind", "reaction", "status", "moves")  #: Columns of a table of reactions, beside the end.
@@ -177,7 +179,7 @@ class Settlement(StudyAnswer):
         return self.least.openings if self.least else pd.DataFrame()
 
     @property
-    def warning_sentences(self) -> tuple[str, ...]:
+    def warning_records(self) -> list[dict[str, Any]]:
         results = [result for end in self.ends.values() for result in end.results.values()]
         return distinct_warnings([self.fallen] if self.fallen else results)
 
@@ -213,7 +215,7 @@ class Settlement(StudyAnswer):
                     for row, of in zip(end.rows(), end.results.values(), strict=True)
                 },
             }
-        told["warnings"] = warning_records(self.warning_sentences)
+        told["warnings"] = self.warning_records
         return told | {"fallen": self.fallen and self.fallen.as_dict()}
 
     def plot(
@@ -318,8 +320,8 @@ def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -
 
 
 def _words(end: Bound) -> str:
-    """An end in one line."""
-    others = {"with other forces at rest": end.across_rest}
+    """Return what is known of an end: its reaction, those of other kinds, and how certain the first is."""
+    others = {"exact state on the other side of rest": end.across_rest}
     if end.result is not end.with_associative:
         others |= {"incremental": end.expected, "associative": end.associative}
     if end.reaction is None:
@@ -331,4 +333,21 @@ def _words(end: Bound) -> str:
     else:
         said = f"{numeral(end.reaction, '.6g')}; moves {some(_moving(end.result))}"
     told = [f"{label} {numeral(value, '.6g')}" for label, value in others.items() if value is not None]
-    return " · ".join([said, *told])
+    return "\n".join(filter(None, [" · ".join([said, *told]), _certainty(end.result)]))
+
+
+def _certainty(result: Result) -> str:
+    """Return how exact the state of a result is, and what is known of states nearer to rest.
+
+    The load factor pushes the support away from its reaction at rest: a lower one is nearer to that.
+    """
+    if result.load_factor is None:
+        return ""
+    if result.kind is Kind.ASSOCIATIVE:
+        return "associative: no state lies further from the reaction at rest"
+    if known_least(result):
+        return f"{state_found(result)}; proven: no exact state lies nearer to the reaction at rest"
+    looks = "method 'refined' with search=10 looks for them"
+    remark = f"not proven: exact states may lie nearer to the reaction at rest ({looks})"
+    ends = "; the load history ends nearer to it" if load_history_ends_lower(result) else ""
+    return f"{state_found(result)}; {remark}{ends}"

@@ -1,0 +1,63 @@
+"""Every study names the load factors that it prints, and says whether they are proven least."""
+
+import pytest
+from scenes import axles_on_a_beam, block_on_floor, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.studies.many.sweep import said
+
+NOT_PROVEN = "lowest found (exact collapse states, not proven least)"
+UPPER_BOUND = "associative (upper bounds, by classical limit analysis)"
+METHODS = [("mcp", NOT_PROVEN), ("static", UPPER_BOUND)]
+
+
+@pytest.mark.parametrize(("method", "words"), METHODS)
+def test_a_sweep(method, words):
+    frame = mo.sweep(two_blocks(), {"joints.friction": [0.3, 0.5]}, method=method, workers=1)
+    assert f"λ is {words}" in said(frame, ["joints.friction"]).splitlines()
+    assert set(frame["which"]) == {words.split(" (")[0]}
+
+
+@pytest.mark.parametrize(("method", "words"), METHODS)
+def test_a_sample(method, words):
+    drawn = {"joints.friction": ("uniform", 0.3, 0.5)}
+    assert mo.sample(two_blocks(), drawn, n=2, method=method, workers=1).facts()["λ is"] == words
+
+
+@pytest.mark.parametrize(("method", "words"), METHODS)
+def test_a_threshold(method, words):
+    """The block slides while friction is below its live load."""
+    found = mo.least(lambda friction: block_on_floor(friction=friction), 0.1, 0.4, load=0.3, method=method)
+    assert found.value == pytest.approx(0.3, rel=1e-5)
+    assert found.facts()["λ is"] == words
+
+
+def test_a_threshold_under_dead_load_is_no_load_factor():
+    found = mo.least(lambda friction: block_on_floor(dead=(0.3, 0.0), friction=friction), 0.1, 0.4)
+    assert "λ is" not in found.facts()
+
+
+@pytest.mark.parametrize(("method", "name"), [("mcp", "lowest found"), ("static", "associative")])
+def test_a_crossing(method, name):
+    facts = mo.crossing(axles_on_a_beam(0.6), method=method).facts()
+    assert facts["governing λ"].endswith(f"({name})")
+    assert "not proven least" in facts["known of it"]
+    assert facts["known of it"].startswith("upper bound") == (method == "static")
+
+
+@pytest.mark.parametrize(("method", "name"), [("mcp", "lowest found"), ("static", "associative")])
+def test_a_capacity_curve(method, name):
+    facts = mo.capacity(mo.solve(block_on_floor(), method)).facts()
+    assert facts["load factor"].endswith(f"at the onset ({name})")
+    assert "not proven least" in facts["known of it"]
+    assert facts["known of it"].startswith("upper bound") == (method == "static")
+
+
+def test_reactions_of_a_support_that_settles():
+    """Neither end is called proven; the associative ends are proven to lie beyond all others."""
+    found = mo.settle(block_on_floor(), "floor", (0, -1))
+    for end in ("least", "greatest"):
+        if found.ends[end].result.load_factor is not None:
+            assert "not proven: exact states may lie nearer to the reaction at rest" in found.facts()[end]
+    by_statics = mo.settle(block_on_floor(), "floor", (0, -1), method="static")
+    assert "no state lies further from the reaction at rest" in by_statics.facts()["least"]
