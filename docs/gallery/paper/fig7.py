@@ -45,7 +45,9 @@ assert (contracts / 1.5 - 1).abs().max() < 1e-3
 def followed(**options: float) -> pd.DataFrame:
     """One row an iteration of the loop, by Clarabel."""
     steps = []
-    result = mo.solve(scene, "nonassociative", preset="paper", progress=steps.append, **options)
+    result = mo.solve(
+        scene, "nonassociative", preset="paper", expected=False, progress=steps.append, **options
+    )
     problem, joints = result.assembly.problem, result.joints
     (joint,) = np.flatnonzero([{"A", "B"} == set(pair) for pair in joints[["first", "second"]].to_numpy()])
     at = list(problem.sliding).index(joint)
