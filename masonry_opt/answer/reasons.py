@@ -148,7 +148,8 @@ class Code(StrEnum):
     # kind: "tie" or "prop", name, key: "strength" or "prestress", value; weight: of a median block, or if the
     # value is larger of all dead loads.
     STRENGTH_DIFFERS = "strength differs"
-    SMALL_GAPS = "small gaps"  # pairs: of blocks; widths: of the gap of each
+    # pairs: of blocks; widths: of the gap of each; tolerance: closes all gaps and aligns their joints
+    SMALL_GAPS = "small gaps"
     # pairs: of blocks, at joints that alignment turned; turn: the largest, in radians; tolerance
     ALIGNED = "aligned"
     # pairs: of blocks, at joints nearly parallel to others; angle: the largest; tolerance: that aligns them

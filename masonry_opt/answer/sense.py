@@ -44,13 +44,15 @@ _PER = {2: {}, 3: {"per": "volume"}}
 
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
-    """What looks unintended in a scene and, if given, its solution, as codes with values."""
+    """Return what looks unintended in a scene and, if given, its solution, as codes with values."""
+    of_wedges = tuple(wedges(assembly, solution))
     return (
         *_joints(assembly),
         *_idle_supports(assembly),
         *_clamping(assembly, solution),
+        *_small_gaps(assembly, of_wedges),
         *_blocks(assembly),
-        *wedges(assembly, solution),
+        *of_wedges,
         *_bearing_corners(assembly, solution),
         *_loads(assembly),
         *_far_away(assembly),
@@ -92,12 +94,23 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
     return [reason(Code.HELD_BY_CLAMPING, pairs=assembly.pairs_of(clamped[supports]))]
 
 
+def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
+    """Return a warning that names pairs of blocks across small gaps, the widest gap first.
+
+    The tolerance that the warning names also aligns the joints that warnings of wedges name.
+    """
+    joints = assembly.joints
+    gaps = dict(sorted(joints.gaps.items(), key=lambda gap: -gap[1]))
+    if not gaps:
+        return []
+    pairs = [assembly.names(np.array(pair)) for pair in gaps]
+    aligning = [said.values["tolerance"] for said in of_wedges if said.code is Code.NEARLY_PARALLEL]
+    tolerance = max([joints.joining_tolerance, *aligning])
+    return [reason(Code.SMALL_GAPS, pairs=pairs, widths=list(gaps.values()), tolerance=tolerance)]
+
+
 def _blocks(assembly: Assembly) -> Iterator[Reason]:
-    """Blocks that nearly touch, widest gap first; that meet corner on corner (in space with an edge too),
-    where no joint of each holds it; and solids whose faces were given turned this way and that."""
-    if gaps := dict(sorted(assembly.joints.gaps.items(), key=lambda gap: -gap[1])):
-        near = [assembly.names(np.array(pair)) for pair in gaps]
-        yield reason(Code.SMALL_GAPS, pairs=near, widths=list(gaps.values()))
+    """Yield warnings of blocks that meet without a normal, and of solids with faces turned either way."""
     if meeting := [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]:
         yield reason(_MEETING[assembly.scene.dimension], pairs=meeting)
     if len(mixed := assembly.geometry.mixed):

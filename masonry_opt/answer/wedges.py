@@ -10,6 +10,7 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.contacts.gaps import TOLERANCE_OVER_ERROR
 from masonry_opt.scene.rows import combine, lengths
 
 #: Largest angle, in radians, between joints that are nearly parallel. A larger value would name the joints of
@@ -50,11 +51,11 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
-    # The smaller accuracy of the two counts: then either joint may turn by the whole angle between them.
-    least = np.minimum(joints.accuracy[one], joints.accuracy[other])
-    needed = assembly.geometry.tolerance * angle / least
+    # The error of a corner that turns the shorter of the two joints by the angle between them.
+    error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
+    tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), joints.joining_tolerance)
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
-    values = {"angle": float(angle[0]), "tolerance": float(needed.max())}
+    values = {"angle": float(angle[0]), "tolerance": tolerance}
     yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)
 
 

@@ -8,6 +8,7 @@ from masonry_opt.answer.reasons import Code, Reason, Status
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.faces import CHORDS, MISSED, Layout
+from masonry_opt.scene.contacts.gaps import set_tolerance
 from masonry_opt.words.names import blocks, do, pairs, verb
 
 _FIXED = 1e10  #: From here on seven decimals are more digits than a double has.
@@ -217,8 +218,9 @@ def _where(v: dict[str, Any]) -> str:
 def _small_gaps(v: dict[str, Any]) -> str:
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     return (
-        f"blocks face each other across a small gap and do not touch along it: {pairs(v, wide)}; if they "
-        f"should, raise 'tolerance' to {rounded_up(max(v['widths']), 2)}"
+        "blocks face each other across a small gap, which carries no force and may change λ a lot: "
+        f"{pairs(v, wide)}; if they should touch, {set_tolerance(v['tolerance'])}, which closes the gaps and "
+        "makes nearly parallel joints parallel"
     )
 
 
@@ -401,8 +403,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.NEARLY_PARALLEL: lambda v: (
         f"joints of one block are up to {v['angle']:.2g} rad off parallel, a wedge that must lift a block to "
-        f"slide: {pairs(v)}; if they are meant to be parallel, set 'tolerance' to "
-        f"{rounded_up(v['tolerance'], 2)}"
+        f"slide: {pairs(v)}; if they are meant to be parallel, {set_tolerance(v['tolerance'])}"
     ),
     Code.CORNERS_MEET: lambda v: (
         f"{pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
