@@ -10,7 +10,7 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.scene.contacts.gaps import TOLERANCE_OVER_ERROR
+from masonry_opt.scene.geometry import TOLERANCE_OVER_ERROR
 from masonry_opt.scene.rows import combine, lengths
 
 #: Largest angle, in radians, between joints that are nearly parallel. A larger value would name the joints of

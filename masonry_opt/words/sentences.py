@@ -8,7 +8,7 @@ from masonry_opt.answer.reasons import Code, Reason, Status
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.faces import CHORDS, MISSED, Layout
-from masonry_opt.scene.contacts.gaps import set_tolerance
+from masonry_opt.scene.geometry import set_tolerance
 from masonry_opt.words.names import blocks, do, pairs, verb
 
 _FIXED = 1e10  #: From here on seven decimals are more digits than a double has.

@@ -2,13 +2,9 @@
 
 import numpy as np
 
-from masonry_opt.errors import rounded_up
 from masonry_opt.scene.contacts.alignment import DEFAULT
 from masonry_opt.scene.contacts.sides import LEAN, Facing, Touches, nearest
-
-#: Tolerance over the error of a corner from which on the alignment makes joints parallel. Two sides that meet
-#: may each be off by the error. A smaller value leaves some wedges; a larger one aligns more than is needed.
-TOLERANCE_OVER_ERROR = 3.0
+from masonry_opt.scene.geometry import TOLERANCE_OVER_ERROR
 
 
 def near_misses(touching: tuple[Facing | Touches, ...], apart: Facing, pairs: int) -> Facing:
@@ -38,8 +34,3 @@ def joining_tolerance(apart: Facing) -> float:
     """
     error = np.where(apart.angle <= DEFAULT.most_turn, apart.angle * apart.shorter, 0.0)
     return float(np.maximum(apart.most, TOLERANCE_OVER_ERROR * error).max(initial=0.0))
-
-
-def set_tolerance(tolerance: float) -> str:
-    """Return the advice of messages to set a tolerance, in two digits rounded up."""
-    return f"set 'tolerance' to {rounded_up(tolerance, 2)}"

@@ -11,9 +11,9 @@ import shapely
 from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.contacts import edges, faces
 from masonry_opt.scene.contacts.alignment import AlignedContacts, DrawnContacts, aligned, square_to
-from masonry_opt.scene.contacts.gaps import joining_tolerance, near_misses, set_tolerance
+from masonry_opt.scene.contacts.gaps import joining_tolerance, near_misses
 from masonry_opt.scene.contacts.sides import BlockCorners, Facing
-from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for
+from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for, set_tolerance
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import following, linked, ranges
 from masonry_opt.scene.scene import Scene
@@ -318,7 +318,7 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     if size[worst] > shapes.inside * shapes.size[pairs[worst]].min():
         remedy = ", or leave one out: one lies within the other"
     elif deepest.depth <= shapes.reach[pairs[worst]].min():
-        joining = _tolerance_for_overlaps(scene, shapes, near, depth)
+        joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*found]], depth)
         remedy = f", or {set_tolerance(joining)} if their coordinates are inexact"
     others = len(found) - 1
     least = "at least " if len(found) == shapes.enough else ""
@@ -328,13 +328,20 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     raise CaseError(f"{scene.origin}: {overlap} {at}: move them apart{remedy}{more}")
 
 
-def _tolerance_for_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray, depth: float) -> float:
-    """Return the tolerance at which overlaps up to a depth, and small gaps, become joints that align."""
+def _tolerance_for_overlaps(
+    scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
+) -> float:
+    """Return the tolerance at which overlaps up to a depth, and small gaps, become joints that align.
+
+    ``near`` lists the pairs of blocks that may face each other, and ``overlapping`` those that overlap.
+    """
     _, facing, _ = _KINDS[scene.dimension]
     shapes = replace(shapes, contact_tolerance=depth)
-    found = facing(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
-    touch = found.most <= shapes.tolerance
-    apart = near_misses((found.where(touch),), found.where(~touch), len(pairs))
+    found = facing(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
+    number_of_pair = np.array([len(scene.blocks), 1])
+    overlap = np.isin(near @ number_of_pair, overlapping @ number_of_pair)
+    touch = (found.most <= shapes.tolerance) & ~overlap[found.pair]
+    apart = near_misses((found.where(touch),), found.where(~touch), len(near))
     return max(depth, joining_tolerance(apart))
 
 
