@@ -76,9 +76,14 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
-    """Fixed blocks without a joint to a block that can move, on which no fill lies either."""
+    """Return a warning that names the supports that hold nothing, if there are any.
+
+    A support holds something if it has a joint to a movable block, fill lies on it, or a tie or prop ends
+    in it.
+    """
     idle = np.ones(len(assembly.scene.blocks), dtype=bool)
     idle[[piece.block for piece in assembly.filled_pieces]] = False
+    idle[[action.block for force in assembly.limited for action in force.actions if action.block >= 0]] = False
     idle[assembly.movable] = idle[assembly.joints.first] = idle[assembly.joints.second] = False
     return [reason(Code.IDLE_SUPPORTS, blocks=assembly.names(np.flatnonzero(idle)))] if idle.any() else []
 

@@ -386,7 +386,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "sliding would close the joint by more than friction resists; is its sign meant?"
     ),
     Code.IDLE_SUPPORTS: lambda v: (
-        f"{blocks(v['blocks'])}, fixed, {verb(len(v['blocks']), 'touch')} no block that can move"
+        f"{blocks(v['blocks'])}, fixed, {verb(len(v['blocks']), 'touch')} no block that can move, "
+        "and no tie or prop ends there: close the gap if blocks should rest there"
     ),
     Code.HELD_BY_CLAMPING: lambda v: (
         f"blocks are held between supports by joints that no load presses together, {pairs(v)}: give the "

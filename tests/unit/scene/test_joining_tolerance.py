@@ -174,9 +174,10 @@ def test_faces_bent_by_a_tenth_are_no_matter_of_tolerance() -> None:
     corners, faces = prism(outlines("A", 2, 0.0)["A"], 1.0)
     corners[0, 2] -= 0.5
     vertices, faces = list(map(tuple, corners.tolist())), [[*face] for face in faces]
-    solid = mo.Solid(name="A", fixed=True, vertices=vertices, faces=faces)
+    solid = mo.Solid(name="A", weight=1, vertices=vertices, faces=faces)
+    support = mo.Solid(name="B", fixed=True, vertices=vertices, faces=faces)
     with pytest.raises(mo.CaseError, match="is not flat") as error:
-        assemble(mo.Scene(joints={"friction": 0.1}, blocks=[solid]))
+        assemble(mo.Scene(joints={"friction": 0.1}, blocks=[solid, support]))
     assert "tolerance'" not in str(error.value)
 
 

@@ -46,6 +46,15 @@ def test_no_case_is_warned_of(path):
     assert warnings_of(assemble(mo.load(path)), None) == ()
 
 
+@pytest.mark.parametrize("kind", ["ties", "props"])
+def test_a_support_in_which_a_tie_or_prop_ends_is_not_idle(kind):
+    above = rectangle("above", 0, 2, 1, 3)
+    scene = with_blocks(block_on_floor(), above)
+    assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["above"]}]
+    strut = {"ties": mo.Tie, "props": mo.Prop}[kind](between=("A", "above"), at=((0.5, 0.9), (0.5, 2.1)))
+    assert warned(scene.replace(**{kind: [strut]}), Code.IDLE_SUPPORTS) == []
+
+
 @pytest.mark.parametrize(("friction", "told"), [(3.0, False), (3.001, True), (35.0, True), (inf, False)])
 def test_friction_in_degrees(friction, told):
     expected = [{"friction": friction, "pairs": []}] if told else []
