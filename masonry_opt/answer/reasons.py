@@ -19,8 +19,8 @@ class Status(StrEnum):
     UNSTABLE = "unstable under dead load"
     STANDS = "stands under dead load"
     UNLIMITED = "unlimited: the live load cannot cause collapse"
-    LOCKED = "unlimited: dilatancy locks the blocks"
-    JAMMED = "unlimited: joints press ever harder"
+    LOCKED = "unlimited with associative flow: dilatancy locks the blocks"
+    JAMMED = "no limit was found: joints press ever harder"
     BELOW_ZERO = "no collapse state above zero was found"
     SOLVER_FAILED = "solver failed"
 
@@ -31,7 +31,10 @@ class Status(StrEnum):
 
     @property
     def unlimited(self) -> bool:
-        """Whether the method ended with a load that has no limit; a method's end alone proves nothing."""
+        """True if the method found no limit of the live load.
+
+        UNLIMITED is proven. LOCKED is proven of associative flow alone, and JAMMED of no flow rule.
+        """
         return self in (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
     @property

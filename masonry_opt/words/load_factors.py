@@ -71,7 +71,7 @@ def why_not_incremental(result: Outcome) -> str:
     """Return why there is no incremental load factor; "" if there is one, or the result's reasons say it."""
     codes = {said.code for said in result.reasons}
     known = all(said.code in codes for said in result.expected_reasons)
-    return "" if known or result.expected is not None else message(result.expected_reasons)
+    return "" if known or result.expected is not None else message(result.expected_reasons, result.method)
 
 
 def load_factor_table(result: Outcome) -> str:
@@ -248,6 +248,8 @@ def _not_proven(result: Outcome) -> str:
         return "not proven least: the search was interrupted"
     if result.solution.has(Code.SEARCHED):
         return "not proven least: a longer search may find lower ones"
+    if result.assembly.problem.dilatancy_depends_on_stress:
+        return "not proven least"
     return "not proven least (method 'refined' with search=10 looks for lower ones)"
 
 

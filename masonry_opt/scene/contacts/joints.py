@@ -363,7 +363,9 @@ def refuse_floating(
     touched[first] = touched[second] = True
     alone = np.flatnonzero(~touched & ~fixed)
     if len(alone):
-        raise_for(alone, scene, f"touches no other block: {_nearest(scene, shapes, int(alone[0]), gaps, joining)}")
+        raise_for(
+            alone, scene, f"touches no other block: {_nearest(scene, shapes, int(alone[0]), gaps, joining)}"
+        )
     group = linked(count, first, second)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
     raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
@@ -372,7 +374,7 @@ def refuse_floating(
 
 
 def _nearest(scene: Scene, shapes: Extents, block: int, gaps: Gaps, joining: float) -> str:
-    """Return how far a block that touches nothing is from the block that it faces or is nearest, and a remedy."""
+    """Return how far a block that touches nothing is from the block it faces or the nearest, and a remedy."""
     remedy = ""
     if faced := [(gap, sum(pair) - block) for pair, gap in gaps.items() if block in pair]:
         (gap, other), which = min(faced), "which it faces, is up to"

@@ -14,7 +14,6 @@ from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR, set_toler
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 
-
 #: Error of one corner of a rectangle over the heights of its corners above their plane, which the error
 #: tilts. A smaller value advises a tolerance that may leave other faces of the drawing not flat.
 _ERROR_OVER_HEIGHT = 4.0

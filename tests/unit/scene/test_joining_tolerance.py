@@ -41,7 +41,9 @@ def outlines(block: str, corner: int, error: float) -> Outlines:
 def scene_of(drawn: Outlines, tolerance: float | None) -> mo.Scene:
     loads = {"A": {"weight": 1, "live": (1, 0)}, "B": {"weight": 1}}
     blocks = [
-        mo.Block(name=name, vertices=list(map(tuple, corners)), fixed=name not in loads, **loads.get(name, {}))
+        mo.Block(
+            name=name, vertices=list(map(tuple, corners)), fixed=name not in loads, **loads.get(name, {})
+        )
         for name, corners in drawn.items()
     ]
     held = mo.Joint(between=("B", "rough"), friction=math.inf)
@@ -183,5 +185,7 @@ def test_faces_bent_by_a_tenth_are_no_matter_of_tolerance() -> None:
 
 def test_a_joint_across_a_small_gap_is_refused_with_the_tolerance_that_closes_it() -> None:
     scene = scene_of(outlines("B", 0, 1e-3), None)
-    with pytest.raises(mo.CaseError, match=r"do not touch.*gap between them is up to 0\.001 wide.*'tolerance'"):
+    with pytest.raises(
+        mo.CaseError, match=r"do not touch.*gap between them is up to 0\.001 wide.*'tolerance'"
+    ):
         assemble(scene)

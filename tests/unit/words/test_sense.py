@@ -48,10 +48,10 @@ def test_no_case_is_warned_of(path):
 
 @pytest.mark.parametrize("kind", ["ties", "props"])
 def test_a_support_in_which_a_tie_or_prop_ends_is_not_idle(kind):
-    above = rectangle("above", 0, 2, 1, 3)
+    above = rectangle("above", 0, 5, 1, 6)
     scene = with_blocks(block_on_floor(), above)
     assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["above"]}]
-    strut = {"ties": mo.Tie, "props": mo.Prop}[kind](between=("A", "above"), at=((0.5, 0.9), (0.5, 2.1)))
+    strut = {"ties": mo.Tie, "props": mo.Prop}[kind](between=("A", "above"), at=((0.5, 1.9), (0.5, 5.1)))
     assert warned(scene.replace(**{kind: [strut]}), Code.IDLE_SUPPORTS) == []
 
 
