@@ -23,6 +23,7 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.answer.answer import Answer
+from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.reasons import LOAD_FACTORS, Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import APART, ZERO
@@ -105,9 +106,8 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
             solution = _as_of_scene(solution, found, alike, at, share)
             solution = replace(solution, associative=upper, associative_ended=Status.OPTIMAL)
-            fixed = problem.statics_fix_forces
-            no_work = reason(Code.NO_WORK, fixed=fixed, against=work < -APART)
-            return replace(solution, is_only_state=fixed).telling_first(no_work)
+            is_only = is_only_load_factor(problem, load_factor)
+            return solution.telling_first(reason(Code.NO_WORK, fixed=is_only, against=work < -APART))
     return None
 
 

@@ -1,4 +1,4 @@
-"""Numeric rank of an equilibrium matrix: does equilibrium alone fix all joint forces?"""
+"""Numeric rank of an equilibrium matrix, and the forces of a matrix whose columns are independent."""
 
 from collections.abc import Iterator
 
@@ -27,11 +27,22 @@ def has_independent_columns(matrix: sp.csr_array) -> bool:
     """
     if structural_rank(matrix) < matrix.shape[1]:
         return False
-    return all(_component_is_independent(component) for component in _components(matrix))
+    parts = (matrix[rows][:, columns] for rows, columns in _components(matrix))
+    return all(_component_is_independent(component) for component in parts)
 
 
-def _components(matrix: sp.csr_array) -> Iterator[sp.csr_array]:
-    """Yield the diagonal blocks of a matrix whose rows and columns do not share any entry."""
+def solve_independent(matrix: sp.csr_array, right: np.ndarray) -> np.ndarray:
+    """Return the least-squares solution of a matrix with independent columns, shape (columns, right sides)."""
+    solution = np.zeros((matrix.shape[1], right.shape[1]))
+    for rows, columns in _components(matrix):
+        component = matrix[rows][:, columns].toarray()
+        orthogonal, triangular = la.qr(component, mode="economic")
+        solution[columns] = la.solve_triangular(triangular, orthogonal.T @ right[rows])
+    return solution
+
+
+def _components(matrix: sp.csr_array) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield the rows and the columns of each connected component: components share no row and no column."""
     rows = matrix.shape[0]
     graph = sp.block_array([[None, matrix], [matrix.T, None]], format="csr")
     count, label = connected_components(graph, directed=False)
@@ -39,7 +50,7 @@ def _components(matrix: sp.csr_array) -> Iterator[sp.csr_array]:
         members = np.flatnonzero(label == component)
         columns = members[members >= rows] - rows
         if len(columns):
-            yield matrix[members[members < rows]][:, columns]
+            yield members[members < rows], columns
 
 
 def _component_is_independent(component: sp.csr_array) -> bool:

@@ -36,6 +36,9 @@ _LOST = "equilibrium is lost as the live load is raised from rest"
 #: Remark that follows where method "compliant" alone was asked.
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'refined' looks for them)"
 
+#: Remark on a load factor if equilibrium alone fixes all forces (see :mod:`masonry_opt.answer.only_state`).
+_ONLY = "equilibrium alone fixes all forces, so no other λ above zero is possible"
+
 _NAME_WIDTH = 15  #: Columns of the table for names; the longest name has 13 letters.
 
 
@@ -130,8 +133,8 @@ def known_least(result: Outcome) -> str:
     """Return why no state has a lower load factor than the answer; "" where that is not known."""
     if result.solution.has(Code.PROVEN) and not _falls_by_itself(result):
         return "exact collapse state; proven: no state is lower"
-    if result.solution.is_only_state and result.exact:
-        return "exact collapse state; equilibrium alone fixes all forces, so there is no other state"
+    if result.solution.is_only_state and result.exact and not _falls_by_itself(result):
+        return f"exact collapse state; {_ONLY}"
     if not _flow_rule_is_associative(result) or result.kind is Kind.COMPLIANT:
         return ""
     if result.kind is not Kind.ASSOCIATIVE and not result.exact:
@@ -233,7 +236,9 @@ def _starts(result: Outcome) -> str:
 def _lower_states(result: Outcome) -> list[str]:
     """Return what is proven, searched or known of states below the answer, a phrase each."""
     known = list(sentences([said for said in result.reasons if said.code in _BOUNDS]))
-    if not known:
+    if result.solution.is_only_state:
+        known = [_ONLY]
+    elif not known:
         few_starts = [said for said in result.reasons if said.code is Code.FEW_STARTS]
         known = [*sentences(few_starts), _not_proven(result)]
     if _lower_end_is_known(result):

@@ -343,7 +343,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "once the live load, which "
         + ("resists it" if v["against"] else "does no work in it")
         + ", has taken enough pressure off the joints"
-        + ("; equilibrium alone fixes all forces, so there is no other load factor" if v["fixed"] else "")
+        + ("; equilibrium alone fixes all forces, so no other λ above zero is possible" if v["fixed"] else "")
     ),
     Code.NOT_CERTIFIED: _not_certified,
     Code.ABOVE_ASSOCIATIVE: "ended {by:.1e} above the associative bound, reported here",
