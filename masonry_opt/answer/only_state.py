@@ -6,8 +6,8 @@ without a violated condition therefore form an interval, and the dead load alone
 
 1. A condition that has slack at λ = 0 and none at λ* is violated above λ*: no state of equilibrium is higher.
 2. At a collapse state between zero and λ*, each condition that moves has no slack. A concave function that is
-   nowhere negative and vanishes inside an interval vanishes in all of it. The condition therefore has no slack
-   under any load between zero and λ*.
+   nowhere negative and vanishes inside an interval vanishes in all of it. The condition therefore has no
+   slack under any load between zero and λ*.
 3. If the forces in these conditions vanish too, their motion takes no energy under any load. By virtual work
    neither the dead nor the live load then does work in the motion: the motion is no collapse.
 

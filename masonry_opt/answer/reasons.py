@@ -143,7 +143,8 @@ class Code(StrEnum):
     IDLE_SUPPORTS = "idle supports"  # blocks
     HELD_BY_CLAMPING = "held by clamping"  # pairs
     FAR_AWAY = "far away"  # blocks, distance, size: of the rest
-    # blocks, ratio: of the first one's weight per area to the median of all; per: "volume" in space.
+    # blocks; ratio: of the first one's unit weight to the median of all; median; per_area: True if unit
+    # weights are per area, as in the plane without a thickness
     WEIGHTS_DIFFER = "weights differ"
     # fill: number of the fill, from 1; backing: True if the unit weight is that of its backing; unit_weight;
     # beside: what it is compared with, "blocks" or "fill"; other: the unit weight of the latter.

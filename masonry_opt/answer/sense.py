@@ -38,9 +38,8 @@ _OUTSIDE = 0.02
 
 _ROUNDING = 1e-9  #: Share of a block's weight up to which a difference of forces is rounding.
 
-#: By dimension: blocks that meet without a joint, and what their weights are per, beside areas.
+#: Warning of blocks that meet without a joint, by dimension.
 _MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
-_PER = {2: {}, 3: {"per": "volume"}}
 
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
@@ -200,7 +199,7 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _weights(assembly: Assembly) -> list[Reason]:
-    """Weights per area, or volume, and forces over weights, that look like those of other units."""
+    """Return warnings of unit weights, and of forces over weights, that look like those of other units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     weight = weights(scene, assembly.geometry, movable)
     density = _unit_weights(assembly)
@@ -210,7 +209,9 @@ def _weights(assembly: Assembly) -> list[Reason]:
     median = _lower_median(density[heavy])
     ratio = np.where(heavy, density / median, 1.0)
     most = (_OTHER_UNITS, _OTHER_UNITS)
-    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, median=median, **_PER[scene.dimension])
+    has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
+    per_area = scene.dimension == 2 and not has_thickness
+    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, median=median, per_area=per_area)
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))

@@ -16,7 +16,7 @@ They may be all that drives the mechanism, as where a fill pushes aside a stack 
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from math import inf, nan
+from math import inf, isfinite, nan
 from typing import Any
 
 import numpy as np
@@ -167,6 +167,7 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     solution = replace(solution, bound=None, bound_derived=False, history=history)
     below_zero = inf
     if any(said.code is Code.BELOW_ZERO for said in reasons):
-        below_zero = of_scene(vars(solution), ("below_zero",))["below_zero"]
+        value = of_scene(vars(solution), ("below_zero",))["below_zero"]
+        below_zero = value if isfinite(value) else inf
     solution = replace(solution, below_zero=below_zero, followed_to_end=False, peak=None)
     return replace(solution, status=Status.CONVERGED, reasons=tuple(reasons), found=found)

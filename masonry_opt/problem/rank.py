@@ -32,7 +32,7 @@ def has_independent_columns(matrix: sp.csr_array) -> bool:
 
 
 def solve_independent(matrix: sp.csr_array, right: np.ndarray) -> np.ndarray:
-    """Return the least-squares solution of a matrix with independent columns, shape (columns, right sides)."""
+    """Return the least-squares solutions for right sides, of a matrix with independent columns."""
     solution = np.zeros((matrix.shape[1], right.shape[1]))
     for rows, columns in _components(matrix):
         component = matrix[rows][:, columns].toarray()

@@ -257,8 +257,9 @@ def _rounded(value: float) -> str:
 
 def _weights_differ(v: dict[str, Any]) -> str:
     own, median = _rounded(v["ratio"] * v["median"]), _rounded(v["median"])
-    said = f"the weight per {v.get('per', 'area')} of {blocks(v['blocks'])} is {own}"
-    return f"{said}, the median of all blocks {median}: give weights and lengths in one unit each"
+    quantity = "weight per area" if v["per_area"] else "unit weight"
+    said = f"the {quantity} of {blocks(v['blocks'])} is {own}"
+    return f"{said}, the median of all blocks is {median}: give weights and lengths in one unit each"
 
 
 def _fill_weight_differs(v: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Where equilibrium alone fixes all forces, one load factor above zero is one of collapse: when is it proven?"""
+"""Where equilibrium alone fixes all forces, one load factor above zero is proven to be the only one."""
 
 import math
 
