@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from masonry_opt.scene.contacts.alignment import DEFAULT
+from masonry_opt.scene.contacts.alignment import DEFAULT_SETTINGS
 from masonry_opt.scene.contacts.sides import LEAN, Facing, Touches, nearest
 from masonry_opt.scene.geometry import TOLERANCE_OVER_ERROR
 
@@ -32,5 +32,5 @@ def joining_tolerance(apart: Facing) -> float:
     Sides that are not parallel, by an angle that the alignment may take away, are taken for the error of a
     corner. Then the tolerance is a multiple of that error.
     """
-    error = np.where(apart.angle <= DEFAULT.most_turn, apart.angle * apart.shorter, 0.0)
+    error = np.where(apart.angle <= DEFAULT_SETTINGS.most_turn, apart.angle * apart.shorter, 0.0)
     return float(np.maximum(apart.most, TOLERANCE_OVER_ERROR * error).max(initial=0.0))
