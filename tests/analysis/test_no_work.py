@@ -208,7 +208,7 @@ def test_default_is_an_exact_state_and_so_is_its_certificate(name: str) -> None:
     assert result.associative == pytest.approx(by_hand, rel=1e-6)
     assert result.exact
     assert result.certificate.worst <= 1e-8
-    assert "equilibrium alone fixes all forces, so there is no other state" in result.summary
+    assert "equilibrium alone fixes all forces, so no other λ above zero is possible" in result.summary
     problem, q, d = result.assembly.problem, result.solution.q, result.solution.d
     load = problem.dead + result.load_factor * problem.live
     assert problem.B @ q + load == pytest.approx(0, abs=1e-8)

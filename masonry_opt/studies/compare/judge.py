@@ -89,8 +89,11 @@ def chart_name(question: str) -> str:
 
 
 def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
-    """The lowest exact Coulomb states, by scene name: those known, or of runs, in space by the cone. A single
-    pass ends in any exact state: it counts only where a low one is known or was searched for."""
+    """Return the lowest exact Coulomb state of each scene, by the name of the scene.
+
+    The states are the known ones and those of runs, in space with friction by the cone. A state that is exact
+    but for its complementarity counts only for scenes that have another state.
+    """
     able = (row for row in rows if row["load_factor"] is not None and row["kind"] in _EXACT_KINDS)
     exact = [row for row in able if not _by_sides(row) and not residuals_over_limit(row, Kind.EXACT)]
     low = {*known, *(row["scene"] for row in exact if row["kind"] != Kind.NEARLY_COMPLEMENTARY)}

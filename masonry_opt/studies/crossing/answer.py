@@ -130,8 +130,10 @@ class Crossing(StudyAnswer):
         """One row a position solved by the method, and load case: ``load_case`` (if any), ``axles``,
         ``direction``, ``position`` (abscissa of the first axle), then the columns of ``mo.sweep`` but for the
         seconds. Where loads jump there is a row on either side."""
+        method = self.worst.method
         rows = [
-            _place(one.passage, position) | columns(one.passage.loaded(one.passage.live(position)), answer)
+            _place(one.passage, position)
+            | columns(one.passage.loaded(one.passage.live(position)), answer, method)
             for one in self.passages
             for position, answer in sorted(one.answers.items())
         ]

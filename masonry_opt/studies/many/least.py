@@ -93,7 +93,7 @@ class Threshold(StudyAnswer):
         """One row a trial: ``value``, ``holds``, ``number``, then the columns of ``mo.sweep``."""
         rows = [
             {name: getattr(trial, name) for name in _OWN}
-            | columns(trial.result.assembly, trial.result.solution)
+            | columns(trial.result.assembly, trial.result.solution, trial.result.method)
             | {"seconds": sum(trial.result.seconds.values())}
             for trial in self.trials
         ]

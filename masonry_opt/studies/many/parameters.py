@@ -2,8 +2,9 @@
 
 A name is the path to a number through the tables of a case file, with dots: ``joints.cohesion``,
 ``block.A.weight``, ``block.A.live.x``, ``joint.A/B.friction`` (an exception), ``column.left pier.height``,
-``edge_load.2.force.y``, ``load_case.storm.live.wind``. A table that occurs once needs no name:
-``arch.thickness``. The numbers of a pair that is not a point are ``.1`` and ``.2``: ``column.width.2``.
+``edge_load.2.force.y``, ``load_case.storm.live.wind``. A table that occurs once needs no name, and may have
+one: ``arch.thickness``, and for a single tie ``tie.strength`` or ``tie.rod.strength``. The numbers of a pair
+that is not a point are ``.1`` and ``.2``: ``column.width.2``.
 Blocks of a generator are varied by the numbers of the generator.
 """
 
@@ -36,20 +37,36 @@ class Parameters:
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: Any = case if case and unchanged else scene
-        self.names = dict(_numbers(self._source))  #: Paths to the numbers, by name.
-        if scene.dimension == 3:  # without thickness, and joints without strength
-            for name in [*self.names]:
-                if name == "thickness" or (is_of_joints(name) and name.endswith(".strength")):
-                    del self.names[name]
+        self.names = self._paths()  #: Paths to the numbers, by name, as messages list them.
+        #: Paths by the listed names, and by the full names of numbers in tables that occur once.
+        self._known = self._paths(in_full=True) | self.names
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
+    def _paths(self, in_full: bool = False) -> dict[str, _Way]:
+        """Return the paths to the numbers by name, without numbers that no scene in space has."""
+        found = dict(_numbers(self._source, in_full=in_full))
+        if self.scene.dimension == 2:
+            return found
+        of_plane = {name for name in found if is_of_joints(name) and name.endswith(".strength")} | {
+            "thickness"
+        }
+        return {name: way for name, way in found.items() if name not in of_plane}
+
     def check_names(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError for an unknown name, with names like it, for two that exclude each other, and for
-        a scene with load cases in none of them."""
+        """Raise OptionError for names that are no numbers of the scene, or not two numbers.
+
+        - The scene has load cases and is in none of them.
+        - A name is unknown: the message lists names like it.
+        - Two names are of one number, or of two numbers that exclude each other.
+        """
         self.scene.refuse_without_case()
+        by_path: dict[_Way, str] = {}
         for name in names:
-            if name not in self.names:
+            if name not in self._known:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
+            first = by_path.setdefault(self._known[name], name)
+            if first != name:
+                raise OptionError(f"'{first}' and '{name}' are one number: vary one of them")
             head, _, key = name.rpartition(".")
             other = f"{head}.{INSTEAD.get(key, '')}"
             if other in names:
@@ -65,11 +82,11 @@ class Parameters:
             if others and self._last[0] != others:
                 source = self._source
                 for name, value in others.items():
-                    source = _changed(source, self.names[name], value)
+                    source = _changed(source, self._known[name], value)
                 self._last = others, source.scene() if isinstance(source, CaseFile) else source
             scene = self._last[1] if others else self.scene
             for name, value in of_joints.items():
-                scene = _changed(scene, self.names[name], value)  # of a file's scene by the same path
+                scene = _changed(scene, self._known[name], value)  # of a file's scene by the same path
         except CaseError as error:
             told = ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
             raise CaseError(f"{told}: {error}") from None
@@ -96,20 +113,26 @@ def is_of_joints(name: str) -> bool:
     return name.startswith(("joints.", "joint."))
 
 
-def _numbers(record: Record, prefix: str = "", way: _Way = ()) -> Iterator[tuple[str, _Way]]:
-    """Names of the numbers of a record and of the records in it, with the paths to them."""
+def _numbers(
+    record: Record, prefix: str = "", way: _Way = (), in_full: bool = False
+) -> Iterator[tuple[str, _Way]]:
+    """Yield the names of the numbers of a record and of the records in it, with the paths to them.
+
+    ``in_full``: names of tables that occur once have the name of their entry too.
+    """
     for field, about in type(record).model_fields.items():
         if field in _LEFT_OUT:
             continue
         key, value, here = about.alias or field, getattr(record, field), (*way, field)
         if isinstance(value, Record):
-            yield from _numbers(value, f"{prefix}{key}.", here)
+            yield from _numbers(value, f"{prefix}{key}.", here, in_full)
         elif isinstance(value, list) and value and all(isinstance(entry, Record) for entry in value):
-            names = [_entry_name(key, number, entry, len(value)) for number, entry in enumerate(value)]
+            alone = len(value) == 1 and not in_full and key not in _NAMED
+            names = [key if alone else _entry_name(key, number, entry) for number, entry in enumerate(value)]
             for number, entry in enumerate(value):
                 # Two ties of one name are told apart by their numbers.
                 name = names[number] if names.count(names[number]) == 1 else f"{key}.{number + 1}"
-                yield from _numbers(entry, f"{prefix}{name}.", (*here, number))
+                yield from _numbers(entry, f"{prefix}{name}.", (*here, number), in_full)
         elif _is_number(value) or (value is None and _takes_number(about.annotation)):
             yield prefix + key, here
         elif isinstance(value, dict) and all(map(_is_number, value.values())):
@@ -120,9 +143,7 @@ def _numbers(record: Record, prefix: str = "", way: _Way = ()) -> Iterator[tuple
                 yield f"{prefix}{key}.{place}", (*here, number)
 
 
-def _entry_name(key: str, number: int, entry: Record, count: int) -> str:
-    if count == 1 and key not in _NAMED:
-        return key
+def _entry_name(key: str, number: int, entry: Record) -> str:
     name = getattr(entry, "name", None) or getattr(entry, "between", None) or str(number + 1)
     return f"{key}.{name if isinstance(name, str) else '/'.join(name)}"
 

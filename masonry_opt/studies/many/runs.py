@@ -120,7 +120,9 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
         _kept.how, _kept.session = how, Session(pickle.loads(how), Kept(keeps=True))
     session: Session = _kept.session
     assembly, solution = session.answer(scene, lambda _: None, Effort())
-    found = columns(assembly, solution) | recorded_warnings(warnings_of(assembly, solution))
+    found = columns(assembly, solution, session.method.name) | recorded_warnings(
+        warnings_of(assembly, solution)
+    )
     if session.method.seeks_lowest:
         found |= recorded_state(assembly.problem, solution)
     return found
@@ -276,7 +278,8 @@ def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
     return dict(values) | empty | found | {"seconds": end.seconds}
 
 
-def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
+def columns(assembly: Assembly, solution: Solution, method: str) -> dict[str, Any]:
+    """Return the columns of a row of a study, from the solution of a scene by a method."""
     problem = assembly.problem
     spread = [said.values for said in solution.reasons if said.code is Code.SPREAD]
     ends = [end for of in spread for kind in ("stiffness", "stress") for end in of[kind] or ()]
@@ -295,7 +298,7 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "associative": solution.associative_value,
         "blocks": problem.blocks,
         "joints": len(assembly.joints.first),
-        "message": message(solution.reasons),
+        "message": message(solution.reasons, method),
     }
     return own | certificate | mechanism(assembly, solution)
 
