@@ -22,14 +22,14 @@ from math import inf, sqrt
 
 import numpy as np
 
-from load_steps.contact_law import (
+from masonry_opt.methods.incremental.contact_law import (
     ContactLaw,
     Response,
     by_joint,
     mean_force_and_compliance,
 )
-from load_steps.settings import IncrementalSettings
-from load_steps.stiffness import Factors, StiffnessMatrix
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.methods.incremental.stiffness import Factors, StiffnessMatrix
 from masonry_opt.problem.problem import Problem
 
 #: Share of the predicted decrease of the residual that a Newton step must achieve (Armijo's rule). If

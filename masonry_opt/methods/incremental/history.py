@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from load_steps.contact_law import Response
+from masonry_opt.methods.incremental.contact_law import Response
 
 
 @dataclass(frozen=True)

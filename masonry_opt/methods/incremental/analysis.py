@@ -19,12 +19,12 @@ from math import inf
 
 import numpy as np
 
-from load_steps.collapse_state import solve_collapse_state
-from load_steps.contact_law import Response
-from load_steps.equilibrium import Collapse, Equilibrium, EquilibriumSolver
-from load_steps.history import LoadHistory, LoadStep, load_step
-from load_steps.settings import IncrementalSettings
 from masonry_opt.answer.answer import Answer
+from masonry_opt.methods.incremental.collapse_state import solve_collapse_state
+from masonry_opt.methods.incremental.contact_law import Response
+from masonry_opt.methods.incremental.equilibrium import Collapse, Equilibrium, EquilibriumSolver
+from masonry_opt.methods.incremental.history import LoadHistory, LoadStep, load_step
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.problem.problem import Problem
 
 #: Distance of the loads that are tried next from that of an exact state, relative to ``tolerance``. With a

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
-from load_steps.analysis import End, IncrementalAnalysis, IncrementalResult
-from load_steps.collapse_state import find_collapse_state
-from load_steps.contact_law import mean_force_and_compliance
-from load_steps.equilibrium import Equilibrium, EquilibriumSolver
-from load_steps.settings import IncrementalSettings
 from mappings import mapped, mirrored, shuffled, turned
 from scenes import block_on_floor, on_floor, overhanging, small_wall, two_blocks
 from scenes_in_space import corner_wall, pushed_box
 
 import masonry_opt as mo
+from masonry_opt.methods.incremental.analysis import End, IncrementalAnalysis, IncrementalResult
+from masonry_opt.methods.incremental.collapse_state import find_collapse_state
+from masonry_opt.methods.incremental.contact_law import mean_force_and_compliance
+from masonry_opt.methods.incremental.equilibrium import Equilibrium, EquilibriumSolver
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
 

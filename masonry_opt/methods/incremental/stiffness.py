@@ -13,7 +13,7 @@ from scipy.linalg import lapack
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
-from load_steps.contact_law import ContactLaw, by_joint
+from masonry_opt.methods.incremental.contact_law import ContactLaw, by_joint
 from masonry_opt.problem.problem import Problem
 
 #: Half-bandwidth over the number of unknowns up to which a banded factorisation is used, as in the plane.

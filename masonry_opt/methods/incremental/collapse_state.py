@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from load_steps.equilibrium import Collapse, EquilibriumSolver
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
+from masonry_opt.methods.incremental.equilibrium import Collapse, EquilibriumSolver
 
 #: Force out of balance of a solution, relative to the mean contact force and the size of the motion in
 #: elastic displacements. It is some thousand times the rounding of the trial forces.
