@@ -18,8 +18,8 @@ from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.exact.settings import SEARCH
-from masonry_opt.methods.push.compliant import PUSHED_UP_TO
-from masonry_opt.methods.push.push import Elastic, elastic_of
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
@@ -153,7 +153,7 @@ class Session:
         small = problem.joints <= _RESTS_UP_TO and not problem.dilatancy_depends_on_stress
         if self.kept.keeps or not (pushed and small):
             return False
-        rest = elastic_of(Task(problem, effort=effort, kept=self.kept)).settled
+        rest = analysis_of(Task(problem, effort=effort, kept=self.kept)).preload_forces
         if rest is None or not carries(problem, rest):
             return False
         if problem.settled is None and problem.dead.any():
@@ -169,7 +169,7 @@ class Session:
         none = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
         if "dilatancy" in method.refuses and problem.dilatancy_depends_on_stress:
             return none.telling(reason(Code.DILATANCY_FALLS))
-        if problem.joints > PUSHED_UP_TO:
+        if problem.joints > IncrementalSettings().most_joints:
             return none.telling(reason(Code.NOT_EXPECTED, **size_of(problem)))
         effort.begins("incremental analysis")
         solver = find_solver(MATRICES, None)
@@ -264,7 +264,9 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     expected = solution.expected
     if expected is not None and expected.status in (Status.CONVERGED, Status.UNSTABLE):
         return expected.status.usable
-    return min(load_factor, solution.below_zero) > SMALLEST or Elastic(problem).settled is not None
+    if min(load_factor, solution.below_zero) > SMALLEST:
+        return True
+    return IncrementalAnalysis(problem).preload_forces is not None
 
 
 def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
@@ -347,7 +349,7 @@ def solve(
     load_case: Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves
         all.
     progress:
-        Called with every step of the method: :class:`~.push.push.PushStep`,
+        Called with every step of the method: :class:`~.answer.load_history.LoadStep`,
         :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
         :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
     phases: Called with a few words as each phase begins, such as "finding joints" or "sub-problem 3".

@@ -88,15 +88,18 @@ class EquilibriumSolver:
         problem: Problem,
         settings: IncrementalSettings | None = None,
         compliance: np.ndarray | None = None,
+        matrix: StiffnessMatrix | None = None,
     ) -> None:
         """Set up contact law and matrix.
 
-        The compliance, shape (3c + t,), is by default that of :func:`mean_force_and_compliance`.
+        The compliance, shape (3c + t,), is by default that of :func:`mean_force_and_compliance`. A matrix of
+        another problem is used again if it suits the contacts.
         """
         self.problem, self.settings = problem, settings or IncrementalSettings()
         self.mean_force, by_extent = mean_force_and_compliance(problem)
         self.law = ContactLaw(problem, by_extent if compliance is None else compliance)
-        self.matrix = StiffnessMatrix(problem, self.law)
+        suits = matrix is not None and matrix.suits(problem, self.law)
+        self.matrix = matrix if matrix is not None and suits else StiffnessMatrix(problem, self.law)
         self.iterations = self.factorisations = 0
         self._last: tuple[np.ndarray, float, Factors] | None = None
 

@@ -44,6 +44,7 @@ class StiffnessMatrix:
     """Assembles and factorises S = B J k Bᵀ + η B k Bᵀ for any tangent J and damping η."""
 
     def __init__(self, problem: Problem, law: ContactLaw) -> None:
+        self._source, self._stiffness = problem.B, law.stiffness
         B, m = problem.B.tocoo(), law.count
         column = np.flatnonzero(by_joint(np.ones(B.shape[1]), law.joints))[B.col]
         #: Equilibrium matrix with the columns of the contact law, shape (3b, 3m), and its transpose.
@@ -71,6 +72,10 @@ class StiffnessMatrix:
         band = Band(rows, columns, self.size)
         is_narrow = band.width <= max(NARROW_BAND * self.size, SMALL_BAND)
         self._order: Band | SparseOrder = band if is_narrow else SparseOrder(rows, columns, self.size)
+
+    def suits(self, problem: Problem, law: ContactLaw) -> bool:
+        """Return True if the matrix is that of a problem with the same joints and elastic stiffness."""
+        return self._source is problem.B and np.array_equal(self._stiffness, law.stiffness)
 
     def factorise(self, tangent: np.ndarray, damping: float) -> Factors:
         """Return the factors for a tangent of the contact law, shape (3, 3, m), and a damping."""

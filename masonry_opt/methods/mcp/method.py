@@ -16,10 +16,11 @@ from masonry_opt.methods.exact.alternation import alternation_of
 from masonry_opt.methods.exact.refiner import SMALL, ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.exact.settings import SEARCH
+from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
+from masonry_opt.methods.incremental.method import incremental
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.push.compliant import PUSHED_UP_TO, compliant
-from masonry_opt.methods.push.push import elastic_of
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.standing.existence import existence
@@ -46,16 +47,16 @@ def mcp(task: Task) -> Solution:
     The loop solves scenes of more than 3000 joints (in space contact points), scenes whose dilatancy falls
     with stress, and scenes that stand from rest on which no exact state is found.
     """
-    if task.problem.dilatancy_depends_on_stress or task.problem.joints > PUSHED_UP_TO:
+    if task.problem.dilatancy_depends_on_stress or task.problem.joints > IncrementalSettings().most_joints:
         return _by_loop(task)
     effort, options = task.effort, task.options or McpOptions()
     expected = task.expected
     if expected is None or not expected.history:
-        expected = compliant(task.with_options(None))
+        expected = incremental(task.with_options(None))
     else:
         # The load history of the incremental load factor is the first step of this method: its solver and
         # steps are reported, and it is not computed again.
-        effort.uses(task.solver.name, "complementarity problem")
+        effort.uses(task.solver.name, "incremental analysis")
         effort.iterations += len(expected.history)
         for step in expected.history:
             task.progress(step)
@@ -72,18 +73,12 @@ def mcp(task: Task) -> Solution:
             known = replace(known, infeasibility=existence(task.problem, task.effort))
         if known.proven_none:
             return known
-        beside = elastic_of(task).beside()
-        if beside is not None:
-            states.near(beside)
     if states.answer is None and known.associative is not None:
-        # Where a push stops, as where friction is so high that hardly anything slides, statics may lead on.
+        # Without a collapse from rest, as where joints hardly slide, associative forces may lead to a state.
         by_statics = associative(Task(task.problem, kept=task.kept)).answer
         if by_statics is not None:
             states.near(by_statics)
     if options.descent:
-        if expected.softer is not None:
-            effort.begins("softer contacts")
-            states.near(expected.softer.answer)
         states.further()
     answer = states.answer
     if answer is None:
@@ -96,17 +91,17 @@ class _States:
     """The lowest of the exact states that forces lead to, and all that were met."""
 
     def __init__(self, task: Task) -> None:
-        self._problem, self._effort, self._elastic = task.problem, task.effort, elastic_of(task)
+        self._problem, self._effort, self._analysis = task.problem, task.effort, analysis_of(task)
         self._alternation = alternation_of(task)
         self.met = Met()
         simplex = self._problem.joints <= _SIMPLEX_UP_TO and not self._problem.layout.round
-        self._search = Search(refiner_of(task), self._elastic, self.met) if simplex else None
+        self._search = Search(refiner_of(task), self._analysis, self.met) if simplex else None
         self._lowest: ExactState | None = None
         self._by_programs: Answer | None = None
 
     @property
     def answer(self) -> Answer | None:
-        """The lowest state: by simplex, or of the push and by programs, in space of cones."""
+        """The lowest state: by simplex, or of the load history and by programs, in space of cones."""
         return self._lowest.answer if self._lowest else self._by_programs
 
     def near(self, start: Answer) -> None:
@@ -115,7 +110,7 @@ class _States:
         if self._search:
             self._keep(self._search.start(start.q))
         if self._lowest is None:
-            # What is exact of contacts that give may be none of rigid ones.
+            # A state that is exact by the cone may not be so by another law.
             start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
             exact = start if start.exact and self._tells(start) else None
             self._by_programs = _exact_or_lower(self._by_programs, exact)
@@ -145,7 +140,7 @@ class _States:
     def _further_in_space(self) -> None:
         self._effort.begins("further starts")
         finder = ConeRefiner(self._problem, self._effort, self._alternation, SEARCH.weights_in_space)
-        search = Search(finder, self._elastic, self.met)
+        search = Search(finder, self._analysis, self.met)
         lowest = self._by_programs
         known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)
         for state in search.fixed_number(known):
@@ -159,7 +154,7 @@ class _States:
     def _tells(self, state: Answer | ExactState, below: float = inf) -> bool:
         """Whether a state tells of the load, and is then met; but none below zero where the forces at rest
         are known."""
-        if not self._elastic.tells(state.load_factor, state.d):
+        if not is_meaningful(self._analysis, state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, below)
         return self._problem.settled is None or state.load_factor >= -ZERO
@@ -182,24 +177,24 @@ def _without(task: Task, solution: Solution, lowest: float, expected: Solution) 
     2. All states met lie below zero: no load factor.
     3. The dead load is not carried from rest: unstable.
     4. The loop ends with a load factor, or its load grows without end as statics allow: the loop's end.
-    5. Neither the push nor the loop comes to an end: no load factor.
+    5. Neither the load history nor the loop comes to an end: no load factor.
     """
     found = solution.infeasibility
-    grows = next((said for said in expected.reasons if said.code is Code.JAMS), None)
+    grows = next((said for said in expected.reasons if said.code is Code.UNBOUNDED), None)
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
         return replace(solution, status=Status.JAMMED, reasons=(grows,))
     if lowest < -ZERO:
         ended = solution.ended(Status.BELOW_ZERO, Code.BELOW_ZERO, load_factor=lowest)
         return replace(ended, below_zero=lowest)
     word, steps = "no exact state lies nearby", len(expected.history)
-    if expected.has(Code.PUSH_STOPPED):
-        word = expected.values_of(Code.PUSH_STOPPED)["word"]
-    if elastic_of(task).settled is None:
-        return solution.ended(Status.UNSTABLE, Code.PUSH_STOPPED, word=word, steps=steps, looped=False)
+    if expected.has(Code.UNDECIDED):
+        word = expected.values_of(Code.UNDECIDED)["word"]
+    if analysis_of(task).preload_forces is None:
+        return solution.ended(Status.UNSTABLE, Code.UNDECIDED, word=word, steps=steps, looped=False)
     by_loop = _by_loop(task).accepted()
     statics = solution.associative_ended
     endless = statics is not None and statics.unlimited and by_loop.status.unlimited
     if by_loop.answer is not None or endless:
         by_loop = replace(by_loop, associative=solution.associative, associative_ended=statics)
         return replace(by_loop, infeasibility=found)
-    return solution.ended(Status.SOLVER_FAILED, Code.PUSH_STOPPED, word=word, steps=steps, looped=True)
+    return solution.ended(Status.SOLVER_FAILED, Code.UNDECIDED, word=word, steps=steps, looped=True)
