@@ -83,6 +83,8 @@ def _solve_far_along(
 ) -> _FarState | None:
     """Return the state ``far`` along the motion (3b,) from trial forces (3, m); None if there is none."""
     problem = solver.problem
+    if solver.moves_no_joint(motion):
+        return _balance_rigid_motion(solver, trial, motion)
     far = solver.far(problem.dead + load_factor * problem.live)
     d = motion * (far / solver.size_of_motion(motion))
     control = solver.matrix.B @ solver.trial_change(d).ravel()
@@ -98,6 +100,18 @@ def _solve_far_along(
         change = -float(control @ x) / float(control @ y)
         d, load_factor = d + x + change * y, load_factor + change
     return None
+
+
+def _balance_rigid_motion(
+    solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray
+) -> _FarState | None:
+    """Return the state in which the loads do no work on a motion (3b,) that moves no joint; None without one."""
+    problem, response = solver.problem, solver.law.respond(trial)
+    work = float(problem.live @ motion)
+    if work == 0:
+        return None
+    load_factor = -float(solver.unbalanced(response, problem.dead) @ motion) / work
+    return _FarState(load_factor, response.remembered, response.forces, motion, motion)
 
 
 def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:

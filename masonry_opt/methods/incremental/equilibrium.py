@@ -36,6 +36,13 @@ from masonry_opt.problem.problem import Problem
 #: larger, more steps are halved.
 SUFFICIENT_DECREASE = 1e-4
 
+#: Share of the forces out of balance that no contact resists, even if all contacts stick, from which on blocks
+#: move as rigid bodies without moving any joint. It lies far above rounding, some 1e-12.
+UNRESISTED = 1e-3
+
+#: Motion of the contacts over that of the blocks below which a motion moves no joint. It covers rounding.
+NO_JOINT_MOVES = 1e-9
+
 
 @dataclass(frozen=True)
 class BlockState:
@@ -169,6 +176,9 @@ class EquilibriumSolver:
 
     def _move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse:
         """Follow the damped motion (2) to rest or to a collapse."""
+        rigid = self._find_rigid_motion(state, load)
+        if rigid is not None:
+            return Collapse(state, rigid)
         settings, damping = self.settings, self.settings.damping
         succeeded, travelled, last_size = True, 0.0, inf
         motion = np.zeros(self.matrix.size)
@@ -194,6 +204,25 @@ class EquilibriumSolver:
                 damping /= settings.acceleration
             succeeded = True
         return Collapse(state, motion)
+
+    def _find_rigid_motion(self, state: BlockState, load: np.ndarray) -> np.ndarray | None:
+        """Return the motion of blocks that no contact resists, even if all contacts stick; None without one.
+
+        The damping, which is that of the contacts, does not slow such a motion.
+        """
+        response = self.law.respond(state.trial)
+        unbalanced = self.unbalanced(response, load)
+        sticks = np.broadcast_to(np.eye(3)[:, :, None], response.tangent.shape)
+        motion = self.solve_linear(sticks, 0.0, unbalanced)
+        left = unbalanced + self.matrix.B @ self.trial_change(motion).ravel()
+        if self.size(left) <= UNRESISTED * self.size(unbalanced):
+            return None
+        rigid: np.ndarray = motion / np.abs(motion).max()
+        return rigid
+
+    def moves_no_joint(self, displacement: np.ndarray) -> bool:
+        """Return True if a displacement (3b,) moves blocks without moving any joint."""
+        return self.size_of_motion(displacement) <= NO_JOINT_MOVES * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
         """Return the displacement ``far`` along the motion if the forces out of balance stay the same.
