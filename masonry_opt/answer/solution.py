@@ -14,6 +14,16 @@ from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.registry import LpSize, Solver
 
 
+@dataclass(frozen=True)
+class LogEntry:
+    """Record of one step of a method that is a list of steps."""
+
+    step: str  #: its name
+    load_factor: float | None  #: lowest load factor known after it
+    exact_states: int  #: number of different exact states known after it
+    seconds: float
+
+
 @dataclass(frozen=True, eq=False)
 class Solution:
     """How an analysis ended, in the problem's dimensionless units."""
@@ -48,6 +58,7 @@ class Solution:
     size: LpSize | None = None  #: of the linear program
     load_history: LoadHistory | None = None  #: load steps of the incremental analysis
     tells_curve: bool = False  #: True if the load–displacement curve was asked for
+    log: tuple[LogEntry, ...] = ()  #: records of the steps, of methods that are a list of steps
     solver: Solver | None = None  #: of the method that ended with it, which another may have asked
 
     q = Of[np.ndarray | None]("found")

@@ -268,7 +268,9 @@ def curve_picture(result: Outcome) -> Picture:
     along = "displacement of the live load, in the closing of a mean joint under the dead load"
     with style():
         made, axes = curve_axes(result.assembly.scene, heading(result), along)
-        jumps = _draw_curve(axes, curve["displacement"], curve["load_factor"], curve["jump"])
+        jumps = _draw_curve(
+            axes, *(curve[name].to_numpy() for name in ("displacement", "load_factor", "jump"))
+        )
         handles, top = _levels(axes, result, float(curve["load_factor"].max()))
         axes.set_ylim(-_UNDER * top, (1 + _OVER) * top)
         axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= (1 + _OVER) * top])

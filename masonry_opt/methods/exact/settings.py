@@ -34,6 +34,10 @@ class SearchSettings:
     #: the lowest state. On larger scenes random forces take longer than all steps before.
     most_contacts: int = 250
 
+    #: Joints in the plane up to which linear programs are solved by the simplex method. On larger scenes the
+    #: simplex method takes longer than all other steps together, and interior points are faster.
+    simplex_up_to: int = 500
+
     #: Number of starts below which equal load factors are reported as little evidence.
     few_starts: int = 8
 

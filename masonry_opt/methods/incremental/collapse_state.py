@@ -20,15 +20,12 @@ import numpy as np
 
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.incremental.equilibrium import Collapse, EquilibriumSolver
 
 #: Force out of balance of a solution, relative to the mean contact force and the size of the motion in
 #: elastic displacements. It is some thousand times the rounding of the trial forces.
 ROUNDING = 1e-13
-
-#: Joints in the plane up to which linear programs are solved by the simplex method. Beyond, interior points
-#: are faster.
-SIMPLEX_UP_TO = 500
 
 
 @dataclass(frozen=True)
@@ -70,7 +67,7 @@ def find_collapse_state(
 
     problem, effort = solver.problem, effort or Effort()
     forces = solver.law.of_problem(solver.law.respond(collapse.state.trial).forces)
-    if not problem.layout.round and problem.joints <= SIMPLEX_UP_TO:
+    if not problem.layout.round and problem.joints <= SEARCH.simplex_up_to:
         state = Refiner(problem, effort).first(forces)
         answer = None if state is None else state.answer
     else:
@@ -105,7 +102,7 @@ def _solve_far_along(
 def _balance_rigid_motion(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray
 ) -> _FarState | None:
-    """Return the state in which the loads do no work on a motion (3b,) that moves no joint; None without one."""
+    """Return the state in which the loads do no work on a motion (3b,) that moves no joint, or None."""
     problem, response = solver.problem, solver.law.respond(trial)
     work = float(problem.live @ motion)
     if work == 0:

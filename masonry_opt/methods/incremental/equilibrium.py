@@ -36,8 +36,8 @@ from masonry_opt.problem.problem import Problem
 #: larger, more steps are halved.
 SUFFICIENT_DECREASE = 1e-4
 
-#: Share of the forces out of balance that no contact resists, even if all contacts stick, from which on blocks
-#: move as rigid bodies without moving any joint. It lies far above rounding, some 1e-12.
+#: Share of the forces out of balance that no contact resists, even if all contacts stick, from which on
+#: blocks move without moving any joint. It lies far above rounding, some 1e-12.
 UNRESISTED = 1e-3
 
 #: Motion of the contacts over that of the blocks below which a motion moves no joint. It covers rounding.
