@@ -66,7 +66,7 @@ def line(name: str, stones: int, seed: int, scene: mo.Scene) -> dict[str, Any]:
     codes = [said.code for said in result.expected_reasons]
     sure, off = EXPECTED
     if result.expected is not None:
-        incremental = sure if Code.RAY in codes else off
+        incremental = sure if Code.COLLAPSE in codes else off
     else:
         incremental = f"none: {', '.join(codes) or result.status}"
     return {

@@ -1,4 +1,4 @@
-"""Compare the load steps of tests/load_steps with the path of methods/push, or vary their settings.
+"""Compare the load steps of methods/incremental with the path of methods/push, or vary their settings.
 
     python benchmarks/load_steps.py compare plane --first 1400000 --count 23
     python benchmarks/load_steps.py compare rubble:60 --first 1400000 --count 10
@@ -27,11 +27,11 @@ from atlas.large_scenes import large_scene  # noqa: E402
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
 from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
-from load_steps.analysis import End, IncrementalAnalysis, IncrementalResult  # noqa: E402
-from load_steps.collapse_state import find_collapse_state  # noqa: E402
-from load_steps.settings import IncrementalSettings  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
+from masonry_opt.methods.incremental.analysis import End, IncrementalAnalysis, IncrementalResult  # noqa: E402
+from masonry_opt.methods.incremental.collapse_state import find_collapse_state  # noqa: E402
+from masonry_opt.methods.incremental.settings import IncrementalSettings  # noqa: E402
 from masonry_opt.methods.push.push import Elastic  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
 from masonry_opt.problem.problem import Problem  # noqa: E402

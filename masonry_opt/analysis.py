@@ -15,12 +15,12 @@ from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.reasons import Code, Status, reason, size_of
 from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.thresholds import ZERO, same
+from masonry_opt.answer.thresholds import SAME, ZERO, same
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.exact.settings import SEARCH
-from masonry_opt.methods.push.compliant import PUSHED_UP_TO
-from masonry_opt.methods.push.push import Elastic, elastic_of
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, METHODS, HowToSolve
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
@@ -37,6 +37,10 @@ _BESIDE_UP_TO = 40_000
 #: Joints up to which a live load is asked for that does no work, where a method finds no load factor; and
 #: those up to which contacts at rest are asked whether a scene stands: beyond, they take longer to fall.
 _NO_WORK_UP_TO, _RESTS_UP_TO = 8000, 500
+
+#: Work of the live load over the product of the sizes of load and motion, up to which it does no work. If
+#: larger, ranges of a load factor are compared with more states of other mechanisms.
+NO_WORK = 1e-3
 
 _EXPECTED = "compliant"  #: The method whose answer is the incremental load factor.
 
@@ -154,7 +158,7 @@ class Session:
         small = problem.joints <= _RESTS_UP_TO and not problem.dilatancy_depends_on_stress
         if self.kept.keeps or not (pushed and small):
             return False
-        rest = elastic_of(Task(problem, effort=effort, kept=self.kept)).settled
+        rest = analysis_of(Task(problem, effort=effort, kept=self.kept)).preload_forces
         if rest is None or not carries(problem, rest):
             return False
         if problem.settled is None and problem.dead.any():
@@ -170,7 +174,7 @@ class Session:
         none = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
         if "dilatancy" in method.refuses and problem.dilatancy_depends_on_stress:
             return none.telling(reason(Code.DILATANCY_FALLS))
-        if problem.joints > PUSHED_UP_TO:
+        if problem.joints > IncrementalSettings().most_joints:
             return none.telling(reason(Code.NOT_EXPECTED, **size_of(problem)))
         effort.begins("incremental analysis")
         solver = find_solver(MATRICES, None)
@@ -235,11 +239,14 @@ def _found(method: Method, task: Task) -> Solution:
     """Return the solution of a method.
 
     If a Coulomb method finds no load factor, a collapse in which the live load does no work is looked for. It
-    is looked for first if the incremental load factor is of such a collapse.
+    is looked for first if the incremental load factor is of such a collapse. The range of an incremental load
+    factor is replaced by the exact load factor of such a collapse that lies in the range.
     """
     before, expected = None, task.expected
     if expected is None or not expected.has(Code.NO_WORK):
         before = method.run(task)
+        if _ends_without_work(task.problem, before):
+            return _exact_without_work(task, method, before)
         falls = before.status is Status.UNSTABLE
         decided = (before.answer and not before.failing()) or before.proven_none or falls
         if decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _NO_WORK_UP_TO:
@@ -254,6 +261,26 @@ def _found(method: Method, task: Task) -> Solution:
     return without_work(task, method.run, before) or before or method.run(task)
 
 
+def _ends_without_work(problem: Problem, solution: Solution) -> bool:
+    """Return True if a load history ends in a range, with a motion in which the live load does no work."""
+    if not solution.has(Code.RANGE) or solution.followed_to_end or solution.d is None:
+        return False
+    sizes = np.linalg.norm(problem.live) * np.linalg.norm(solution.d)
+    return bool(problem.live @ solution.d <= NO_WORK * sizes)
+
+
+def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
+    """Return the exact collapse without work of the live load, or the solution before if there is none."""
+    from masonry_opt.methods.no_work import without_work
+
+    found = without_work(task, method.run, before)
+    ends = before.values_of(Code.RANGE)
+    if found is None or found.load_factor is None:
+        return before
+    is_within = ends["carried"] * (1 - SAME) <= found.load_factor <= ends["not_carried"] * (1 + SAME)
+    return found if is_within else before
+
+
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     """Return True if a scene carries its dead load from rest.
 
@@ -265,7 +292,9 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     expected = solution.expected
     if expected is not None and expected.status in (Status.CONVERGED, Status.UNSTABLE):
         return expected.status.usable
-    return min(load_factor, solution.below_zero) > SMALLEST or Elastic(problem).settled is not None
+    if min(load_factor, solution.below_zero) > SMALLEST:
+        return True
+    return IncrementalAnalysis(problem).preload_forces is not None
 
 
 def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
@@ -356,7 +385,7 @@ def solve(
     load_case: Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves
         all.
     progress:
-        Called with every step of the method: :class:`~.push.push.PushStep`,
+        Called with every step of the method: :class:`~.answer.load_history.LoadStep`,
         :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
         :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
     phases: Called with a few words as each phase begins, such as "finding joints" or "sub-problem 3".

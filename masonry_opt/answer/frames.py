@@ -1,13 +1,12 @@
 """Tables of a solution: a row a block, a row a joint, with names and in the case's units."""
 
-from collections.abc import Iterable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from masonry_opt.answer.motion import fastest, relative_rotation, velocities, yielded
-from masonry_opt.answer.solution import GivingState, Solution
+from masonry_opt.answer.load_history import LoadHistory, LoadStep
+from masonry_opt.answer.motion import fastest, joints_that_move, relative_rotation, velocities
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import AT_HIGHEST, HINGES, IDLE, MOVES
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.faces import parabola
@@ -87,16 +86,34 @@ def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | Non
     return framed(columns)
 
 
-def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> "pd.DataFrame":
-    """A row a state of contacts that give less and less; joints that start are those of no row before."""
-    rows, started = [], np.zeros((2, len(assembly.joints.first)), dtype=bool)
-    for state in states:
-        moves = yielded(replace(assembly, problem=state.problem), state.answer)
-        slide, part = (assembly.pairs_of(joints) for joints in moves & ~started)
-        started |= moves
-        displacement = assembly.problem.live_displacement / state.give
-        row = {"displacement": displacement, "load_factor": state.answer.load_factor, "give": state.give}
-        row |= {"sliding": int(moves[0].sum()), "opening": int(moves[1].sum())}
+def history_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
+    """Return a row for each step of the method, of a load history with the joints that change."""
+    steps = solution.history
+    if not steps or not isinstance(steps[0], LoadStep):
+        return framed(list(steps)).drop(columns="solved", errors="ignore")
+    slide, are_open = joints_that_move(assembly, steps)
+    unit, rows = assembly.problem.live_displacement, []
+    for number, step in enumerate(steps):
+        now, before = (np.stack([slide[at], are_open[at]]) for at in (number, max(number - 1, 0)))
+        sticks = before.any(axis=0) & ~now.any(axis=0)
+        begun = [assembly.pairs_of(joints) for joints in (*(now & ~before), sticks)]
+        names = ("begins_to_slide", "begins_to_open", "begins_to_stick")
+        row = {"iteration": step.iteration, "load_factor": step.load_factor}
+        row |= {"displacement": unit * step.displacement, "jump": step.is_jump}
+        rows.append(row | dict(zip(names, begun, strict=True)))
+    return framed(rows)
+
+
+def curve_frame(assembly: Assembly, history: LoadHistory) -> "pd.DataFrame":
+    """Return a row for each load step; joints that start are those of no row before."""
+    moves = np.stack(joints_that_move(assembly, history.steps), axis=1)
+    started = np.zeros_like(moves[0])
+    unit, rows = assembly.problem.live_displacement, []
+    for step, now in zip(history.steps, moves, strict=True):
+        slide, part = (assembly.pairs_of(joints) for joints in now & ~started)
+        started |= now
+        row = {"displacement": unit * step.displacement, "load_factor": step.load_factor}
+        row |= {"jump": step.is_jump, "sliding": int(now[0].sum()), "opening": int(now[1].sum())}
         rows.append(row | {"starts_sliding": slide, "starts_opening": part})
     return framed(rows)
 

@@ -1,19 +1,16 @@
 """How blocks and joints move in a mechanism."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Found
-from masonry_opt.answer.reasons import Status
-from masonry_opt.answer.solution import Solution, Way
+from masonry_opt.answer.load_history import LoadStep
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES, SEPARATES, SLIDES, ZERO
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.rows import dots, lengths, sums
-
-_ROUNDED = 5.0  #: Motion of a joint that has yielded, over what the rounding of its law leaves.
 
 
 @dataclass(frozen=True)
@@ -76,25 +73,14 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     )
 
 
-def yielded(assembly: Assembly, found: Found, speed: float | None = None) -> np.ndarray:
-    """Which joints of contacts that give slide under pressure, and which open, shape (2, joints), by what
-    moves beside a speed as in ``joint_motion``."""
-    motion = joint_motion(assembly, Solution(Status.CONVERGED, Kind.COMPLIANT, found=found), speed)
-    assert found.q is not None
-    n = assembly.problem.normal_forces(found.q)
-    # Joints without force slip as they please.
-    pressed = assembly.most_of_joints(n > IDLE * np.abs(n).max(initial=0.0))
-    return np.stack([motion.slides & pressed, motion.hinges | motion.separates])
+def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.ndarray, np.ndarray]:
+    """Return which joints slide, and which are open, after each load step, shape (steps, joints) each.
 
-
-def yielded_on(assembly: Assembly, way: Way) -> np.ndarray:
-    """The same at each keyframe of a push, shape (k, 2, joints), beside the displacement there, and as far as
-    that tells more than its law's rounding."""
-    giving, law = replace(assembly, problem=way.problem), way.problem
-    own, least = Found(slope=law.dilatancy, forms=law.forms), _ROUNDED * way.rounding / MOVES
-    speeds = (max(fastest(assembly, d), least) for d in way.d)
-    states = (replace(own, q=q, d=d) for q, d in zip(way.q, way.d, strict=True))
-    return np.stack([yielded(giving, *each) for each in zip(states, speeds, strict=True)])
+    In space a joint slides if one of its contacts does, and is open if one of its contacts is.
+    """
+    sliding = np.stack([assembly.most_of_joints(step.sliding) for step in steps])
+    are_open = np.stack([assembly.most_of_joints(step.open) for step in steps])
+    return sliding.astype(bool), are_open.astype(bool)
 
 
 def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:

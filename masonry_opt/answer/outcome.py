@@ -167,23 +167,26 @@ class Outcome:
     @cached_property
     def history(self) -> "pd.DataFrame":
         """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
-        (:class:`~.push.push.PushStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
+        (:class:`~.load_history.LoadStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
         a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
-        return frames.framed(list(self.solution.history)).drop(columns="solved", errors="ignore")
+        return frames.history_frame(self.assembly, self.solution)
 
     @cached_property
     def curve(self) -> "pd.DataFrame | None":
-        """λ over displacement, where method "compliant" was asked for it (``curve=True``); else None.
+        """Load–displacement curve of the load history, if method "compliant" was asked for it; else None.
 
-        A row a state with λ ≥ 0 of contacts that give less and less: ``displacement`` of the live load (its
-        work over its forces, in what a contact of mean length gives under the mean contact force of the dead
-        load, counted from contacts without force), ``load_factor``, ``give`` (see
-        :class:`~.push.compliant.CompliantOptions`), how many joints are ``sliding`` under pressure and
-        ``opening`` (about an edge, or wholly), and the names of the two blocks of each joint that
-        ``starts_sliding`` or ``starts_opening``: in none of the rows before. In the first row these are also
-        the joints that move as the scene settles under its weight."""
-        states = self.solution.curve
-        return None if states is None else frames.curve_frame(self.assembly, states)
+        The load is raised from rest, so that the curve has jumps and no falling branches. A row is an
+        equilibrium: ``load_factor``, ``displacement`` of the live load since the dead load (its work over its
+        forces, in the closing of a joint of mean length under the mean contact force of the dead load),
+        whether a ``jump`` led there, numbers of joints that are ``sliding`` under pressure or ``opening``
+        (about an edge, or wholly), and the names of the two blocks of each joint that ``starts_sliding`` or
+        ``starts_opening``: in none of the rows before. In the first row these joints slide or are open under
+        the dead load alone.
+        """
+        history = self.solution.load_history
+        if not self.solution.tells_curve or history is None:
+            return None
+        return frames.curve_frame(self.assembly, history)
 
     @property
     def largest_turn(self) -> float:

@@ -80,24 +80,18 @@ class Code(StrEnum):
     BEGAN_AGAIN = "began again"  # first, remedies, in_vain
     LEAST_BORNE_OUT = "least borne out"  # load_factor, None if there is none
 
-    # The push.
-    PUSH_STOPPED = "push stopped"  # word, steps, looped
+    # The incremental analysis.
+    COLLAPSE = "collapse"  # steps, jumps: of the load history, which ends in an exact state
+    # steps, jumps; carried, not_carried: load factors between which equilibrium is lost.
+    RANGE = "range"
+    UNBOUNDED = "unbounded"  # steps: of a load history that has no end
+    UNDECIDED = "undecided"  # word, steps, looped: True if the loop found no collapse either
     DILATANCY_FALLS = "dilatancy falls"
-
-    # Contacts that give.
-    PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
-    NO_PLATEAU = "no plateau"  # the same; change, softer: None where softer contacts have no state
-    # Steps and folds of the push, peak: a higher load factor on its way, or None; deep_fall: that from which
-    # it first falls deep before the highest, and the largest share, or None.
-    RAY = "ray"
-    LEVEL = "level"  # the same: λ stays as blocks move on, but not for ever
-    JAMS = "jams"  # the same
-    GROWN = "grown"  # beyond: under which load blocks do not come to rest; None where λ stays; steps
-    NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a push
+    NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a load history
     # draws: number of random stiffnesses, and of random self-stresses; stiffness, stress: the range of the
     # incremental load factors of each, or None; without: number of load histories that reached no end.
     SPREAD = "spread"
-    CURVE = "curve"  # states, left_out: points without one; peak, last: load factors
+    CURVE = "curve"  # states, jumps: numbers of load steps and of jumps among them
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon
@@ -177,7 +171,7 @@ LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
     Code.GROWS: ("load_factor",),
     Code.REPEATS: ("lowest", "highest"),
     Code.LEAST_BORNE_OUT: ("load_factor",),
-    Code.GROWN: ("beyond",),
+    Code.RANGE: ("carried", "not_carried"),
     Code.STATES_MET: ("least", "most"),
 }
 

@@ -1,6 +1,5 @@
 """What a method returns, before names and units are put to it."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, Self
@@ -9,30 +8,20 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found, InfeasibilityCertificate
+from masonry_opt.answer.load_history import LoadHistory
 from masonry_opt.answer.reasons import Code, Reason, Status, reason
 from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.registry import LpSize, Solver
 
 
-@dataclass(frozen=True, eq=False)
-class GivingState:
-    """A state of contacts that give elastically."""
+@dataclass(frozen=True)
+class LogEntry:
+    """Record of one step of a method that is a list of steps."""
 
-    give: float  #: how much, over the motion of the live load
-    problem: Problem  #: with that compliance
-    answer: Answer  #: λ, forces and motion
-
-
-@dataclass(frozen=True, eq=False)
-class Way:
-    """Keyframes of a push, from rest to three times as far as to where λ stays."""
-
-    problem: Problem  #: whose contacts give by one in their own units, in which d and u are
-    displacement: np.ndarray  #: u, work of the live load over Σ|f_L|, shape (k,)
-    load_factor: np.ndarray  #: λ, shape (k,)
-    d: np.ndarray  #: displacements from rest, shape (k, 3b)
-    q: np.ndarray  #: forces of the contacts' law there, shape (k, 3c)
-    rounding: float  #: of that law, in mean forces: by so much contacts at yield have moved, if by no more
+    step: str  #: its name
+    load_factor: float | None  #: lowest load factor known after it
+    exact_states: int  #: number of different exact states known after it
+    seconds: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,16 +51,15 @@ class Solution:
     #: True if no other load factor above zero can be one of collapse, as equilibrium alone fixes all forces.
     is_only_state: bool = False
     interrupted: bool = False  #: True if the user ended the method, so that a longer run may find a lower λ
-    #: True if the load history was followed to its end: blocks move on for ever, or λ stays constant.
+    #: True if the answer is an exact state in which the blocks move on after the load history.
     followed_to_end: bool = False
-    #: Largest λ of the load history where its end lies lower; None where the end is the largest.
+    #: Largest load factor of the load history, if the blocks move on under a lower one; else None.
     peak: float | None = None
     infeasibility: InfeasibilityCertificate | None = None  #: what is proven where there is no λ, if tried
     size: LpSize | None = None  #: of the linear program
-    curve: tuple[GivingState, ...] | None = None  #: of contacts that give less and less, if asked for
-    way: Callable[[], Way | None] | None = None  #: makes keyframes of a push, which few ask for
-    #: Of a push in space, the state of contacts that are soft still, from which lower ones are sought.
-    softer: GivingState | None = None
+    load_history: LoadHistory | None = None  #: load steps of the incremental analysis
+    tells_curve: bool = False  #: True if the load–displacement curve was asked for
+    log: tuple[LogEntry, ...] = ()  #: records of the steps, of methods that are a list of steps
     solver: Solver | None = None  #: of the method that ended with it, which another may have asked
 
     q = Of[np.ndarray | None]("found")

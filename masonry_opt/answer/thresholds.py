@@ -35,10 +35,6 @@ APART = 1e-2  #: Relative difference from which on different states are reported
 #: Share of the largest load factor by which the two ends of a narrow interval differ where there is a jump.
 JUMP = 1e-3
 
-#: Relative change of an incremental load factor, with contacts a tenth as stiff, up to which it does not
-#: depend on them.
-PLATEAU = 3e-3
-
 
 def same(one: float, other: float) -> bool:
     """Whether two load factors are one."""

@@ -29,7 +29,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral, sentences
 
 FORMATS = ("png", "svg", "pdf")
-CURVE = "curve"  #: A kind of picture that shows no joints but the curve of contacts that give.
+CURVE = "curve"  #: Kind of picture that shows the load–displacement curve and no joints.
 
 _WIDTH, _TALLEST = 6.0, 6.5  #: Inches: widest and tallest axes.
 _BESIDE, _ABOVE = 0.5, 0.7  #: Inches free beside and above them.
@@ -265,18 +265,40 @@ def curve_picture(result: Outcome) -> Picture:
     curve = result.curve
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'compliant' and option curve=True")
-    along = "displacement of the live load, in what a mean contact gives under the dead load"
+    along = "displacement of the live load, in the closing of a mean joint under the dead load"
     with style():
         made, axes = curve_axes(result.assembly.scene, heading(result), along)
-        axes.set_xscale("log")
-        axes.plot(curve["displacement"], curve["load_factor"], color=BLACK, marker=".", zorder=3)
+        jumps = _draw_curve(
+            axes, *(curve[name].to_numpy() for name in ("displacement", "load_factor", "jump"))
+        )
         handles, top = _levels(axes, result, float(curve["load_factor"].max()))
         axes.set_ylim(-_UNDER * top, (1 + _OVER) * top)
         axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= (1 + _OVER) * top])
         axes.axhline(0.0, color=HATCH, linewidth=0.6)
+        handles += jumps
         handles += [_starts(axes, result, column) for column in _STARTS if curve[column].map(bool).any()]
         finish(made, axes, handles, sentences([said for said in result.reasons if said.code is Code.CURVE]))
     return made
+
+
+def _draw_curve(
+    axes: Axes, displacement: np.ndarray, load_factor: np.ndarray, jump: np.ndarray
+) -> list[Handle]:
+    """Draw the load–displacement curve, with dashed lines where the blocks jump to another equilibrium.
+
+    Return what a legend shows of the jumps.
+    """
+    axes.plot(displacement, load_factor, color=BLACK, linestyle="none", marker=".", zorder=3)
+    look: dict[bool, dict[str, Any]] = {
+        False: {"color": BLACK},
+        True: {"color": BLACK, "dashes": (2, 2), "linewidth": 0.9},
+    }
+    points = np.column_stack([displacement, load_factor])
+    for before, after, is_jump in zip(points[:-1], points[1:], jump[1:], strict=True):
+        axes.plot(*np.column_stack([before, after]), zorder=3, **look[bool(is_jump)])
+    if not np.any(jump[1:]):
+        return []
+    return [Line2D([], [], label="jump to another equilibrium", **look[True])]
 
 
 def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], float]:

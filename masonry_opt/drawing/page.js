@@ -1,5 +1,5 @@
 // What all pages do: the figure, made before, has an element, moves(), move(share), pick(joint), show(what), and
-// near(event), the joint that an event points at or -1, and push(motions, marks), a keyframe of the push.
+// near(event), the joint that an event points at or -1, and keyframe(motions, marks), a state of the load history.
 const main = document.querySelector("main");
 const slider = document.getElementById("moved");
 const number = document.getElementById("joint");
@@ -11,7 +11,7 @@ function show(what) {
   slider.disabled = what !== "mechanism" || !figure.moves();
   slider.parentElement.classList.toggle("off", slider.disabled);
   figure.show(what);
-  if (what === "push") way.place();
+  if (what === "history") loadHistory.place();
   else figure.move(slider.disabled ? 0 : +slider.value);
 }
 
@@ -41,10 +41,10 @@ function pickNear(event) {
 figure.element.addEventListener("pointermove", pickNear);
 figure.element.addEventListener("pointerdown", pickNear);
 slider.addEventListener("input", () => figure.move(+slider.value));
-way?.slider.addEventListener("input", () => {
-  way.tell();
-  if (main.dataset.show === "push") way.place();
-  else choose("push");
+loadHistory?.slider.addEventListener("input", () => {
+  loadHistory.tell();
+  if (main.dataset.show === "history") loadHistory.place();
+  else choose("history");
 });
 number.addEventListener("input", () => number.value in joints.first && pick(+number.value));
 number.addEventListener("focus", () => number.value in joints.first && pick(+number.value));

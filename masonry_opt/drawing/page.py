@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.motion import fastest, yielded_on
+from masonry_opt.answer.motion import fastest
 from masonry_opt.answer.outcome import Outcome
-from masonry_opt.answer.solution import Way
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.colours import BLOCK, FIXED, HINGES, SLIDES, UTILISATION
 from masonry_opt.drawing.elements import KINDS, START, Elements, counts, motion_of, result_elements
 from masonry_opt.drawing.figure import curve_picture, is_page, refuse_file, refuse_kind
 from masonry_opt.drawing.forces import utilisation_label
+from masonry_opt.drawing.keyframes import Keyframes, keyframes_of
 from masonry_opt.drawing.marks import Marks, shrink_of, size_of
 from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.drawing.solids import ViewAngles, best_view, refuse_view, surface
@@ -31,7 +31,8 @@ from masonry_opt.scene.tables import library
 from masonry_opt.words.page import answer, begins, certificate, described, headline, load_factor_rows, text
 from masonry_opt.words.sentences import message, numeral, sentences
 
-PUSH, _TURN = "push", 100_000  #: What joints show along a push, and units of a rotation of one.
+HISTORY = "history"  #: Choice of what joints show along a load history.
+_TURN = 100_000  #: Units of a rotation of one. If smaller, rotations are drawn less smoothly.
 
 _UNITS = 20_000  #: Of the figure along the scene's size: whole coordinates keep large scenes short.
 
@@ -68,8 +69,8 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     pointing at a joint tells its forces and motion. Joints first show their motion, or by ``kind`` "thrust"
     or "utilisation". A scene in space turns, and is first seen from ``view``.
     """
-    elements, folder, way = result_elements(result), files("masonry_opt.drawing"), way_of(result)
-    name, figure, data = (_plane if result.contacts is None else _space)(result, elements, view, way)
+    elements, folder, frames = result_elements(result), files("masonry_opt.drawing"), keyframes_of(result)
+    name, figure, data = (_plane if result.contacts is None else _space)(result, elements, view, frames)
     values: dict[str, Any] = {"title": escape(elements.title), **figure}
 
     def piece(name: str) -> str:
@@ -80,21 +81,20 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     values |= {part: piece(f"page_{name}_{part}.html") for part in ("controls", "block", "joint")}
     values |= {"picture": piece(f"page_{name}_picture.html") or figure["picture"]}
     layers = elements.layers
-    if way is not None:
-        layers = layers | {PUSH: way_marks(result)}
-        data["way"] = way_data(result, way, data.pop("motions"))
-        values |= {"count": len(way.d), "last_frame": len(way.d) - 1}
-        values["push_ends"] = "" if result.end is None else " to collapse"
+    if frames is not None:
+        layers = layers | {HISTORY: history_marks(result)}
+        data["history"] = history_data(result, frames, data.pop("motions"))
+        values |= {"count": len(frames.d), "last_frame": len(frames.d) - 1}
     blocks = [printable(block.name) for block in result.assembly.scene.blocks]
     joints = _joints(result, re.findall(r'data-of="(\w+)"', values["joint"])) | data.pop("joints")
     values |= {"writer": WRITER, "data": _json({"blocks": blocks, "joints": joints, **data})}
     values |= {"answer": answer(result), "caption": caption(elements), "last": result.size.joints - 1}
     values |= {"start": START, "still": "" if elements.movement else " disabled"}
     values |= {"choices": _choices(layers, kind), "legends": _legends(elements, layers)}
-    values["way"] = "" if way is None else piece("page_way.html")
+    values["history"] = "" if frames is None else piece("page_history.html")
     values["details"] = _curve(result) + certificate(result) + described(result) + _foot(result)
     scripts = {"style": "page.css", "figure_script": f"page_{name}.js"}
-    scripts |= {"way_script": "page_way.js", "script": "page.js"}
+    scripts |= {"history_script": "page_history.js", "script": "page.js"}
     values |= {key: folder.joinpath(file).read_text(encoding="utf-8") for key, file in scripts.items()}
     return piece("page.html")
 
@@ -103,7 +103,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
 _FigureOf = tuple[str, dict[str, str], dict[str, Any]]
 
 
-def _plane(result: Outcome, elements: Elements, _: ViewAngles | None, way: Way | None) -> _FigureOf:
+def _plane(result: Outcome, elements: Elements, _: ViewAngles | None, frames: Keyframes | None) -> _FigureOf:
     canvas, joints = Canvas(elements, elements.all_marks), result.assembly.joints
     groups = {"loads": elements.loads} | {f"layer {name}": of for name, of in elements.layers.items()}
     drawn = [group(name, (marks_svg(each, canvas) for each in marks)) for name, marks in groups.items()]
@@ -111,12 +111,14 @@ def _plane(result: Outcome, elements: Elements, _: ViewAngles | None, way: Way |
     (x, y), (dx, dy) = start.T.tolist(), (end - start).T.tolist()
     picture = canvas.svg(f"picture of {elements.title}", [blocks_svg(elements, canvas), *drawn])
     data: dict[str, Any] = {"joints": {"x": x, "y": y, "dx": dx, "dy": dy}}
-    if way is not None:
-        data["motions"] = canvas.motions(way_motions(result, way))
+    if frames is not None:
+        data["motions"] = canvas.motions(motions_of(result, frames))
     return "plane", {"picture": picture, "library": ""}, data
 
 
-def _space(result: Outcome, elements: Elements, view: ViewAngles | None, way: Way | None) -> _FigureOf:
+def _space(
+    result: Outcome, elements: Elements, view: ViewAngles | None, frames: Keyframes | None
+) -> _FigureOf:
     """The figure turns; beside it is a picture, for browsers that draw no solids, and for print."""
     view = view or best_view(elements)
     rates = [_rounded(result.blocks.filter(regex=f"^{kind}").to_numpy().ravel()) for kind in "vw"]
@@ -128,8 +130,8 @@ def _space(result: Outcome, elements: Elements, view: ViewAngles | None, way: Wa
     values = {"source": source, "view": "{:g} {:g}".format(*view), "library": f"<script>{three()}</script>\n"}
     scale = _UNITS / size_of(elements.assembly)
     data = {"figure": _figure(elements, view, scale), "rates": moves, "fixed": fixed.tolist()}
-    if way is not None:
-        data["motions"] = way_motions(result, way) * np.repeat([scale, 1.0], 3)
+    if frames is not None:
+        data["motions"] = motions_of(result, frames) * np.repeat([scale, 1.0], 3)
     return "space", values, {"joints": {}, **data}
 
 
@@ -144,7 +146,7 @@ def caption(elements: Elements) -> str:
 
 def _choices(layers: dict[str, list[Marks]], first: str) -> str:
     """What joints show, of what there is."""
-    states = {kind: "" if kind in layers else " disabled" for kind in (PUSH, *KINDS)}
+    states = {kind: "" if kind in layers else " disabled" for kind in (HISTORY, *KINDS)}
     states[first if first in layers else "mechanism"] = " checked"
     choice = '<label><input type="radio" name="show" value="{0}"{1}> {0}</label>\n'
     return "".join(choice.format(kind, state) for kind, state in states.items())
@@ -158,7 +160,7 @@ def _legends(elements: Elements, layers: dict[str, list[Marks]]) -> str:
     )
     scale = f'0<span class="scale" style="background: linear-gradient(90deg, {steps})"></span>1'
     written = ""
-    for kind in (PUSH, *KINDS):
+    for kind in (HISTORY, *KINDS):
         entries = legend_svg([*layers.get(kind, ()), *elements.loads])
         if kind == "utilisation":
             entries.insert(0, f"{utilisation_label(elements.assembly)}: {scale}")
@@ -207,46 +209,44 @@ def _rounded(values: np.ndarray, beside: float = 0.0) -> list[float | None]:
     return [None if np.isnan(value) else value for value in shown]
 
 
-def way_of(result: Outcome) -> Way | None:
-    """Return the keyframes of the load history; None if it led to no load factor."""
-    state = result.solution.at_expected
-    return state.way() if state is not None and state.load_factor is not None and state.way else None
-
-
-def way_motions(result: Outcome, way: Way) -> np.ndarray:
-    """Motions of movable blocks at each keyframe, (k, b, 3) or (k, b, 6), the last as large as a full one."""
+def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
+    """Return motions of movable blocks at each keyframe, (k, b, 3) or (k, b, 6), the last of full size."""
     assembly = result.assembly
-    return np.stack([motion_of(assembly, d, way.d[-1])[assembly.movable] for d in way.d])
+    return np.stack([motion_of(assembly, d, frames.d[-1])[assembly.movable] for d in frames.d])
 
 
-def way_marks(result: Outcome) -> list[Marks]:
-    """How joints are marked that have slid, and that have opened."""
+def history_marks(result: Outcome) -> list[Marks]:
+    """Return how joints are marked that have slid, and that are open."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, nowhere = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
-    opened = Marks("open", "has opened", "line", HINGES, 0.7 * width, nowhere, dashes=dashes)
+    opened = Marks("open", "is open", "line", HINGES, 0.7 * width, nowhere, dashes=dashes)
     return [Marks("slid", "has slid", "line", SLIDES, width, nowhere), opened]
 
 
-def way_data(result: Outcome, way: Way, motions: np.ndarray) -> dict[str, Any]:
-    """What a page shows at each keyframe, motions in the figure's units; events tell what began last."""
-    assembly, moves = result.assembly, yielded_on(result.assembly, way)
-    starts = moves & ~np.maximum.accumulate(np.concatenate([np.zeros_like(moves[:1]), moves[:-1]]))
-    events = ["no joint has slid or opened yet"]
-    for load, (slide, part) in zip(way.load_factor[1:], starts[1:], strict=True):
-        new = begins(assembly.pairs_of(slide), assembly.pairs_of(part), load)
+def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dict[str, Any]:
+    """Return what a page shows at each keyframe, with motions in the figure's units.
+
+    An event names the joints that began to slide or open last.
+    """
+    assembly = result.assembly
+    moves = np.stack([frames.has_slid, frames.is_open], axis=1)
+    starts = moves & ~np.maximum.accumulate(np.concatenate([moves[:1], moves[:-1]]))
+    events = ["under the dead load"]
+    for load_factor, (slide, part) in zip(frames.load_factor[1:], starts[1:], strict=True):
+        new = begins(assembly.pairs_of(slide), assembly.pairs_of(part), load_factor)
         events.append(new or events[-1])
-    if result.end is not None:
-        events[-1] = f"moves on at λ = {numeral(result.end, '.3g')}: collapse"
-    along = way.displacement * assembly.problem.live_displacement
-    u, loads = ([float(f"{value:.4g}") for value in of] for of in (along, way.load_factor))
-    slid, opened = ([np.flatnonzero(joints).tolist() for joints in kind] for kind in moves.swapaxes(0, 1))
+    events[-1] = f"equilibrium is lost at λ = {numeral(result.expected or 0.0, '.3g')}: collapse"
+    u, loads = (
+        [float(f"{value:.4g}") for value in values] for values in (frames.displacement, frames.load_factor)
+    )
+    joints = [[np.flatnonzero(at).tolist() for at in kind] for kind in (frames.has_slid, frames.is_open)]
     # Lengths of the figure are whole; so, scaled, are rotations, which keeps large scenes short.
     scales = np.where(np.arange(motions.shape[-1]) < assembly.scene.dimension, 1, _TURN)
     whole = np.rint(motions * scales).astype(int).reshape(len(motions), -1)
-    marks = [[each.colour, each.width, each.dashes] for each in way_marks(result)]
+    marks = [[each.colour, each.width, each.dashes] for each in history_marks(result)]
     data = {"displacement": u, "load_factor": loads, "expected": result.expected}
     data |= {"blocks": assembly.movable.tolist(), "motions": whole.tolist(), "scales": (1 / scales).tolist()}
-    return data | {"marks": marks, "joints": [slid, opened], "events": events}
+    return data | {"marks": marks, "joints": joints, "events": events}
 
 
 MOST_BLOCKS = 2000  #: Blocks above which there is no picture: a notebook keeps all that it shows.

@@ -7,7 +7,7 @@ const figure = (() => {
   const moving = [...picture.querySelectorAll("[data-motion]")].map((element) => [element, motionOf(element)]);
   const blocks = [...picture.querySelectorAll(".blocks path")]; // in the order of data.blocks
   const ofMechanism = blocks.map((path) => motionOf(path.parentElement));
-  let motions = ofMechanism; // of what is shown, the mechanism or a keyframe of the push
+  let motions = ofMechanism; // of what is shown, the mechanism or a state of the load history
   const [picked, yielded] = ["picked", "yielded"].map((name) => {
     const made = document.createElementNS(picture.namespaceURI, "g");
     made.setAttribute("class", name);
@@ -34,7 +34,7 @@ const figure = (() => {
   }
 
   // Blocks move one by one, and what they carry stays.
-  function push(now, marks) {
+  function keyframe(now, marks) {
     move(0);
     turnTo(now);
     share = 1;
@@ -86,5 +86,5 @@ const figure = (() => {
 
   const first = picture.querySelector(".layer"); // marks stay on top
   for (const each of [picked, yielded]) picture.insertBefore(each, first);
-  return {element: picture, moves: () => moving.length > 0, move, push, pick, near, show() {}};
+  return {element: picture, moves: () => moving.length > 0, move, keyframe, pick, near, show() {}};
 })();

@@ -3,10 +3,10 @@ const data = JSON.parse(document.getElementById("data").textContent);
 // A scene in space, by three.js: everything is triangles and lines whose corners move on straight lines.
 const figure = (() => {
   const {surface, motions: ofMechanism, layers, outlines, view, size} = data.figure, joints = data.joints;
-  let motions = ofMechanism; // of what is shown, the mechanism or a keyframe of the push
+  let motions = ofMechanism; // of what is shown, the mechanism or a state of the load history
   const element = document.querySelector(".solids"), glass = document.getElementById("glass");
   const triad = [...element.querySelectorAll(".axes g")];
-  const standing = {element, moves: () => ofMechanism.flat().some(Boolean), move() {}, push() {}, pick() {}, show() {}, near: () => -1};
+  const standing = {element, moves: () => ofMechanism.flat().some(Boolean), move() {}, keyframe() {}, pick() {}, show() {}, near: () => -1};
   let renderer;
   try {
     renderer = new THREE.WebGLRenderer({preserveDrawingBuffer: true}); // tests and printers read it
@@ -187,7 +187,7 @@ const figure = (() => {
   }
 
   // Blocks move one by one, and what they carry stays.
-  function push(now, marks) {
+  function keyframe(now, marks) {
     move(0);
     motions = now;
     share = 1;
@@ -340,8 +340,8 @@ const figure = (() => {
 
   // What is to be seen at first: blocks at rest and moved, and loads.
   const everything = surface.of.flatMap((_, at) => [corner(at), plus(corner(at), stepAt(at))]);
-  if (data.way) {
-    motions = motionsAt(data.way.motions.length - 1);
+  if (data.history) {
+    motions = motionsAt(data.history.motions.length - 1);
     surface.of.forEach((_, at) => everything.push(plus(corner(at), stepAt(at))));
     motions = ofMechanism;
   }
@@ -363,5 +363,5 @@ const figure = (() => {
   fit();
   half = whole();
   new ResizeObserver(() => { fit(); half = Math.max(half, whole()); render(); }).observe(element);
-  return {...standing, move, push, pick, show, near};
+  return {...standing, move, keyframe, pick, show, near};
 })();

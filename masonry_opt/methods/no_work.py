@@ -52,7 +52,7 @@ _OF_OTHER_LOADS = frozenset(
     {
         *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
         *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
-        *(Code.RAY, Code.LEVEL, Code.CURVE),
+        *(Code.COLLAPSE, Code.RANGE, Code.CURVE),
     }
 )
 
@@ -75,10 +75,12 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
     if found is None or found.answer is None:
         return None
     found = replace(found, found=replace(found.answer, q=found.answer.q + scene.lowest_forces))
-    if before is None or before.curve is None:
-        return found
+    if before is None or before.load_history is None:
+        return replace(found, load_history=None)
+    # The load history is that of the scene as it is.
     of_curve = (said for said in before.reasons if said.code is Code.CURVE)
-    return replace(found, curve=before.curve).telling(*of_curve)
+    history, curve = before.load_history, before.tells_curve
+    return replace(found, load_history=history, tells_curve=curve).telling(*of_curve)
 
 
 def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: float) -> Solution | None:

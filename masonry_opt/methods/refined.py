@@ -13,8 +13,8 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.exact.alternation import alternation_of
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, OutOfTime, StateFinder, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
+from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.mcp.method import mcp
-from masonry_opt.methods.push.push import elastic_of
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
@@ -82,7 +82,7 @@ def refined(task: Task) -> Solution:
     else:
         refiner = refiner_of(task)
     lowest = _Lowest(task, refiner)
-    search = Search(refiner, elastic_of(task), lowest.met)
+    search = Search(refiner, analysis_of(task), lowest.met)
     if options.search is not None:
         refiner.deadline = time.perf_counter() + options.search
     try:
@@ -116,7 +116,7 @@ class _Lowest:
 
     def see(self, origin: str, state: ExactState | None) -> None:
         """Keep a candidate's state if it is the lowest."""
-        if state is None or not elastic_of(self._task).tells(state.load_factor, state.d):
+        if state is None or not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
         if lower_of(self.state, state) is not state:

@@ -30,7 +30,7 @@ _ALL = (
     Method("kinematic", "associative:kinematic", associative=True),
     Method("nonassociative", "loop.nonassociative:nonassociative", "loop.options:LoopOptions", _OF_LOOP),
     _lowest("mcp", "mcp.method:mcp", "mcp.method:McpOptions", _NEWTON, refuses=frozenset()),
-    _own("compliant", "push.compliant:compliant", "push.compliant:CompliantOptions", _NEWTON),
+    _own("compliant", "incremental.method:incremental", "incremental.method:IncrementalOptions", _NEWTON),
     _lowest("mpec", "mpec:mpec", "mpec:MpecOptions", _NONLINEAR),
     _lowest("refined", "refined:refined", "refined:RefinedOptions", {"cvxpy": ("highs",)}),
     _lowest(

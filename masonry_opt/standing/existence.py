@@ -252,7 +252,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
         if solution.peak is None:
             return without
         # The load history passed through loads that the scene carries before it ended below zero.
-        history = (said for said in solution.reasons if said.code in (Code.RAY, Code.LEVEL))
+        history = (said for said in solution.reasons if said.code in (Code.COLLAPSE, Code.RANGE))
         return replace(without.telling(*history), followed_to_end=True, peak=solution.peak)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)
     return solution.withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=moving)

@@ -27,10 +27,6 @@ _BOUNDS = (
 #: Remarks on an incremental load factor, by the code of how its load history ended.
 _ENDS = {
     Code.NO_WORK: "collapse in which the live load does no work",
-    Code.LEVEL: "λ stays constant as blocks move on; no exact collapse state confirms it",
-    Code.GROWN: "largest load factor reached in the load history; no exact collapse state confirms it",
-    Code.PLATEAU: "state with elastic contacts, of the compliance set by option 'give'",
-    Code.NO_PLATEAU: "state with elastic contacts, of the compliance set by option 'give'",
 }
 #: Remark on an incremental load factor whose load history ended as usual.
 _LOST = "equilibrium is lost as the live load is raised from rest"
@@ -213,8 +209,9 @@ def _incremental_remark(result: Outcome) -> str:
     state = result.solution.at_expected
     assert state is not None
     remark = next((words for code, words in _ENDS.items() if state.has(code)), _LOST)
-    if state.has(Code.NO_PLATEAU):
-        remark += f"; {message([said for said in state.reasons if said.code is Code.NO_PLATEAU])}"
+    if state.has(Code.RANGE):
+        not_carried = factor_text(state.values_of(Code.RANGE)["not_carried"])
+        remark = f"equilibrium is lost between this load factor and {not_carried}, as the live load is raised"
     if state.peak is None:
         return remark
     left = "nothing" if result.end is None else f"λ = {factor_text(result.end)}"

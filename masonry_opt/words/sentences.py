@@ -9,7 +9,6 @@ from math import inf, radians, tan
 from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason, Status
-from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 from masonry_opt.scene.geometry import set_tolerance
@@ -146,11 +145,6 @@ def _undecided(v: dict[str, Any]) -> str:
     return f"{undecided}: neither forces nor a mechanism were verified ('{v['word']}'); {check}"
 
 
-def _other_contacts(v: dict[str, Any]) -> str:
-    times, word = max((v["softer"], "softer"), (1 / v["softer"], "stiffer"))
-    return f"with contacts {times:.2g} times {word} λ changes by {v['change']:.2%}"
-
-
 def _joints_or_points(v: dict[str, Any]) -> str:
     return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
 
@@ -169,14 +163,8 @@ def _not_certified(v: dict[str, Any]) -> str:
     return f"{found} ({left}): {_try_another_solver(v)}, and {sizes}"
 
 
-def _on_the_way(v: dict[str, Any]) -> str:
-    """Return the largest load factor of a load history, and how far λ fell before it."""
-    said = "" if v["peak"] is None else f"; before that λ was as large as {numeral(v['peak'], '.6g')}"
-    if v["deep_fall"] is not None:
-        load_factor, share = v["deep_fall"]
-        fell = f"by up to {share:.0%}, first from {numeral(load_factor, '.6g')}"
-        said += f"; λ fell {fell}, where the scene may collapse already, and rose again"
-    return said
+def _jumps(v: dict[str, Any]) -> str:
+    return f" with {counted(v['jumps'], 'jump')}" if v["jumps"] else ""
 
 
 def _repeats(v: dict[str, Any]) -> str:
@@ -208,7 +196,7 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
     return locks if v["method"] in ("mcp", "refined") else f"{locks}: method 'mcp' looks for their collapse"
 
 
-def _push_stopped(v: dict[str, Any]) -> str:
+def _undecided_history(v: dict[str, Any]) -> str:
     ended = (
         f"the load history from rest led to no collapse state ({v['word']}; {counted(v['steps'], 'step')})"
     )
@@ -233,21 +221,6 @@ def _imposed(v: dict[str, Any]) -> str:
 
 def _between(v: dict[str, Any]) -> str:
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
-
-
-def _curve(v: dict[str, Any]) -> str:
-    missing = f" ({v['left_out']} more were not found)" if v["left_out"] else ""
-    falls = ", does not fall"
-    if v["peak"] - v["last"] > PLATEAU * v["peak"]:
-        falls = f", falls from {numeral(v['peak'], '.4g')} to {numeral(v['last'], '.4g')}"
-    return f"λ over displacement, in {counted(v['states'], 'state')}{missing}{falls}"
-
-
-def _grown(v: dict[str, Any]) -> str:
-    ends = "λ stays constant as blocks move on"
-    if v["beyond"] is not None:
-        ends = f"under λ = {numeral(v['beyond'], '.6g')} blocks do not come to rest"
-    return f"the largest load that was carried as it grew, with contacts that remember slip; {ends}"
 
 
 def _rounded(value: float) -> str:
@@ -375,37 +348,36 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         if v["load_factor"] is None
         else f"the lowest load factor that its own state verifies is {numeral(v['load_factor'], '.6g')}"
     ),
-    Code.PUSH_STOPPED: _push_stopped,
+    Code.UNDECIDED: _undecided_history,
     Code.DILATANCY_FALLS: "not computed, because dilatancy falls with stress: only the loop can follow it",
-    Code.PLATEAU: lambda v: (
-        f"in {counted(v['steps'], 'step')}, with contacts that give by {v['give']:.0e} of the motion; "
-        + _other_contacts(v)
+    Code.COLLAPSE: lambda v: (
+        f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)} to an exact "
+        "collapse state"
     ),
-    Code.NO_PLATEAU: lambda v: (
-        "uncertain: " + ("softer contacts have no state" if v["change"] is None else _other_contacts(v))
+    Code.RANGE: lambda v: (
+        f"the live load was raised from rest in {counted(v['steps'], 'step')}{_jumps(v)}: equilibrium is "
+        f"lost between λ = {numeral(v['carried'], '.6g')} and {numeral(v['not_carried'], '.6g')}"
     ),
-    Code.RAY: lambda v: (
-        f"the live load was raised from rest in {counted(v['steps'], 'step')} "
-        f"until displacements grew without limit{_on_the_way(v)}"
-    ),
-    Code.LEVEL: lambda v: (
-        f"the load–displacement curve levels off after {counted(v['steps'], 'step')}: λ is constant while "
-        "the displacement grows tenfold" + _on_the_way(v)
-    ),
-    Code.JAMS: lambda v: (
-        f"no collapse in a load history of {counted(v['steps'], 'step')}: λ keeps growing, as joints press "
-        "ever harder"
+    Code.UNBOUNDED: lambda v: (
+        "no collapse from rest: joints that press ever harder carry any multiple of the live load, proven in "
+        f"{counted(v['steps'], 'step')}"
     ),
     Code.NOT_EXPECTED: lambda v: (
         f"not computed for {_joints_or_points(v)}: method 'compliant' computes it, and takes long"
     ),
-    Code.CURVE: _curve,
+    Code.CURVE: lambda v: (
+        f"load–displacement curve of a growing load, in {counted(v['states'], 'load step')}"
+        + (
+            f"; {counted(v['jumps'], 'jump')} to another equilibrium, under constant load"
+            if v["jumps"]
+            else ""
+        )
+    ),
     Code.SPREAD: lambda v: (
         f"incremental λ of {counted(v['draws'], 'draw')} each: {_ranged(v['stiffness'])} with other "
         f"stiffness of contacts, {_ranged(v['stress'])} from other self-stress"
         + (f" ({v['without']} of these load histories led to no collapse)" if v["without"] else "")
     ),
-    Code.GROWN: _grown,
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
     Code.START_FAILED: "the loop to start from failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",

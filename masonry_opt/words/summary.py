@@ -244,6 +244,7 @@ def _technical(result: Outcome) -> dict[str, str]:
     return {
         "method": f"{result.method} ({result.model}, {result.solver})",
         "status": ": ".join(filter(None, (result.status, message(result.reasons, result.method)))),
+        "steps": "\n".join(log_sentences(result)),
         "range": _range(result),
         "certificate": "   ".join(f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()),
         "alignment": _alignment(result),
@@ -254,6 +255,16 @@ def _technical(result: Outcome) -> dict[str, str]:
         "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
         "not modelled": "\n".join(left_out(result.assembly)),
     }
+
+
+def log_sentences(result: Outcome) -> Iterator[str]:
+    """Yield a sentence for each step of the method: what is known after it, and how long it took."""
+    for entry in result.solution.log:
+        known = "no load factor yet"
+        if entry.load_factor is not None:
+            known = f"λ = {numeral(entry.load_factor, '.6g')}"
+        states = f", {counted(entry.exact_states, 'exact state')}" if entry.exact_states else ""
+        yield f"{entry.step}: {known}{states} ({entry.seconds:.2f} s)"
 
 
 def _alignment(result: Outcome) -> str:

@@ -209,8 +209,8 @@ def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
 
 
 @pytest.mark.slow
-def test_friction_jams_where_the_push_does():
-    """A ray on which λ grows proves it."""
+def test_joints_that_press_ever_harder_carry_any_load():
+    """The response is linear while the load grows a thousandfold."""
     result = solved(random_scene("wall", 70003), expected=True)
     assert (result.status, result.load_factor, result.expected) == (mo.Status.JAMMED, None, None)
-    assert codes(result)[:2] == [Code.JAMS, Code.CARRIES_ANY]
+    assert codes(result)[:2] == [Code.UNBOUNDED, Code.CARRIES_ANY]

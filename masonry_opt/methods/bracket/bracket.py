@@ -14,7 +14,7 @@ from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
 from masonry_opt.methods.exact.refiner import refiner_of
 from masonry_opt.methods.exact.search import lower_of
-from masonry_opt.methods.push.push import elastic_of
+from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.refined import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
@@ -83,7 +83,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Sol
             answer = state.answer if state else None
             if answer is None or lower_of(solution.answer, answer) is not answer:
                 continue
-            if elastic_of(task).tells(answer.load_factor, answer.d):
+            if is_meaningful(analysis_of(task), answer.load_factor, answer.d):
                 rising.best = min(rising.best, answer.load_factor)
                 solution = replace(solution, found=answer)
     return replace(solution, bound=rising.bound, history=tuple(rising.history))

@@ -15,9 +15,9 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
 from masonry_opt.methods.exact.random_forces import RandomForces
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
+from masonry_opt.methods.exact.self_stress import self_stress
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
-from masonry_opt.methods.push.compliant import self_stress
-from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.problem import Problem
 
 #: Largest number of linear programs in a fixed-point iteration. More programs seldom change the state.
@@ -75,9 +75,13 @@ class Search:
     """Search for lower exact states of one problem, from many starts and around the lowest state."""
 
     def __init__(
-        self, finder: StateFinder, elastic: Elastic, met: Met, settings: SearchSettings = SEARCH
+        self,
+        finder: StateFinder,
+        analysis: IncrementalAnalysis,
+        met: Met,
+        settings: SearchSettings = SEARCH,
     ) -> None:
-        self._finder, self._elastic, self.problem, self.met = finder, elastic, finder.problem, met
+        self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
 
     @cached_property
@@ -153,28 +157,27 @@ class Search:
         load_factor = known * rng.uniform(*self._settings.load_shares)
         return self._random.draw(load_factor, rng, strength_share, self._finder.seconds_left)
 
-    def _pushed(self, problem: Problem) -> np.ndarray | None:
-        settings = self._settings
-        until = settings.displacement_in_space if problem.layout.round else settings.displacement
+    def _loaded(self, problem: Problem) -> np.ndarray | None:
+        """Return the forces of a load history, at a share of its largest load; None if it has no collapse."""
         with self._finder.effort.measure("solve"):
-            elastic = self._elastic.again_for(problem)
-            pushed = elastic.pushed(lambda _: self._finder.check_time(), until, rougher=True)
-            state = elastic.at(pushed, until)
-        return None if state is None else state.answer.q
+            result = self._analysis.again_for(problem).run(lambda _: self._finder.check_time())
+        if result.load_factor is None:
+            return None
+        return result.history.state_at(self._settings.history_share * result.carried)[1]
 
     def with_other_loads(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return the forces of a push with the loads of each block changed at random."""
+        """Return the forces of a load history with the loads of each block changed at random."""
         problem, sizes = self.problem, (2, self.problem.dead.size)
         dead, live = np.exp(self._settings.load_deviation * rng.standard_normal(sizes)) * [
             problem.dead,
             problem.live,
         ]
-        return self._pushed(replace(problem, dead=dead, live=live))
+        return self._loaded(replace(problem, dead=dead, live=live))
 
     def with_self_stress(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return the forces of a push that starts from another random preload."""
+        """Return the forces of a load history from another random preload."""
         settled = self_stress(self.problem, rng)
-        return None if settled is None else self._pushed(replace(self.problem, settled=settled))
+        return None if settled is None else self._loaded(replace(self.problem, settled=settled))
 
     def fixed_point(self, _best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return forces at a fixed point, from random costs (Acary, Cadoux, Lemaréchal & Malick 2011).
@@ -251,8 +254,8 @@ _STARTS: dict[str, _Start] = {
 }
 
 #: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time
-#: of a push, and a fixed point a third. Fixed points lead lower where a whole slope slides.
+#: of a load history, and a fixed point a third. Fixed points lead lower where a whole slope slides.
 _KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space, in turn. Random forces lead lower in less time than pushes do.
+#: Kinds of starts in space, in turn. Random forces lead lower in less time than load histories do.
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES, "loads")

@@ -34,6 +34,10 @@ class SearchSettings:
     #: the lowest state. On larger scenes random forces take longer than all steps before.
     most_contacts: int = 250
 
+    #: Joints in the plane up to which linear programs are solved by the simplex method. On larger scenes the
+    #: simplex method takes longer than all other steps together, and interior points are faster.
+    simplex_up_to: int = 500
+
     #: Number of starts below which equal load factors are reported as little evidence.
     few_starts: int = 8
 
@@ -44,12 +48,9 @@ class SearchSettings:
     #: leads further away from the state.
     released_share: float = 0.02
 
-    #: Displacement at which the forces of a push are taken as a start in the plane. Larger ones lead to the
-    #: push's own collapse state.
-    displacement: float = 1e4
-    #: Displacement at which the forces of a push are taken as a start in space. Forces of softer contacts, at
-    #: smaller displacements, lead to lower states.
-    displacement_in_space: float = 1e2
+    #: Share of the largest load of a load history under which its forces are taken as a start. A larger share
+    #: leads to the collapse state of the history itself.
+    history_share: float = 1.0
 
     #: Standard deviation of the logarithm of the factors by which a start changes the loads of each block.
     load_deviation: float = 0.5

@@ -1,1 +1,1 @@
-"""Method "mcp", the default: exact Coulomb states near the end of a load history, and the lowest of them."""
+"""Method "mcp", the default: the list of steps that look for the lowest exact collapse state."""

@@ -14,8 +14,8 @@ from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.push.compliant import PUSHED_UP_TO
-from masonry_opt.methods.push.push import Elastic
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble, with_supports_freed
@@ -103,9 +103,9 @@ def settle(
 def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
     """Reaction, over the live load, and forces of contacts that give, as those of supports that settle, shape
     (3c + t,); None if these do not come to carry the dead load. The first, so many, are the scene's own."""
-    if held.joints > PUSHED_UP_TO or held.dilatancy_depends_on_stress:
+    if held.joints > IncrementalSettings().most_joints or held.dilatancy_depends_on_stress:
         return None
-    q = Elastic(held).settled
+    q = IncrementalAnalysis(held).preload_forces
     if q is None or not carries(held, q, ZERO):
         return None
     q = np.append(q[:own], np.zeros(settling.B.shape[1] - own))

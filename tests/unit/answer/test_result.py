@@ -186,20 +186,6 @@ def test_an_associative_answer_is_judged_under_both_flow_rules():
     assert not result.exact
 
 
-def test_an_answer_of_contacts_that_give_is_judged_with_them_and_with_rigid_ones():
-    """Contacts that give by a hundredth leave as much of the flow rule of rigid ones."""
-    result = mo.solve(two_blocks(), "compliant", give=0.01)
-    found, problem = result.solution.answer, result.assembly.problem
-    soft = replace(problem, compliance=found.compliance)
-    assert not found.failing(Kind.EXACT)
-    assert found.certified_by(soft, problem.dilatancy) is found
-    left = found.certified_by(problem, problem.dilatancy)
-    assert left.compliance is None
-    assert left.failing(Kind.EXACT).keys() == {"flow", "complementarity"}
-    assert 1e-3 < left.certificate.flow < 1e-1
-    assert not result.exact
-
-
 @pytest.mark.parametrize("scene", [two_blocks(), pressed_down(), overhanging()])
 def test_a_result_can_be_sent_to_another_process(scene):
     result = mo.solve(scene)

@@ -43,7 +43,7 @@ def test_another_end_drops_the_facts_of_earlier_reasons():
         peak=0.4,
     )
     ended = before.ended(
-        Status.SOLVER_FAILED, Code.PUSH_STOPPED, word="no end was found", steps=3, looped=False
+        Status.SOLVER_FAILED, Code.UNDECIDED, word="no end was found", steps=3, looped=False
     )
     new = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
     for name in vars(new):

@@ -19,12 +19,16 @@ from math import inf
 
 import numpy as np
 
-from load_steps.collapse_state import solve_collapse_state
-from load_steps.contact_law import Response
-from load_steps.equilibrium import Collapse, Equilibrium, EquilibriumSolver
-from load_steps.history import LoadHistory, LoadStep, load_step
-from load_steps.settings import IncrementalSettings
 from masonry_opt.answer.answer import Answer
+from masonry_opt.answer.load_history import LoadHistory, LoadStep
+from masonry_opt.answer.motion import weightless
+from masonry_opt.effort import Effort
+from masonry_opt.methods.incremental.collapse_state import solve_collapse_state
+from masonry_opt.methods.incremental.contact_law import mean_force_and_compliance
+from masonry_opt.methods.incremental.equilibrium import Collapse, Equilibrium, EquilibriumSolver
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.methods.incremental.stiffness import StiffnessMatrix
+from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 
 #: Distance of the loads that are tried next from that of an exact state, relative to ``tolerance``. With a
@@ -53,6 +57,8 @@ class IncrementalResult:
     carried: float = 0.0  #: largest load factor under which the blocks found equilibrium
     not_carried: float = inf  #: load factor under which they collapsed
     state: Answer | None = None  #: exact state at a load factor between both
+    #: Exact state in which the blocks move on after the collapse, under a load factor below ``carried``.
+    state_in_motion: Answer | None = None
     #: Motion under ``not_carried``, or under a dead load that is not carried.
     collapse: Collapse | None = None
 
@@ -64,10 +70,17 @@ class IncrementalResult:
         return self.carried if self.state is None else self.state.load_factor
 
     def with_state(self, state: Answer | None) -> "IncrementalResult":
-        """Return the result with an exact state, if it has none yet and the state lies between both loads."""
-        if self.state is not None or state is None or not _is_between(state, self.carried, self.not_carried):
+        """Return the result with an exact state of the collapse, unless it has one or the state is higher.
+
+        A state between both loads is that of the collapse. In a lower one the blocks move on after it.
+        """
+        if self.state is not None or state is None:
             return self
-        return replace(self, state=state)
+        if _is_between(state, self.carried, self.not_carried):
+            return replace(self, state=state, state_in_motion=None)
+        if self.state_in_motion is None and state.load_factor < self.carried:
+            return replace(self, state_in_motion=state)
+        return self
 
 
 def _is_between(state: Answer, carried: float, not_carried: float) -> bool:
@@ -84,10 +97,11 @@ class IncrementalAnalysis:
         problem: Problem,
         settings: IncrementalSettings | None = None,
         compliance: np.ndarray | None = None,
+        matrix: StiffnessMatrix | None = None,
     ) -> None:
-        """Set up the solver; the compliance is that of :class:`EquilibriumSolver`."""
+        """Set up the solver; compliance and matrix are those of :class:`EquilibriumSolver`."""
         self.problem = problem
-        self.solver = EquilibriumSolver(problem, settings, compliance)
+        self.solver = EquilibriumSolver(problem, settings, compliance, matrix)
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse:
@@ -99,6 +113,52 @@ class IncrementalAnalysis:
         if isinstance(self.preload, Collapse):
             return IncrementalResult(End.UNSTABLE, LoadHistory(), collapse=self.preload)
         return _LoadRaising(self.solver, self.preload, progress).run()
+
+    @property
+    def preload_forces(self) -> np.ndarray | None:
+        """Joint forces (3c + t,) under the dead load from rest; None if it is not carried."""
+        if isinstance(self.preload, Collapse):
+            return None
+        return self.solver.law.of_problem(self.preload.response.forces)
+
+    def again_for(self, problem: Problem, effort: Effort | None = None) -> "IncrementalAnalysis":
+        """Return an analysis of a problem of the same joints, itself if the problem is its own.
+
+        The order of the unknowns is kept if the elastic stiffness is the same.
+        """
+        if problem is self.problem:
+            return self
+        return IncrementalAnalysis(problem, self.solver.settings, matrix=self.solver.matrix)
+
+    def with_random_stiffness(self, deviation: float, rng: np.random.Generator) -> "IncrementalAnalysis":
+        """Return an analysis with each contact's stiffness changed by a random factor.
+
+        ``deviation`` is the standard deviation of the logarithm of the factors.
+        """
+        joints = self.problem.joints
+        _, compliance = mean_force_and_compliance(self.problem)
+        factors = np.exp(deviation * rng.standard_normal(self.problem.B.shape[1] - 2 * joints))
+        factors = np.concatenate([factors[:joints], factors[:joints], factors])
+        return IncrementalAnalysis(self.problem, self.solver.settings, factors * compliance)
+
+
+def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> IncrementalAnalysis:
+    """Return the incremental analysis of a task's problem, which is kept for the task."""
+    problem, settings = task.problem, settings or IncrementalSettings()
+
+    def build() -> IncrementalAnalysis:
+        return IncrementalAnalysis(problem, settings)
+
+    return task.kept.of(("incremental", settings), problem, task.effort, build, own=True)
+
+
+def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarray) -> bool:
+    """Return True if a collapse mechanism (3b,) at a load factor says something about the live load.
+
+    If the net load of all blocks that move vanishes at this load factor, the mechanism counts only if the
+    scene does not carry its dead load from rest.
+    """
+    return not weightless(analysis.problem, load_factor, d) or analysis.preload_forces is None
 
 
 class _LoadRaising:
@@ -113,12 +173,13 @@ class _LoadRaising:
         self.not_carried = inf
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
+        self.state_in_motion: Answer | None = None
         self.start = preload.state.d
         self.steps: list[LoadStep] = []
         #: Load factor at which the live load is as large as the mean contact force.
         self.unit = 1 / solver.size(self.problem.live)
         self.last_increment = inf
-        self._record(preload, None)
+        self._record(preload)
 
     def run(self) -> IncrementalResult:
         """Return the result."""
@@ -141,14 +202,15 @@ class _LoadRaising:
         load_factor = self.carried + increment
         found = self.solver.equilibrate(self.reached.state, self._load(load_factor), increment * rate)
         if isinstance(found, Equilibrium):
-            before = self.reached.response
             self.reached, self.carried, self.last_increment = found, load_factor, increment
-            self._record(found, before)
+            self._record(found)
             return
         self.not_carried, self.collapse = load_factor, found
         state = solve_collapse_state(self.solver, found, load_factor)
         is_between = state is not None and _is_between(state, self.carried, self.not_carried)
         self.state = state if is_between else None
+        is_lower = state is not None and not is_between and state.load_factor < self.carried
+        self.state_in_motion = state if is_lower else None
 
     def _choose_increment(self, rate: np.ndarray) -> float:
         """Return the next increment of the load factor."""
@@ -202,14 +264,29 @@ class _LoadRaising:
         load: np.ndarray = self.problem.dead + load_factor * self.problem.live
         return load
 
-    def _record(self, found: Equilibrium, before: Response | None) -> None:
+    def _record(self, found: Equilibrium) -> None:
+        response, law = found.response, self.solver.law
         d = found.state.d - self.start
-        displacement = float(self.problem.live @ d) / self.problem.live_norm
-        forces = self.solver.law.of_problem(found.response.forces)
-        step = load_step(self.carried, displacement, found.by_motion, before, found.response, d, forces)
+        step = LoadStep(
+            iteration=len(self.steps) + 1,
+            load_factor=self.carried,
+            displacement=float(self.problem.live @ d) / self.problem.live_norm,
+            is_jump=found.by_motion,
+            sliding=response.sliding,
+            open=(response.forces[: law.points, : law.joints] == 0).any(axis=0),
+            d=d,
+            forces=law.of_problem(response.forces),
+        )
         self.steps.append(step)
         self.progress(step)
 
     def _result(self, end: End) -> IncrementalResult:
-        history = LoadHistory(tuple(self.steps))
-        return IncrementalResult(end, history, self.carried, self.not_carried, self.state, self.collapse)
+        return IncrementalResult(
+            end,
+            LoadHistory(tuple(self.steps)),
+            self.carried,
+            self.not_carried,
+            self.state,
+            self.state_in_motion,
+            self.collapse,
+        )

@@ -23,6 +23,10 @@ class IncrementalSettings:
     #: as a collapse; if larger, joints that are not quite parallel may jam first.
     far: float = 1e4
 
+    #: Joints, in space contacts, up to which other methods compute the incremental load factor too. If
+    #: larger, scenes take many minutes for a number that was not asked for.
+    most_joints: int = 3000
+
     #: Smallest increment, relative to the load factor; an exact state within so narrow a range ends the
     #: search. If smaller, there are more increments near collapse; if larger, the path is less accurate
     #: there.

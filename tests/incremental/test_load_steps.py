@@ -1,13 +1,13 @@
-"""The incremental load factor of the push against a second program, which raises the load by steps.
+"""The incremental load factor of the push against the load steps, which raises the load by steps.
 
-Both have the same definition, and different algorithms: see :mod:`load_steps`.
+Both have the same definition and different algorithms: see :mod:`masonry_opt.methods.incremental`.
 """
 
 import pytest
 from atlas.random_scenes import random_scene
-from load_steps.analysis import IncrementalAnalysis
 
 import masonry_opt as mo
+from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.assembly import assemble
 
 #: Relative difference of the two programs. Load steps end with a bracket of 1e-3 if they find no exact state.

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from load_steps.contact_law import ContactLaw
 from scenes import block_on_floor, on_floor
 from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
+from masonry_opt.methods.incremental.contact_law import ContactLaw
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.blocks import rectangle

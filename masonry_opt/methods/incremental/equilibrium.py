@@ -22,19 +22,26 @@ from math import inf, sqrt
 
 import numpy as np
 
-from load_steps.contact_law import (
+from masonry_opt.methods.incremental.contact_law import (
     ContactLaw,
     Response,
     by_joint,
     mean_force_and_compliance,
 )
-from load_steps.settings import IncrementalSettings
-from load_steps.stiffness import Factors, StiffnessMatrix
+from masonry_opt.methods.incremental.settings import IncrementalSettings
+from masonry_opt.methods.incremental.stiffness import Factors, StiffnessMatrix
 from masonry_opt.problem.problem import Problem
 
 #: Share of the predicted decrease of the residual that a Newton step must achieve (Armijo's rule). If
 #: larger, more steps are halved.
 SUFFICIENT_DECREASE = 1e-4
+
+#: Share of the forces out of balance that no contact resists, even if all contacts stick, from which on
+#: blocks move without moving any joint. It lies far above rounding, some 1e-12.
+UNRESISTED = 1e-3
+
+#: Motion of the contacts over that of the blocks below which a motion moves no joint. It covers rounding.
+NO_JOINT_MOVES = 1e-9
 
 
 @dataclass(frozen=True)
@@ -88,15 +95,18 @@ class EquilibriumSolver:
         problem: Problem,
         settings: IncrementalSettings | None = None,
         compliance: np.ndarray | None = None,
+        matrix: StiffnessMatrix | None = None,
     ) -> None:
         """Set up contact law and matrix.
 
-        The compliance, shape (3c + t,), is by default that of :func:`mean_force_and_compliance`.
+        The compliance, shape (3c + t,), is by default that of :func:`mean_force_and_compliance`. A matrix of
+        another problem is used again if it suits the contacts.
         """
         self.problem, self.settings = problem, settings or IncrementalSettings()
         self.mean_force, by_extent = mean_force_and_compliance(problem)
         self.law = ContactLaw(problem, by_extent if compliance is None else compliance)
-        self.matrix = StiffnessMatrix(problem, self.law)
+        suits = matrix is not None and matrix.suits(problem, self.law)
+        self.matrix = matrix if matrix is not None and suits else StiffnessMatrix(problem, self.law)
         self.iterations = self.factorisations = 0
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
@@ -166,6 +176,9 @@ class EquilibriumSolver:
 
     def _move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse:
         """Follow the damped motion (2) to rest or to a collapse."""
+        rigid = self._find_rigid_motion(state, load)
+        if rigid is not None:
+            return Collapse(state, rigid)
         settings, damping = self.settings, self.settings.damping
         succeeded, travelled, last_size = True, 0.0, inf
         motion = np.zeros(self.matrix.size)
@@ -191,6 +204,25 @@ class EquilibriumSolver:
                 damping /= settings.acceleration
             succeeded = True
         return Collapse(state, motion)
+
+    def _find_rigid_motion(self, state: BlockState, load: np.ndarray) -> np.ndarray | None:
+        """Return the motion of blocks that no contact resists, even if all contacts stick; None without one.
+
+        The damping, which is that of the contacts, does not slow such a motion.
+        """
+        response = self.law.respond(state.trial)
+        unbalanced = self.unbalanced(response, load)
+        sticks = np.broadcast_to(np.eye(3)[:, :, None], response.tangent.shape)
+        motion = self.solve_linear(sticks, 0.0, unbalanced)
+        left = unbalanced + self.matrix.B @ self.trial_change(motion).ravel()
+        if self.size(left) <= UNRESISTED * self.size(unbalanced):
+            return None
+        rigid: np.ndarray = motion / np.abs(motion).max()
+        return rigid
+
+    def moves_no_joint(self, displacement: np.ndarray) -> bool:
+        """Return True if a displacement (3b,) moves blocks without moving any joint."""
+        return self.size_of_motion(displacement) <= NO_JOINT_MOVES * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
         """Return the displacement ``far`` along the motion if the forces out of balance stay the same.

@@ -18,17 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from load_steps.equilibrium import Collapse, EquilibriumSolver
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.settings import SEARCH
+from masonry_opt.methods.incremental.equilibrium import Collapse, EquilibriumSolver
 
 #: Force out of balance of a solution, relative to the mean contact force and the size of the motion in
 #: elastic displacements. It is some thousand times the rounding of the trial forces.
 ROUNDING = 1e-13
-
-#: Joints in the plane up to which linear programs are solved by the simplex method. Beyond, interior points
-#: are faster.
-SIMPLEX_UP_TO = 500
 
 
 @dataclass(frozen=True)
@@ -70,7 +67,7 @@ def find_collapse_state(
 
     problem, effort = solver.problem, effort or Effort()
     forces = solver.law.of_problem(solver.law.respond(collapse.state.trial).forces)
-    if not problem.layout.round and problem.joints <= SIMPLEX_UP_TO:
+    if not problem.layout.round and problem.joints <= SEARCH.simplex_up_to:
         state = Refiner(problem, effort).first(forces)
         answer = None if state is None else state.answer
     else:
@@ -83,6 +80,8 @@ def _solve_far_along(
 ) -> _FarState | None:
     """Return the state ``far`` along the motion (3b,) from trial forces (3, m); None if there is none."""
     problem = solver.problem
+    if solver.moves_no_joint(motion):
+        return _balance_rigid_motion(solver, trial, motion)
     far = solver.far(problem.dead + load_factor * problem.live)
     d = motion * (far / solver.size_of_motion(motion))
     control = solver.matrix.B @ solver.trial_change(d).ravel()
@@ -98,6 +97,18 @@ def _solve_far_along(
         change = -float(control @ x) / float(control @ y)
         d, load_factor = d + x + change * y, load_factor + change
     return None
+
+
+def _balance_rigid_motion(
+    solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray
+) -> _FarState | None:
+    """Return the state in which the loads do no work on a motion (3b,) that moves no joint, or None."""
+    problem, response = solver.problem, solver.law.respond(trial)
+    work = float(problem.live @ motion)
+    if work == 0:
+        return None
+    load_factor = -float(solver.unbalanced(response, problem.dead) @ motion) / work
+    return _FarState(load_factor, response.remembered, response.forces, motion, motion)
 
 
 def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:

@@ -5,40 +5,22 @@ from functools import cached_property
 
 import numpy as np
 
-from load_steps.contact_law import Response
-
 
 @dataclass(frozen=True)
 class LoadStep:
-    """Equilibrium at the end of a load increment."""
+    """Equilibrium at the end of a load increment.
 
+    Contacts are the joints of the problem: in space the corners of shared polygons.
+    """
+
+    iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
     load_factor: float
-    displacement: float  #: of the live load, in elastic displacements
+    displacement: float  #: work of the live load over Σ|f_L|, in elastic displacements
     is_jump: bool  #: True if the blocks came to rest after a damped motion
-    begin_to_slide: np.ndarray  #: indices of joints, since the step before
-    begin_to_open: np.ndarray
-    begin_to_stick: np.ndarray  #: indices of joints that press without sliding, and did not before
+    sliding: np.ndarray  #: contacts that press and are at their friction limit, shape (c,)
+    open: np.ndarray  #: contacts without normal force, in the plane joints with a free end, shape (c,)
     d: np.ndarray  #: displacements of the blocks since the dead load, shape (3b,)
     forces: np.ndarray  #: joint forces in the problem's order, shape (3c + t,)
-
-
-def load_step(
-    load_factor: float,
-    displacement: float,
-    is_jump: bool,
-    before: Response | None,
-    now: Response,
-    d: np.ndarray,
-    forces: np.ndarray,
-) -> LoadStep:
-    """Return the step between two responses of the contacts; the first step has no events."""
-    last = now if before is None else before
-    begin_to_slide = np.flatnonzero(now.sliding & ~last.sliding)
-    begin_to_open = np.flatnonzero(now.open & ~last.open)
-    begin_to_stick = np.flatnonzero(~(now.sliding | now.open) & (last.sliding | last.open))
-    return LoadStep(
-        load_factor, displacement, is_jump, begin_to_slide, begin_to_open, begin_to_stick, d, forces
-    )
 
 
 @dataclass(frozen=True)
@@ -64,6 +46,21 @@ class LoadHistory:
     def jumps(self) -> int:
         """Number of jumps."""
         return sum(step.is_jump for step in self.steps)
+
+    def begin_to_slide(self, number: int) -> np.ndarray:
+        """Return indices of the contacts that slide after a step, by its index, and did not before."""
+        step, before = self.steps[number], self.steps[max(number - 1, 0)]
+        return np.flatnonzero(step.sliding & ~before.sliding)
+
+    def begin_to_open(self, number: int) -> np.ndarray:
+        """Return indices of the contacts that are open after a step, by its index, and were not before."""
+        step, before = self.steps[number], self.steps[max(number - 1, 0)]
+        return np.flatnonzero(step.open & ~before.open)
+
+    def begin_to_stick(self, number: int) -> np.ndarray:
+        """Return indices of the contacts that press without sliding after a step, and did not before."""
+        step, before = self.steps[number], self.steps[max(number - 1, 0)]
+        return np.flatnonzero((before.sliding | before.open) & ~(step.sliding | step.open))
 
     def state_at(self, load_factor: float) -> tuple[np.ndarray, np.ndarray]:
         """Return block displacements (3b,) and joint forces (3c + t,) at a load factor.

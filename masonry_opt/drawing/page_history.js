@@ -1,16 +1,16 @@
-// Motions of all blocks at a keyframe of the push.
+// Motions of all blocks at a keyframe of the load history.
 function motionsAt(at) {
-  const {motions, scales, blocks} = data.way, parts = scales.length, all = data.blocks.map(() => scales.map(() => 0));
+  const {motions, scales, blocks} = data.history, parts = scales.length, all = data.blocks.map(() => scales.map(() => 0));
   blocks.forEach((block, row) => (all[block] = scales.map((scale, part) => scale * motions[at][parts * row + part])));
   return all;
 }
 
-// The way of a push: a chart of λ over displacement, and a slider along it. A keyframe is motions of all blocks, and joints that
+// The load history: a chart of λ over displacement, and a slider along it. A keyframe is motions of all blocks, and joints that
 // have slid and that have opened, each kind with its colour, width and dashes.
-const way = (() => {
-  const given = data.way;
+const loadHistory = (() => {
+  const given = data.history;
   if (!given) return null;
-  const slider = document.getElementById("pushed"), chart = document.querySelector(".chart");
+  const slider = document.getElementById("loaded"), chart = document.querySelector(".chart");
   const {displacement: us, load_factor: loads, expected} = given;
   const minus = (value) => String(+value.toPrecision(4)).replaceAll("-", "−");
   const peak = minus(+expected.toPrecision(3));
@@ -39,7 +39,7 @@ const way = (() => {
     text((left + right) / 2, bottom + 30, "displacement of the live load", "middle");
   const marker = chart.querySelector(".at");
 
-  // Where the slider is: λ and displacement, what has yielded, and what began last.
+  // Where the slider is: λ and displacement, what slid or opened, and what began last.
   function tell() {
     const at = +slider.value, [slid, open] = given.joints.map((kind) => kind[at].length);
     marker.setAttribute("cx", x[at]);
@@ -53,7 +53,7 @@ const way = (() => {
 
   function place() {
     const at = +slider.value;
-    figure.push(motionsAt(at), given.marks.map(([colour, width, dashes], kind) => ({colour, width, dashes, joints: given.joints[kind][at]})));
+    figure.keyframe(motionsAt(at), given.marks.map(([colour, width, dashes], kind) => ({colour, width, dashes, joints: given.joints[kind][at]})));
   }
 
   chart.addEventListener("pointerdown", (event) => {

@@ -13,7 +13,7 @@ from scipy.linalg import lapack
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import splu
 
-from load_steps.contact_law import ContactLaw, by_joint
+from masonry_opt.methods.incremental.contact_law import ContactLaw, by_joint
 from masonry_opt.problem.problem import Problem
 
 #: Half-bandwidth over the number of unknowns up to which a banded factorisation is used, as in the plane.
@@ -44,6 +44,7 @@ class StiffnessMatrix:
     """Assembles and factorises S = B J k Bᵀ + η B k Bᵀ for any tangent J and damping η."""
 
     def __init__(self, problem: Problem, law: ContactLaw) -> None:
+        self._source, self._stiffness = problem.B, law.stiffness
         B, m = problem.B.tocoo(), law.count
         column = np.flatnonzero(by_joint(np.ones(B.shape[1]), law.joints))[B.col]
         #: Equilibrium matrix with the columns of the contact law, shape (3b, 3m), and its transpose.
@@ -71,6 +72,10 @@ class StiffnessMatrix:
         band = Band(rows, columns, self.size)
         is_narrow = band.width <= max(NARROW_BAND * self.size, SMALL_BAND)
         self._order: Band | SparseOrder = band if is_narrow else SparseOrder(rows, columns, self.size)
+
+    def suits(self, problem: Problem, law: ContactLaw) -> bool:
+        """Return True if the matrix is that of a problem with the same joints and elastic stiffness."""
+        return self._source is problem.B and np.array_equal(self._stiffness, law.stiffness)
 
     def factorise(self, tangent: np.ndarray, damping: float) -> Factors:
         """Return the factors for a tangent of the contact law, shape (3, 3, m), and a damping."""
