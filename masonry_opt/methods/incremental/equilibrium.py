@@ -104,7 +104,8 @@ class EquilibriumSolver:
         """
         self.problem, self.settings = problem, settings or IncrementalSettings()
         self.mean_force, by_extent = mean_force_and_compliance(problem)
-        self.law = ContactLaw(problem, by_extent if compliance is None else compliance)
+        compliance = by_extent if compliance is None else compliance
+        self.law = ContactLaw(problem, compliance, self.mean_force)
         suits = matrix is not None and matrix.suits(problem, self.law)
         self.matrix = matrix if matrix is not None and suits else StiffnessMatrix(problem, self.law)
         self.iterations = self.factorisations = 0
@@ -121,10 +122,11 @@ class EquilibriumSolver:
     ) -> Equilibrium | Collapse:
         """Return the equilibrium that the blocks reach from a state under a load (3b,), or their collapse.
 
-        Newton's method starts from the predictor, a displacement (3b,); by default from none.
+        Newton's method starts from the predictor, a displacement (3b,); by default from none. An equilibrium
+        beyond ``far`` does not count: joints that are not quite parallel jam there.
         """
         step = self._solve(state, load, 0.0, predictor)
-        if step is not None:
+        if step is not None and self.size_of_motion(step.displacement) <= self.far(load):
             return Equilibrium(step.state, step.response, by_motion=False)
         return self._move(state, load)
 
