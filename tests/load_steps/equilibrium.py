@@ -133,10 +133,42 @@ class EquilibriumSolver:
 
         Newton's method starts from the predictor, a displacement (3b,); by default from none.
         """
+        found = self.find_equilibrium(state, load, predictor)
+        return self.move(state, load) if found is None else found
+
+    def find_equilibrium(
+        self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
+    ) -> Equilibrium | None:
+        """Return the equilibrium that Newton's method finds; None if it fails."""
         step = self._solve(state, load, predictor)
-        if step is not None:
-            return Equilibrium(step.state, step.response, by_motion=False)
-        return self._move(state, load)
+        return None if step is None else Equilibrium(step.state, step.response, by_motion=False)
+
+    def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse:
+        """Follow the damped motion (2) to rest, to a collapse, or until it has taken too many solves."""
+        settings, damping = self.settings, self.settings.damping
+        travelled = checked = 0.0
+        start, motion = self._evaluate(state, load), np.zeros(self.matrix.size)
+        last = self.iterations + settings.motion_solves
+        while self.iterations < last:
+            step, share = self._step_in_time(start, load, damping)
+            if share == 1.0:
+                damping /= settings.acceleration
+            elif share < SHORT_STEP:
+                damping *= settings.acceleration
+            if step is None:
+                continue
+            start, motion = self._evaluate(step.state, load), step.displacement
+            if self.is_balanced(start.unbalanced, load):
+                return Equilibrium(start.state, start.response, by_motion=True)
+            travelled += self.size_of_motion(motion)
+            if travelled > self.far(load):
+                return Collapse(start.state, motion)
+            if share == 1.0 and travelled > 10 * checked:
+                checked = travelled
+                endless = self._find_endless_motion(start, load)
+                if endless is not None:
+                    return Collapse(start.state, endless)
+        return Collapse(start.state, motion, is_far=False)
 
     def trial_change(self, displacement: np.ndarray) -> np.ndarray:
         """Return the change of the trial forces, shape (3, m), under a displacement (3b,): -k Bᵀd."""
@@ -183,33 +215,6 @@ class EquilibriumSolver:
 
     def _negligible(self, load: np.ndarray) -> float:
         return self.settings.equilibrium * max(1.0, self.size(load))
-
-    def _move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse:
-        """Follow the damped motion (2) to rest, to a collapse, or until it has taken too many solves."""
-        settings, damping = self.settings, self.settings.damping
-        travelled = checked = 0.0
-        start, motion = self._evaluate(state, load), np.zeros(self.matrix.size)
-        last = self.iterations + settings.motion_solves
-        while self.iterations < last:
-            step, share = self._step_in_time(start, load, damping)
-            if share == 1.0:
-                damping /= settings.acceleration
-            elif share < SHORT_STEP:
-                damping *= settings.acceleration
-            if step is None:
-                continue
-            start, motion = self._evaluate(step.state, load), step.displacement
-            if self.is_balanced(start.unbalanced, load):
-                return Equilibrium(start.state, start.response, by_motion=True)
-            travelled += self.size_of_motion(motion)
-            if travelled > self.far(load):
-                return Collapse(start.state, motion)
-            if share == 1.0 and travelled > 10 * checked:
-                checked = travelled
-                endless = self._find_endless_motion(start, load)
-                if endless is not None:
-                    return Collapse(start.state, endless)
-        return Collapse(start.state, motion, is_far=False)
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
         """Return the displacement ``far`` along the motion if the forces out of balance stay the same.
