@@ -21,7 +21,7 @@ import numpy as np
 
 from load_steps.collapse_state import solve_collapse_state
 from load_steps.contact_law import Response
-from load_steps.equilibrium import Collapse, Equilibrium, EquilibriumSolver
+from load_steps.equilibrium import Collapse, Equilibrium, EquilibriumSolver, SlowMotion
 from load_steps.history import LoadHistory, LoadStep, load_step
 from load_steps.settings import IncrementalSettings
 from masonry_opt.answer.answer import Answer
@@ -42,6 +42,7 @@ class End(StrEnum):
     COLLAPSE = "equilibrium is lost"
     UNBOUNDED = "joints that press ever harder carry any multiple of the live load"
     UNSTABLE = "the dead load is not carried from rest"
+    SLOW = "the blocks still move after many steps: neither equilibrium nor collapse"
     UNDECIDED = "neither a collapse nor a proof that the load has no limit was found"
 
 
@@ -91,14 +92,16 @@ class IncrementalAnalysis:
         self.solver = EquilibriumSolver(problem, settings, compliance)
 
     @cached_property
-    def preload(self) -> Equilibrium | Collapse:
-        """Equilibrium under the dead load from rest, or the collapse under it."""
+    def preload(self) -> Equilibrium | Collapse | SlowMotion:
+        """Equilibrium under the dead load from rest, or the motion under it."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
         """Return the load history to its end. ``progress`` is called with each load step."""
         if isinstance(self.preload, Collapse):
             return IncrementalResult(End.UNSTABLE, LoadHistory(), collapse=self.preload)
+        if isinstance(self.preload, SlowMotion):
+            return IncrementalResult(End.SLOW, LoadHistory())
         return _LoadRaising(self.solver, self.preload, progress).run()
 
 
@@ -112,6 +115,7 @@ class _LoadRaising:
         self.progress = progress
         self.reached, self.carried = preload, 0.0
         self.not_carried = self.unreached = inf
+        self.slow: list[float] = []  # load factors of slow motions from the last equilibrium
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
         self.start = preload.state.d
@@ -129,8 +133,8 @@ class _LoadRaising:
     def run(self) -> IncrementalResult:
         """Return the result."""
         for _ in range(self.settings.increments):
-            if self._is_bracketed():
-                return self._result(End.COLLAPSE if self.collapse.is_far else End.UNDECIDED)
+            if self._is_bracketed() or (self.slow and self.not_carried < inf):
+                return self._result(End.COLLAPSE)
             if self.carried > self.settings.largest_load * self.unit:
                 break
             if self.not_carried < inf:
@@ -140,6 +144,8 @@ class _LoadRaising:
             if increment == inf:
                 return self._result(End.UNBOUNDED)
             self._raise_to(self.carried + increment)
+            if self.slow and not self._pass_slow_motion():
+                return self._result(End.SLOW)
         return self._result(End.UNDECIDED)
 
     def _raise_to(self, load_factor: float) -> None:
@@ -151,11 +157,22 @@ class _LoadRaising:
             self._go_on_from(found, load_factor)
             self.unreached = self.not_carried
             return
-        self.not_carried = self.unreached = load_factor
-        self.collapse = found
+        self.unreached = load_factor
+        if isinstance(found, SlowMotion):
+            self.slow.append(load_factor)
+            return
+        self.not_carried, self.collapse = load_factor, found
         state = solve_collapse_state(self.solver, found, load_factor)
         is_between = state is not None and _is_between(state, self.carried, self.not_carried)
         self.state = state if is_between else None
+
+    def _pass_slow_motion(self) -> bool:
+        """Raise the load beyond a slow motion; return False if motions under higher loads are slow too."""
+        slow, increment = self.slow[0], self.settings.smallest_increment
+        while self.slow and self.not_carried == inf and increment < self.settings.largest_increment:
+            self._raise_to(slow * (1 + increment))
+            increment *= 2
+        return not self.slow or self.not_carried < inf
 
     def _reach(self, load_factor: float) -> bool:
         """Raise the load if Newton's method finds the equilibrium under it, and return True if so."""
@@ -172,6 +189,7 @@ class _LoadRaising:
         before, last = self.reached.response, self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
         self.__dict__.pop("rate", None)
+        self.slow = []
         self._record(found, before)
         if self.state is not None and not _is_between(self.state, self.carried, self.not_carried):
             self.state = None
@@ -259,4 +277,6 @@ class _LoadRaising:
 
     def _result(self, end: End) -> IncrementalResult:
         history = LoadHistory(tuple(self.steps))
-        return IncrementalResult(end, history, self.carried, self.not_carried, self.state, self.collapse)
+        is_narrow = self.not_carried - self.carried <= self.settings.smallest_increment * self.not_carried
+        state = self.state if is_narrow else None
+        return IncrementalResult(end, history, self.carried, self.not_carried, state, self.collapse)

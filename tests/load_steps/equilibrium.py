@@ -15,7 +15,7 @@ implicit Euler method,
 solved by Newton's method until the residual is a share ``motion`` of the forces out of balance at the start.
 The first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). Where contacts
 open, close, slip or stick so that no iteration is, the step ends where the residual of the first direction
-reaches that share. The damping falls after whole steps and grows after short ones.
+reaches that share. The damping falls after whole steps and grows after parts.
 """
 
 from dataclasses import dataclass
@@ -40,9 +40,6 @@ SUFFICIENT_DECREASE = 1e-4
 #: Newton iterations of a step in time at most. In the plane the first decides; in space directions of slip
 #: turn, and a second or third iteration saves a shorter step.
 NEWTON_PER_STEP = 3
-
-#: Length of a step in time, relative to the whole step, below which the next one is damped more.
-SHORT_STEP = 0.2
 
 #: Length of the shortest step in time, relative to the whole step. Shorter ones are tried again with more
 #: damping.
@@ -74,11 +71,17 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Collapse:
-    """A motion beyond ``far``, or one that ran out of solves before."""
+    """A motion beyond ``far``."""
 
     state: BlockState  #: during the motion
-    motion: np.ndarray  #: displacement of the last time step, shape (3b,)
-    is_far: bool = True  #: False if the blocks had moved less than ``far`` when the solves ran out
+    motion: np.ndarray  #: displacement with which the motion goes on from there, shape (3b,)
+
+
+@dataclass(frozen=True)
+class SlowMotion:
+    """A motion that ended neither in equilibrium nor beyond ``far`` after ``motion_solves``."""
+
+    state: BlockState  #: at the end
 
 
 @dataclass(frozen=True)
@@ -128,7 +131,7 @@ class EquilibriumSolver:
 
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
-    ) -> Equilibrium | Collapse:
+    ) -> Equilibrium | Collapse | SlowMotion:
         """Return the equilibrium that the blocks reach from a state under a load (3b,), or their collapse.
 
         Newton's method starts from the predictor, a displacement (3b,); by default from none.
@@ -143,32 +146,29 @@ class EquilibriumSolver:
         step = self._solve(state, load, predictor)
         return None if step is None else Equilibrium(step.state, step.response, by_motion=False)
 
-    def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse:
+    def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
         """Follow the damped motion (2) to rest, to a collapse, or until it has taken too many solves."""
         settings, damping = self.settings, self.settings.damping
         travelled = checked = 0.0
-        start, motion = self._evaluate(state, load), np.zeros(self.matrix.size)
+        start = self._evaluate(state, load)
         last = self.iterations + settings.motion_solves
         while self.iterations < last:
             step, share = self._step_in_time(start, load, damping)
-            if share == 1.0:
-                damping /= settings.acceleration
-            elif share < SHORT_STEP:
-                damping *= settings.acceleration
+            damping *= settings.acceleration if share < 1.0 else 1 / settings.acceleration
             if step is None:
                 continue
-            start, motion = self._evaluate(step.state, load), step.displacement
+            start = self._evaluate(step.state, load)
             if self.is_balanced(start.unbalanced, load):
                 return Equilibrium(start.state, start.response, by_motion=True)
-            travelled += self.size_of_motion(motion)
+            travelled += self.size_of_motion(step.displacement)
             if travelled > self.far(load):
-                return Collapse(start.state, motion)
+                return Collapse(start.state, step.displacement)
             if share == 1.0 and travelled > 10 * checked:
                 checked = travelled
                 endless = self._find_endless_motion(start, load)
                 if endless is not None:
                     return Collapse(start.state, endless)
-        return Collapse(start.state, motion, is_far=False)
+        return SlowMotion(start.state)
 
     def trial_change(self, displacement: np.ndarray) -> np.ndarray:
         """Return the change of the trial forces, shape (3, m), under a displacement (3b,): -k Bᵀd."""

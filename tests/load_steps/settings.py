@@ -54,8 +54,8 @@ class IncrementalSettings:
     #: Damping at the start of a motion, relative to the elastic stiffness. If smaller, the first steps may
     #: be too long and are taken in part; if larger, the motion takes more steps.
     damping: float = 1.0
-    #: Factor by which the damping falls after a whole step in time, and grows after a short one. If smaller,
-    #: the motion takes more steps; if larger, more of them are too long.
+    #: Factor by which the damping falls after a whole step in time, and grows after a part of one. If
+    #: smaller, the motion takes more steps; if larger, more of them are too long.
     acceleration: float = 4.0
     #: Residual of a step in time, relative to the forces out of balance at its start. If smaller, steps are
     #: shorter or take more iterations; if larger, the motion is less accurate.
