@@ -176,7 +176,6 @@ class Session:
             return none.telling(reason(Code.DILATANCY_FALLS))
         if problem.joints > IncrementalSettings().most_joints:
             return none.telling(reason(Code.NOT_EXPECTED, **size_of(problem)))
-        effort.begins("incremental analysis")
         solver = find_solver(MATRICES, None)
         effort.uses(solver.name, "incremental analysis")
         with effort.measure("expected"):

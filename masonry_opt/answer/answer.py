@@ -26,8 +26,7 @@ class Certificate:
     equilibrium: largest entry of B q + λ f_L + f_D, over the total dead load.
     yield_: largest violation of the true friction law, of n ≥ 0 or of rocking, as a force in median
         block weights.
-    flow: largest departure of Bᵀd (and what elastic contacts give) from the flow rule, over the largest
-        velocity.
+    flow: largest departure of Bᵀd from the flow rule, over the largest velocity.
     complementarity: Σ|z p| over the live load's work: energy of what moves without being at yield,
         in units of λ. (For associative flow: by how much λ can be off.) Where friction exceeds one, and what
         sliding opens, slacks of sliding are counted as normal forces.
@@ -54,14 +53,14 @@ def certify(
     """Residuals of joint forces q (3c,) and block velocities d (3b,) under a flow rule, which demands the
     slope (k,), opening per unit slip, of joints that can slide: μ if associative, tan φ₀ for their own."""
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
-    z, p = problem.slacks(q), problem.rates(d, slope, q)
+    z, p = problem.slacks(q), problem.rates(d, slope)
     # With μ = 1e6 slip of 1e-14, rounding, would waste 1e-8 of a force.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
         equilibrium=float(np.abs(problem.unbalanced(load_factor, q)).max() / total_dead),
         yield_=max(0.0, -float(z.min())),
-        flow=float(np.abs(problem.departure(d, p, slope, q)).max() / (np.abs(d).max() or 1.0)),
+        flow=float(np.abs(problem.departure(d, p, slope)).max() / (np.abs(d).max() or 1.0)),
         complementarity=problem.energy(q, p / steep) / abs(live_work),
     )
 
@@ -108,7 +107,6 @@ class Answer(Found):
     q: np.ndarray
     d: np.ndarray
     slope: np.ndarray
-    compliance: np.ndarray | None  #: of the contacts under which it was certified, as a problem has it
     certificate: Certificate  #: residuals of the scene as a whole
     residuals: dict[str, float]  #: everything that the limits of acceptance are for
 
@@ -122,9 +120,8 @@ class Answer(Found):
         return not self.failing(Kind.EXACT)
 
     def certified_by(self, problem: Problem, slope: np.ndarray) -> "Answer":
-        """The state under a flow rule (k,) and a problem's contacts and laws: itself if all are its own."""
-        same = self.compliance is problem.compliance and self.forms == problem.forms
-        if same and np.array_equal(self.slope, slope):
+        """Return the state under a flow rule (k,) and a problem's laws, itself if they are its own."""
+        if self.forms == problem.forms and np.array_equal(self.slope, slope):
             return self
         return certified(problem, self.load_factor, self.q, self.d, slope)
 
@@ -161,7 +158,6 @@ def certified(
         d=d,
         slope=slope,
         forms=problem.forms,
-        compliance=problem.compliance,
         certificate=certificate,
         residuals=residuals,
     )

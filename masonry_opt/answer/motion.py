@@ -28,7 +28,7 @@ class JointMotion:
 def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = None) -> JointMotion:
     """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
 
-    Neither what contacts give elastically nor opening by the answer's flow rule counts. Motions are beside a
+    Opening by the flow rule of the answer does not count. Motions are relative to a
     speed, by default that of the mechanism's fastest corner. Without force a joint that opens in the middle
     while an edge stays hinges about it, or separates if it slips. In space a joint slides if a contact point
     slips while it touches, hinges if it opens more at some points than at others that touch.
@@ -40,10 +40,10 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)
     # By sides a point that slides between two of their senses opens by less than by the cone.
-    rates = problem.rates(solution.d, slope, solution.q)
+    rates = problem.rates(solution.d, slope)
     explained[problem.sliding] = slope * problem.slip(rates)
     dimension, of_point = problem.layout.dimension, assembly.of_point
-    motion = problem.motion(solution.d, solution.q)
+    motion = problem.motion(solution.d)
     slip = np.hypot.reduce(np.abs(problem.shears(motion)), axis=0)[of_point]
     speed = speed or fastest(assembly, solution.d)
     # Opening of each contact point beside what the flow rule demands.

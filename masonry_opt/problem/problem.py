@@ -26,7 +26,7 @@ class State:
 
 
 #: Arrays that problems of one program have in common.
-_GIVEN = ("dead", "live", "compliance", "settled", "crushing_force", "lowest", "highest")
+_GIVEN = ("dead", "live", "settled", "crushing_force", "lowest", "highest")
 
 _T = TypeVar("_T")
 _ToArray = Callable[[np.ndarray], np.ndarray]
@@ -66,10 +66,7 @@ class Problem:
     dead: np.ndarray  #: load f_D, shape (3b,)
     live: np.ndarray  #: load f_L, shape (3b,)
     force_unit: float  #: what a dimensionless force is multiplied by
-    #: Motion of a joint per unit of each of its forces, shape (3c,); None where contacts are rigid.
-    compliance: np.ndarray | None = None
-    #: Forces (3c,) from which on contacts give; None: from zero. Where they are rigid: those known to carry
-    #: the dead load from rest.
+    #: Joint forces (3c + t,) under the dead load, from which load histories start; None where not known.
     settled: np.ndarray | None = None
 
     B = Of[sp.csr_array]("matrices")
@@ -198,14 +195,12 @@ class Problem:
 
     def slip_speed(self, d: np.ndarray) -> np.ndarray:
         """Speed of slip in each joint, shape (c,), under block velocities, shape (3b,)."""
-        return np.hypot.reduce(np.abs(self.shears(self.motion(d, None))), axis=0)
+        return np.hypot.reduce(np.abs(self.shears(self.motion(d))), axis=0)
 
-    def motion(self, d: np.ndarray, q: np.ndarray | None) -> np.ndarray:
-        """Motion that the flow rule must explain, shape (3c,): Bᵀd, and what contacts give under forces q."""
+    def motion(self, d: np.ndarray) -> np.ndarray:
+        """Return the motion that the flow rule must explain, Bᵀd, shape (3c,)."""
         moved: np.ndarray = self.B.T @ d
-        if self.compliance is None or q is None:
-            return moved
-        return np.asarray(moved + self.compliance * (q if self.settled is None else q - self.settled))
+        return moved
 
     @property
     def columns_of_sliding(self) -> np.ndarray:
@@ -263,15 +258,16 @@ class Problem:
         crushing = self.by_strength.energy(z[self.bent], p[self.bent], at_points) if at_points.size else 0.0
         return sliding + crushing + float(others.sum())
 
-    def rates(self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None) -> np.ndarray:
-        """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,): velocities d
-        (3b,), openings per unit slip (k,), and forces q (3c,) under which contacts give, if they do.
+    def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """Return rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
+
+        Arguments are velocities d (3b,) and openings per unit slip (k,).
 
         Slip gives the sliding rates, of one sense only, in space of the two next to its direction; what
         points open beyond what sliding explains gives the rocking rates, in the plane half of it. Where that
         is negative, ``Bᵀd − D p`` is the violation of the flow rule.
         """
-        motion = self.motion(d, q)
+        motion = self.motion(d)
         opening, slides = self.at_points(motion), self.layout.rates(self.shears(motion)[:, self.sliding])
         opening[:, self.sliding] -= slope * self.by_friction.speed(slides)
         crush = np.zeros(0)
@@ -289,12 +285,10 @@ class Problem:
         """What joint forces and loads leave of equilibrium, eq. (1), shape (3b,)."""
         return self.B @ q + load_factor * self.live + self.dead
 
-    def departure(
-        self, d: np.ndarray, p: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None
-    ) -> np.ndarray:
-        """What is left of the flow rule of a slope, Bᵀd − D p, (3c,), with what contacts give under q."""
+    def departure(self, d: np.ndarray, p: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """Return what is left of the flow rule of a slope, Bᵀd − D p, shape (3c,)."""
         flow = self.true_yield if slope is self.friction else self.C(slope)
-        left = self.motion(d, q) - flow.T @ p
+        left = self.motion(d) - flow.T @ p
         if self.by_friction.conic:
             of_sides = self.limit_factors.T @ p
             left[self.sliding] += slope * (of_sides - self.slip(p))

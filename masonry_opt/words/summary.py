@@ -286,7 +286,7 @@ def _range(result: Outcome) -> str:
 
 def _programs(result: Outcome) -> str:
     if not result.lp_solves and not result.nlp_solves:
-        return f"none: {counted(result.iterations, 'Newton step')}" if result.iterations else ""
+        return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
     cones = "" if result.size.contacts is None else " or of cones"
     return f"{result.lp_solves} linear{cones}{nonlinear} ({counted(result.iterations, 'solver iteration')})"

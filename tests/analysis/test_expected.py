@@ -87,8 +87,11 @@ def test_blocks_that_move_on_without_load_leave_the_largest_load():
 
 @pytest.mark.parametrize("method", ["mcp", "nonassociative", "mpec", "refined", "global"])
 def test_every_coulomb_method_tells_it_and_its_answer_is_the_same(method, asked):
-    """It is asked for once, whatever methods are asked on the way. Steps are the method's own; where it begins
-    with a load history, that of the incremental load factor stands for it."""
+    """It is asked for once, whatever methods are asked on the way.
+
+    Steps are the method's own. A method that begins with a load history takes that of the incremental load
+    factor.
+    """
     steps, without = [], []
     result = mo.solve(two_blocks(), method, progress=steps.append)
     assert len(asked) == 1
@@ -139,7 +142,10 @@ def test_where_there_is_none_the_reason_says_why(asked):
 
 
 def test_an_associative_load_factor_that_is_none_is_looked_for_once(watched, certificates):
-    """No load history ends in an exact state, and statics of a block between floor and ceiling carry any multiple of its load."""
+    """No load history ends in an exact state.
+
+    Statics of a block between floor and ceiling carry any multiple of its load.
+    """
     certificates(1.0)
     solved = watched(associative, "associative")
     result = mo.solve(confined(0.5)(CASES), expected=False)

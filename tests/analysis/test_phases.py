@@ -34,11 +34,10 @@ def test_each_sub_problem_is_told_before_it_is_solved():
     assert order[-1] == "exact forces"
 
 
-def test_a_push_and_what_follows_it():
+def test_a_load_history_and_what_follows_it():
     assert phases_of(WALLS[0], "mcp")[1] == [
         *FIRST,
         "incremental analysis",
-        "pushed from rest",
         "method 'mcp'",
         "exact states nearby",
         "associative load factor",

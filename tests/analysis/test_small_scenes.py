@@ -92,31 +92,36 @@ def as_drawn(monkeypatch):
 
 
 def test_corners_moved_by_rounding_leave_no_trace():
-    """Contacts of the copies are aligned: λ of the exact wall in seven digits, and a ray as there."""
+    """Contacts of the copies are aligned: λ of the exact wall in seven digits.
+
+    The incremental load factor agrees in six digits: where slip is remembered, the 1e-8 that weights and
+    centroids of the copies are off grow along the load history.
+    """
     scene = random_scene("wall", 710_040)
     exact, *copies = (solved(of, expected=True) for of in (scene, moved(scene, 3), moved(scene, 4)))
     for copy in copies:
         assert copy.load_factor == pytest.approx(exact.load_factor, rel=1e-7)
-        assert copy.expected == pytest.approx(exact.expected, rel=1e-7)
+        assert copy.expected == pytest.approx(exact.expected, rel=2e-6)
         assert values_of(copy.at_expected, Code.COLLAPSE) is not None
 
 
-def test_joints_askew_by_rounding_leave_the_load_to_expect(as_drawn):
-    """Beds of this copy are askew so that λ grows by 1e-9 a motion: it is 4.645 for four decades and would be
-    7.796 in the end."""
+def test_joints_askew_by_rounding_leave_the_incremental_load_factor(as_drawn):
+    """Beds of this copy are askew so that λ grows by 1e-9 a motion.
+
+    Far along the motion the joints jam, and λ would be 7.796.
+    """
     scene = random_scene("wall", 710_040)
     exact, askew = solved(scene, "compliant"), solved(moved(scene, 3), "compliant")
-    assert values_of(exact, Code.RAY) is not None
-    assert values_of(askew, Code.LEVEL)["steps"] == len(askew.history)
+    assert values_of(exact, Code.COLLAPSE) is not None
     assert askew.expected == pytest.approx(exact.expected, rel=1e-3)
 
 
-def test_a_higher_load_on_the_way_to_where_it_stays_is_the_one_to_expect(as_drawn):
+def test_joints_askew_by_rounding_leave_a_load_that_falls(as_drawn):
+    """Blocks move on under a lower load than the largest, in both copies."""
     scene = random_scene("wall", 720_037)
-    ray, level = (solved(moved(scene, copy), "compliant") for copy in (3, 5))
-    assert [result.expected_reasons[0].code for result in (ray, level)] == [Code.RAY, Code.LEVEL]
-    assert (level.end, level.expected) == pytest.approx((ray.end, ray.expected), rel=1e-3)
-    assert level.end < 0.97 * level.expected
+    one, other = (solved(moved(scene, copy), "compliant") for copy in (3, 5))
+    assert one.expected == pytest.approx(other.expected, rel=1e-3)
+    assert one.solution.load_factor < 0.98 * one.expected
 
 
 @pytest.mark.slow
@@ -125,7 +130,8 @@ def test_copies_of_walls_moved_by_rounding_end_in_one_state(seed):
     """Seeds that played no part in choosing what breaks ties. Of 50 walls in ten copies one differs."""
     results = [solved(moved(random_scene("wall", seed), copy), expected=True) for copy in range(3)]
     assert len({result.status for result in results}) == 1
-    assert {result.expected_reasons[0].code for result in results} <= {Code.COLLAPSE, Code.RANGE, Code.UNBOUNDED}
+    ends = {Code.COLLAPSE, Code.RANGE, Code.UNBOUNDED}
+    assert {result.expected_reasons[0].code for result in results} <= ends
     if results[0].load_factor is not None:
         found, expected = ([getattr(of, name) for of in results] for name in ("load_factor", "expected"))
         assert max(found) / min(found) - 1 < 1e-6

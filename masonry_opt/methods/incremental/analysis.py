@@ -25,7 +25,12 @@ from masonry_opt.answer.motion import weightless
 from masonry_opt.effort import Effort
 from masonry_opt.methods.incremental.collapse_state import solve_collapse_state
 from masonry_opt.methods.incremental.contact_law import mean_force_and_compliance
-from masonry_opt.methods.incremental.equilibrium import Collapse, Equilibrium, EquilibriumSolver
+from masonry_opt.methods.incremental.equilibrium import (
+    Collapse,
+    Equilibrium,
+    EquilibriumSolver,
+    SlowMotion,
+)
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.incremental.stiffness import StiffnessMatrix
 from masonry_opt.methods.task import Task
@@ -35,8 +40,9 @@ from masonry_opt.problem.problem import Problem
 #: third both loads together lie closer than the tolerance.
 NEXT_TO_EXACT = 1 / 3
 
-#: Relative rounding within which an exact state lies between two loads.
-ROUNDING = 1e-9
+#: Relative distance from the bracket of an exact state that counts as its limit. Where slip directions turn
+#: towards a mechanism, elastic contacts carry some 1e-6 more than the state that they approach.
+ROUNDING = 1e-5
 
 
 class End(StrEnum):
@@ -45,6 +51,7 @@ class End(StrEnum):
     COLLAPSE = "equilibrium is lost"
     UNBOUNDED = "joints that press ever harder carry any multiple of the live load"
     UNSTABLE = "the dead load is not carried from rest"
+    SLOW = "the blocks still move after many steps: neither equilibrium nor collapse"
     UNDECIDED = "neither a collapse nor a proof that the load has no limit was found"
 
 
@@ -104,20 +111,22 @@ class IncrementalAnalysis:
         self.solver = EquilibriumSolver(problem, settings, compliance, matrix)
 
     @cached_property
-    def preload(self) -> Equilibrium | Collapse:
-        """Equilibrium under the dead load from rest, or the collapse under it."""
+    def preload(self) -> Equilibrium | Collapse | SlowMotion:
+        """Equilibrium under the dead load from rest, or the motion under it."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
         """Return the load history to its end. ``progress`` is called with each load step."""
         if isinstance(self.preload, Collapse):
             return IncrementalResult(End.UNSTABLE, LoadHistory(), collapse=self.preload)
+        if isinstance(self.preload, SlowMotion):
+            return IncrementalResult(End.SLOW, LoadHistory())
         return _LoadRaising(self.solver, self.preload, progress).run()
 
     @property
     def preload_forces(self) -> np.ndarray | None:
         """Joint forces (3c + t,) under the dead load from rest; None if it is not carried."""
-        if isinstance(self.preload, Collapse):
+        if not isinstance(self.preload, Equilibrium):
             return None
         return self.solver.law.of_problem(self.preload.response.forces)
 
@@ -170,7 +179,8 @@ class _LoadRaising:
         self.solver, self.problem, self.settings = solver, solver.problem, solver.settings
         self.progress = progress
         self.reached, self.carried = preload, 0.0
-        self.not_carried = inf
+        self.not_carried = self.unreached = inf
+        self.slow: list[float] = []  # load factors of slow motions from the last equilibrium
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
         self.state_in_motion: Answer | None = None
@@ -181,29 +191,41 @@ class _LoadRaising:
         self.last_increment = inf
         self._record(preload)
 
+    @cached_property
+    def rate(self) -> np.ndarray:
+        """Displacement per load factor at the last equilibrium by its tangent, shape (3b,)."""
+        return self.solver.solve_linear(self.reached.response.tangent, 0.0, self.problem.live)
+
     def run(self) -> IncrementalResult:
         """Return the result."""
         for _ in range(self.settings.increments):
-            if self._is_bracketed():
+            if self._is_bracketed() or (self.slow and self.not_carried < inf):
                 return self._result(End.COLLAPSE)
             if self.carried > self.settings.largest_load * self.unit:
-                return self._result(End.UNDECIDED)
-            rate = self.solver.solve_linear(self.reached.response.tangent, 0.0, self.problem.live)
-            increment = self._choose_increment(rate)
-            if self.not_carried == inf:
-                increment = self._extend_linearly(increment, rate)
-                if increment == inf:
-                    return self._result(End.UNBOUNDED)
-            self._raise(increment, rate)
+                break
+            if self.not_carried < inf:
+                self._narrow()
+                continue
+            increment = self._extend_linearly(self._choose_increment())
+            if increment == inf:
+                return self._result(End.UNBOUNDED)
+            self._raise_to(self.carried + increment)
+            if self.slow and not self._pass_slow_motion():
+                return self._result(End.SLOW)
         return self._result(End.UNDECIDED)
 
-    def _raise(self, increment: float, rate: np.ndarray) -> None:
-        """Raise the load by an increment; the rate is the displacement (3b,) per load factor."""
-        load_factor = self.carried + increment
-        found = self.solver.equilibrate(self.reached.state, self._load(load_factor), increment * rate)
+    def _raise_to(self, load_factor: float) -> None:
+        """Raise the load until the blocks are in equilibrium or collapse."""
+        if load_factor < self.unreached and self._reach(load_factor):
+            return
+        found = self.solver.move(self.reached.state, self._load(load_factor))
         if isinstance(found, Equilibrium):
-            self.reached, self.carried, self.last_increment = found, load_factor, increment
-            self._record(found)
+            self._go_on_from(found, load_factor)
+            self.unreached = self.not_carried
+            return
+        self.unreached = load_factor
+        if isinstance(found, SlowMotion):
+            self.slow.append(load_factor)
             return
         self.not_carried, self.collapse = load_factor, found
         state = solve_collapse_state(self.solver, found, load_factor)
@@ -212,53 +234,101 @@ class _LoadRaising:
         is_lower = state is not None and not is_between and state.load_factor < self.carried
         self.state_in_motion = state if is_lower else None
 
-    def _choose_increment(self, rate: np.ndarray) -> float:
+    def _pass_slow_motion(self) -> bool:
+        """Raise the load beyond a slow motion; return False if motions under higher loads are slow too."""
+        slow, increment = self.slow[0], self.settings.smallest_increment
+        while self.slow and self.not_carried == inf and increment < self.settings.largest_increment:
+            self._raise_to(slow * (1 + increment))
+            increment *= 2
+        return not self.slow or self.not_carried < inf
+
+    def _reach(self, load_factor: float) -> bool:
+        """Raise the load if Newton's method finds the equilibrium under it, and return True if so."""
+        predictor = (load_factor - self.carried) * self.rate
+        found = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
+        if found is None:
+            self.unreached = load_factor
+            return False
+        self._go_on_from(found, load_factor)
+        return True
+
+    def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
+        """Go on from an equilibrium under a higher load."""
+        last = self.carried
+        self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
+        self.__dict__.pop("rate", None)
+        self.slow = []
+        self._record(found)
+        if self.state is not None and not _is_between(self.state, self.carried, self.not_carried):
+            self.state = None
+
+    def _choose_increment(self) -> float:
         """Return the next increment of the load factor."""
-        if self.not_carried < inf:
-            return self._choose_within_bracket()
         settings, solver = self.settings, self.solver
-        load_factor = max(self.carried, settings.tolerance * self.unit)
+        load_factor = max(self.carried, settings.smallest_increment * self.unit)
         if self.reached.by_motion:
             # The contacts that slipped in the motion may stick now: a small increment finds out.
             return settings.tolerance * load_factor
         forces = max(1.0, solver.size(self.reached.response.forces))
-        by_forces = settings.increment * forces / solver.size_of_motion(rate)
+        by_forces = settings.increment * forces / solver.size_of_motion(self.rate)
         largest = settings.largest_increment * max(self.carried, self.unit)
         least = settings.smallest_increment * load_factor
         return max(least, min(by_forces, largest, 2 * self.last_increment))
 
-    def _choose_within_bracket(self) -> float:
-        """Return the increment to just below or above an exact state, or to the middle of the bracket."""
-        if self.state is not None:
-            apart = NEXT_TO_EXACT * self.settings.tolerance * self.state.load_factor
-            for load_factor in (self.state.load_factor - apart, self.state.load_factor + apart):
-                if self.carried < load_factor < self.not_carried:
-                    return load_factor - self.carried
-        return (self.not_carried - self.carried) / 2
+    def _narrow(self) -> None:
+        """Raise the load that is carried, or lower the one that is not.
 
-    def _extend_linearly(self, increment: float, rate: np.ndarray) -> float:
+        Beside an exact state these are loads just below and above it. Newton's method alone tries the load
+        above: if it succeeds, the state is not the limit. Without an exact state it is the load in the middle
+        of that which is carried and the least that Newton's method did not reach. Once both are close the
+        blocks move.
+        """
+        if self.state is not None:
+            below, above = self._beside(self.state)
+            if self.carried < below:
+                self._raise_to(below)
+            elif self.unreached > above:
+                self._reach(above)
+            else:
+                self._raise_to(self.state.load_factor * (1 + self.settings.smallest_increment / 2))
+        elif self.unreached - self.carried > self.settings.tolerance * self.unreached:
+            self._reach((self.carried + self.unreached) / 2)
+        else:
+            self._raise_to(self.unreached)
+
+    def _beside(self, state: Answer) -> tuple[float, float]:
+        """Return load factors just below and above that of an exact state, within the bracket."""
+        apart = NEXT_TO_EXACT * self.settings.tolerance * state.load_factor
+        return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
+
+    def _extend_linearly(self, increment: float) -> float:
         """Return the increment, doubled as long as it meets no event; infinity if it never does."""
-        limit = self.settings.unbounded * max(self.carried, self.unit, 1 / self.solver.size_of_motion(rate))
+        limit = self.settings.unbounded * max(
+            self.carried, self.unit, 1 / self.solver.size_of_motion(self.rate)
+        )
         longer = increment
-        while self._is_linear_up_to(longer, rate):
+        while self._is_linear_up_to(longer):
             if longer > limit:
                 return inf
             increment, longer = longer, 2 * longer
         return increment
 
-    def _is_linear_up_to(self, increment: float, rate: np.ndarray) -> bool:
+    def _is_linear_up_to(self, increment: float) -> bool:
         """Return True if the contacts balance the load after an increment at the rate of the tangent."""
-        trial = self.reached.state.trial + increment * self.solver.trial_change(rate)
+        trial = self.reached.state.trial + increment * self.solver.trial_change(self.rate)
         load = self._load(self.carried + increment)
         return self.solver.is_balanced(self.solver.unbalanced(self.solver.law.respond(trial), load), load)
 
     def _is_bracketed(self) -> bool:
         """Return True if the collapse is known well enough."""
         gap = self.not_carried - self.carried
-        if self.state is not None and gap <= self.settings.smallest_increment * self.not_carried:
-            return True
         zero = self.settings.tolerance * self.settings.smallest_increment * self.unit
-        return gap <= max(self.settings.tolerance * self.not_carried, zero) and self.not_carried < inf
+        if gap <= max(self.settings.tolerance * self.not_carried, zero):
+            return self.not_carried < inf
+        if self.state is None or gap > self.settings.smallest_increment * self.not_carried:
+            return False
+        below, above = self._beside(self.state)
+        return below <= self.carried and self.unreached <= above
 
     def _load(self, load_factor: float) -> np.ndarray:
         load: np.ndarray = self.problem.dead + load_factor * self.problem.live
@@ -281,12 +351,13 @@ class _LoadRaising:
         self.progress(step)
 
     def _result(self, end: End) -> IncrementalResult:
+        is_narrow = self.not_carried - self.carried <= self.settings.smallest_increment * self.not_carried
         return IncrementalResult(
             end,
             LoadHistory(tuple(self.steps)),
             self.carried,
             self.not_carried,
-            self.state,
+            self.state if is_narrow else None,
             self.state_in_motion,
             self.collapse,
         )

@@ -34,6 +34,10 @@ from masonry_opt.problem.problem import Problem
 #: are remembered at the limit are there to some 1e-16.
 AT_LIMIT = 1e-10
 
+#: Force, relative to the mean contact force, up to which a contact counts as touched but not pressed: it is
+#: closed and sticks. Joints that the dead load does not press have forces of zero, up to rounding.
+TOUCHING = 1e-11
+
 #: Newton iterations for the slip of joints that dilate, at most. Piecewise linear equations of one unknown
 #: with two breakpoints need four; with the chords of the strength some more.
 SLIP_ITERATIONS = 60
@@ -74,8 +78,13 @@ class Response:
 class ContactLaw:
     """Return mapping of all joints and limited forces of a problem. See the docstring of the module."""
 
-    def __init__(self, problem: Problem, compliance: np.ndarray) -> None:
-        """``compliance`` is the motion of each force of the problem per unit of force, shape (3c + t,)."""
+    def __init__(self, problem: Problem, compliance: np.ndarray, mean_force: float = 1.0) -> None:
+        """Set up the law of a problem.
+
+        ``compliance`` is the motion of each force of the problem per unit of force, shape (3c + t,), and
+        ``mean_force`` the mean contact force under the dead load.
+        """
+        self._touching = TOUCHING * mean_force
         joints = problem.joints
         self.joints, self.points = joints, problem.layout.points
         self.stiffness = 1 / by_joint(compliance, joints, fill=1.0)
@@ -135,7 +144,7 @@ class ContactLaw:
         n, tangent[normal, normal] = self._press(trial[normal])
         limit = self.cohesion + self.friction * n.sum(axis=0)
         # A joint without any force, as before the dead load acts, sticks.
-        untouched = (size == 0) & (trial[normal].max(axis=0) >= 0)
+        untouched = (size <= self._touching) & (trial[normal].max(axis=0) >= -self._touching)
         slides = self.can_slide & (size >= (1 - AT_LIMIT) * limit) & ~untouched
         remembered[normal] = trial[normal]
         if self._dilates:
@@ -176,8 +185,8 @@ class ContactLaw:
 
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return normal forces (points, c) and their derivative (points, points, c), eq. (1) with P = 0."""
-        closed = trial >= 0
-        forces, rates = np.where(closed, trial, 0.0), np.zeros((self.points, *trial.shape))
+        closed = trial >= -self._touching
+        forces, rates = np.maximum(trial, 0.0), np.zeros((self.points, *trial.shape))
         for point in range(self.points):
             rates[point, point] = closed[point]
         crushing = self.strength.joints

@@ -3,22 +3,23 @@
 From a state, a displacement d of the blocks changes the trial forces of the contacts to q~ - k Bᵀd. The
 blocks are in equilibrium under a load f if the forces q of the contact law balance it:
 
-    (1)  B q(q~ - k Bᵀd) + f = 0
+    (1)  r(d) = B q(q~ - k Bᵀd) + f = 0
 
 Friction without dilatancy has no potential: near the state (1) may have no solution, or several. Where
-Newton's method fails, the blocks therefore move by implicit Euler steps of a motion with the viscous
-damping η,
+Newton's method fails, the blocks therefore move against a viscous damping η until they are in equilibrium
+again, or have moved ``far``: a collapse. Each time step, from the state after the last one, is one of the
+implicit Euler method,
 
-    (2)  B (q(q~ - k Bᵀd) - η k Bᵀd) + f = 0,
+    (2)  r(d) - η B k Bᵀd = 0,
 
-each from the state after the last one, which remembers the slip. The damping falls after steps that succeed
-and grows after each that fails. Either the blocks come to rest in a new equilibrium, or they move on
-without end: a collapse. A motion has no end if the forces out of balance stay the same up to the
-displacement ``far``.
+solved by Newton's method until the residual is a share ``motion`` of the forces out of balance at the start.
+The first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). Where contacts
+open, close, slip or stick so that no iteration is, the step ends where the residual of the first direction
+reaches that share. The damping falls after whole steps and grows after parts.
 """
 
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -43,6 +44,19 @@ UNRESISTED = 1e-3
 #: Motion of the contacts over that of the blocks below which a motion moves no joint. It covers rounding.
 NO_JOINT_MOVES = 1e-9
 
+#: Newton iterations of a step in time at most. In the plane the first decides; in space directions of slip
+#: turn, and a second or third iteration saves a shorter step.
+NEWTON_PER_STEP = 3
+
+#: Length of the shortest step in time, relative to the whole step. Shorter ones are tried again with more
+#: damping.
+SHORTEST_STEP = 1 / 32
+
+#: Change of the forces out of balance along the motion up to ``far``, relative to them, of a motion without
+#: end. If smaller, such motions are recognised later; if larger, a contact that stops the blocks may be
+#: missed.
+STEADY = 1e-2
+
 
 @dataclass(frozen=True)
 class BlockState:
@@ -63,20 +77,28 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Collapse:
-    """A motion without end."""
+    """A motion beyond ``far``."""
 
     state: BlockState  #: during the motion
     motion: np.ndarray  #: displacement with which the motion goes on from there, shape (3b,)
 
 
 @dataclass(frozen=True)
+class SlowMotion:
+    """A motion that ended neither in equilibrium nor beyond ``far`` after ``motion_solves``."""
+
+    state: BlockState  #: at the end
+
+
+@dataclass(frozen=True)
 class _Step:
-    """A solution of (1) or (2)."""
+    """Displacements from a state, and the response to them."""
 
     state: BlockState
     response: Response
     displacement: np.ndarray  #: d, shape (3b,)
-    unbalanced: np.ndarray  #: forces out of balance without damping, shape (3b,)
+    unbalanced: np.ndarray  #: r, shape (3b,)
+    residual: np.ndarray  #: of (2), or of (1) without damping, shape (3b,)
 
 
 class EquilibriumSolver:
@@ -104,7 +126,8 @@ class EquilibriumSolver:
         """
         self.problem, self.settings = problem, settings or IncrementalSettings()
         self.mean_force, by_extent = mean_force_and_compliance(problem)
-        self.law = ContactLaw(problem, by_extent if compliance is None else compliance)
+        compliance = by_extent if compliance is None else compliance
+        self.law = ContactLaw(problem, compliance, self.mean_force)
         suits = matrix is not None and matrix.suits(problem, self.law)
         self.matrix = matrix if matrix is not None and suits else StiffnessMatrix(problem, self.law)
         self.iterations = self.factorisations = 0
@@ -118,15 +141,50 @@ class EquilibriumSolver:
 
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
-    ) -> Equilibrium | Collapse:
+    ) -> Equilibrium | Collapse | SlowMotion:
         """Return the equilibrium that the blocks reach from a state under a load (3b,), or their collapse.
 
-        Newton's method starts from the predictor, a displacement (3b,); by default from none.
+        Newton's method starts from the predictor, a displacement (3b,); by default from none. An equilibrium
+        beyond ``far`` does not count: joints that are not quite parallel jam there.
         """
-        step = self._solve(state, load, 0.0, predictor)
-        if step is not None:
-            return Equilibrium(step.state, step.response, by_motion=False)
-        return self._move(state, load)
+        found = self.find_equilibrium(state, load, predictor)
+        return self.move(state, load) if found is None else found
+
+    def find_equilibrium(
+        self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
+    ) -> Equilibrium | None:
+        """Return the equilibrium that Newton's method finds; None if it fails."""
+        step = self._solve(state, load, predictor)
+        if step is None or self.size_of_motion(step.displacement) > self.far(load):
+            return None
+        return Equilibrium(step.state, step.response, by_motion=False)
+
+    def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
+        """Follow the damped motion (2) to rest, to a collapse, or until it has taken too many solves."""
+        rigid = self._find_rigid_motion(state, load)
+        if rigid is not None:
+            return Collapse(state, rigid)
+        settings, damping = self.settings, self.settings.damping
+        travelled = checked = 0.0
+        start = self._evaluate(state, load)
+        last = self.iterations + settings.motion_solves
+        while self.iterations < last:
+            step, share = self._step_in_time(start, load, damping)
+            damping *= settings.acceleration if share < 1.0 else 1 / settings.acceleration
+            if step is None:
+                continue
+            start = self._evaluate(step.state, load)
+            if self.is_balanced(start.unbalanced, load):
+                return Equilibrium(start.state, start.response, by_motion=True)
+            travelled += self.size_of_motion(step.displacement)
+            if travelled > self.far(load):
+                return Collapse(start.state, step.displacement)
+            if share == 1.0 and travelled > 10 * checked:
+                checked = travelled
+                endless = self._find_endless_motion(start, load)
+                if endless is not None:
+                    return Collapse(start.state, endless)
+        return SlowMotion(start.state)
 
     def trial_change(self, displacement: np.ndarray) -> np.ndarray:
         """Return the change of the trial forces, shape (3, m), under a displacement (3b,): -k Bᵀd."""
@@ -174,37 +232,6 @@ class EquilibriumSolver:
     def _negligible(self, load: np.ndarray) -> float:
         return self.settings.equilibrium * max(1.0, self.size(load))
 
-    def _move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse:
-        """Follow the damped motion (2) to rest or to a collapse."""
-        rigid = self._find_rigid_motion(state, load)
-        if rigid is not None:
-            return Collapse(state, rigid)
-        settings, damping = self.settings, self.settings.damping
-        succeeded, travelled, last_size = True, 0.0, inf
-        motion = np.zeros(self.matrix.size)
-        for _ in range(settings.damped_steps):
-            step = self._solve(state, load, damping, None)
-            if step is None:
-                damping *= settings.acceleration
-                succeeded = False
-                continue
-            state, motion = step.state, step.displacement
-            if self.is_balanced(step.unbalanced, load):
-                return Equilibrium(state, step.response, by_motion=True)
-            travelled += self.size_of_motion(motion)
-            if travelled > self.far(load):
-                return Collapse(state, motion)
-            size = self.size(step.unbalanced)
-            if size > last_size / 2:
-                endless = self._find_endless_motion(step, load)
-                if endless is not None:
-                    return Collapse(state, endless)
-            last_size = size
-            if succeeded:
-                damping /= settings.acceleration
-            succeeded = True
-        return Collapse(state, motion)
-
     def _find_rigid_motion(self, state: BlockState, load: np.ndarray) -> np.ndarray | None:
         """Return the motion of blocks that no contact resists, even if all contacts stick; None without one.
 
@@ -229,49 +256,87 @@ class EquilibriumSolver:
 
         Without damping these forces cause a displacement that is this large only along a mechanism.
         """
-        state, far = step.state, self.far(load)
-        tangent = self.law.respond(state.trial).tangent
-        motion = self.solve_linear(tangent, 0.0, step.unbalanced)
+        far = self.far(load)
+        motion = self.solve_linear(step.response.tangent, 0.0, step.unbalanced)
         size = self.size_of_motion(motion)
         if not size > far:
             return None
         motion = motion * (far / size)
-        response = self.law.respond(state.trial + self.trial_change(motion))
-        change = self.size(self.unbalanced(response, load) - step.unbalanced)
-        return motion if change <= self.settings.steady * self.size(step.unbalanced) else None
+        change = self._evaluate(step.state, load, 0.0, motion).unbalanced - step.unbalanced
+        return motion if self.size(change) <= STEADY * self.size(step.unbalanced) else None
 
-    def _solve(
-        self, state: BlockState, load: np.ndarray, damping: float, predictor: np.ndarray | None
-    ) -> _Step | None:
-        """Solve (1), or (2) if there is damping, by Newton's method with backtracking; None if it fails."""
-        d = np.zeros(self.matrix.size) if predictor is None else predictor
-        step, left = self._evaluate(state, load, damping, d)
-        size, enough = self.size(left), self._negligible(load)
-        if damping:
-            enough = max(enough, self.settings.motion * size)
+    def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
+        """Return an implicit Euler step, eq. (2), and its length as a share of the whole step.
+
+        Newton's method goes on as long as each iteration halves the residual, three times at most. If it
+        fails, the step is a part of the first iteration; None if that part is too short.
+        """
+        size = self.size(start.unbalanced)
+        limit = 2 * size
+        first = step = self._iterate(start, start, load, damping)
+        error = self.size(step.residual)
+        for _ in range(NEWTON_PER_STEP - 1):
+            if error <= self.settings.motion * size or error > limit:
+                break
+            limit = error / 2
+            step = self._iterate(start, step, load, damping)
+            error = self.size(step.residual)
+        if error <= self.settings.motion * size:
+            return step, 1.0
+        return self._shorten(start, first, load)
+
+    def _iterate(self, start: _Step, step: _Step, load: np.ndarray, damping: float) -> _Step:
+        """Return the next Newton iteration of the step in time from ``start``."""
+        x = self.solve_linear(step.response.tangent, damping, step.residual)
+        return self._evaluate(start.state, load, damping, step.displacement + x)
+
+    def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
+        """Return the longest part of a step that the tangent predicts well, and its length.
+
+        The tangent predicts that forces out of balance change linearly to those that the damping balances.
+        """
+        enough = self.settings.motion * self.size(start.unbalanced)
+        predicted = whole.unbalanced - whole.residual
+        found, length, too_long = None, 0.0, 1.0
+        while too_long > max(SHORTEST_STEP, 1.5 * length):
+            share = (length + too_long) / 2
+            part = self._evaluate(start.state, load, 0.0, share * whole.displacement)
+            error = part.unbalanced - (1 - share) * start.unbalanced - share * predicted
+            if self.size(error) <= enough:
+                found, length = part, share
+            else:
+                too_long = share
+        return found, length
+
+    def _solve(self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None) -> _Step | None:
+        """Solve (1) by Newton's method with backtracking; None if it fails."""
+        step = self._evaluate(state, load, 0.0, predictor)
+        size = self.size(step.residual)
         for _ in range(self.settings.newton_iterations):
-            if size <= enough:
+            if self.is_balanced(step.residual, load):
                 return step
-            direction = self.solve_linear(step.response.tangent, damping, left)
-            length = 1.0
+            direction = self.solve_linear(step.response.tangent, 0.0, step.residual)
+            length, last = 1.0, step
             for _ in range(self.settings.halvings + 1):
-                step, left = self._evaluate(state, load, damping, d + length * direction)
-                new_size = self.size(left)
-                if new_size <= max(enough, (1 - SUFFICIENT_DECREASE * length) * size):
+                step = self._evaluate(state, load, 0.0, last.displacement + length * direction)
+                new_size = self.size(step.residual)
+                is_less = new_size <= (1 - SUFFICIENT_DECREASE * length) * size
+                if is_less or self.is_balanced(step.residual, load):
                     break
                 length /= 2
             else:
                 return None
-            d, size = step.displacement, new_size
+            size = new_size
         return None
 
     def _evaluate(
-        self, state: BlockState, load: np.ndarray, damping: float, d: np.ndarray
-    ) -> tuple[_Step, np.ndarray]:
-        """Return the step with a displacement (3b,), and what it leaves of (1) or (2), shape (3b,)."""
+        self, state: BlockState, load: np.ndarray, damping: float = 0.0, d: np.ndarray | None = None
+    ) -> _Step:
+        """Return the response to a displacement (3b,) from a state; by default to none."""
+        d = np.zeros(self.matrix.size) if d is None else d
         change = self.trial_change(d)
         response = self.law.respond(state.trial + change)
-        left = unbalanced = self.unbalanced(response, load)
+        residual = unbalanced = self.unbalanced(response, load)
         if damping:
-            left = unbalanced + damping * (self.matrix.B @ change.ravel())
-        return _Step(BlockState(response.remembered, state.d + d), response, d, unbalanced), left
+            residual = unbalanced + damping * (self.matrix.B @ change.ravel())
+        return _Step(BlockState(response.remembered, state.d + d), response, d, unbalanced, residual)

@@ -7,7 +7,7 @@ Coulomb's problem has many states. Elastic contacts and a load history from rest
 2. Collapse within a range: these two loads alone are known. An exact state in which the blocks move on under
    a lower load is the answer if there is one, and the load carried is the largest of the history.
 3. No limit: the response stays linear while the load grows without end.
-4. Undecided.
+4. Undecided, as where the blocks still move after many steps.
 """
 
 from collections.abc import Iterable
@@ -90,10 +90,11 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
             return solution.ended(Status.SOLVER_FAILED, Code.UNDECIDED, **_undecided(result))
         found = Found(q=falling.q, d=falling.d, slope=falling.slope, forms=falling.forms)
         return replace(solution, found=found).withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
-    solution = replace(solution, history=result.history.steps, load_history=result.history)
+    if result.history.steps:
+        solution = replace(solution, history=result.history.steps, load_history=result.history)
     if result.end is End.UNBOUNDED:
         return solution.ended(Status.SOLVER_FAILED, Code.UNBOUNDED, steps=steps)
-    if result.end is End.UNDECIDED:
+    if result.end in (End.SLOW, End.UNDECIDED):
         return solution.ended(Status.SOLVER_FAILED, Code.UNDECIDED, **_undecided(result))
     return _at_collapse(analysis, result, solution)
 

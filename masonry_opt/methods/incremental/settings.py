@@ -55,22 +55,18 @@ class IncrementalSettings:
     #: begins more often; if larger, solves that fail take longer.
     halvings: int = 4
 
-    #: Damping at the start of a motion, relative to the elastic stiffness. If smaller, the first steps are
-    #: longer and may fail; if larger, the motion takes more steps.
-    damping: float = 0.1
-    #: Factor by which the damping falls after two steps that succeed, and grows after each that fails. If
-    #: smaller, the motion takes more steps; if larger, more of them fail.
+    #: Damping at the start of a motion, relative to the elastic stiffness. If smaller, the first steps may
+    #: be too long and are taken in part; if larger, the motion takes more steps.
+    damping: float = 1.0
+    #: Factor by which the damping falls after a whole step in time, and grows after a part of one. If
+    #: smaller, the motion takes more steps; if larger, more of them are too long.
     acceleration: float = 4.0
-    #: Residual of a damped step, relative to the force out of balance at its start. If smaller, steps take
-    #: more iterations; if larger, the motion is less accurate.
-    motion: float = 0.1
-    #: Steps of a motion at most: a motion that takes more is a collapse. If smaller, slow slides count as
-    #: collapses; if larger, motions without end take longer.
-    damped_steps: int = 300
-    #: Change of the forces out of balance along the motion up to ``far``, relative to them, of a motion
-    #: without end. If smaller, such motions are recognised later; if larger, a contact that stops the
-    #: blocks may be missed.
-    steady: float = 1e-2
+    #: Residual of a step in time, relative to the forces out of balance at its start. If smaller, steps are
+    #: shorter or take more iterations; if larger, the motion is less accurate.
+    motion: float = 0.5
+    #: Linear solves of a motion at most. If it ends neither at rest nor beyond ``far``, its load is
+    #: undecided. If smaller, slow slides remain undecided; if larger, they take longer.
+    motion_solves: int = 1000
     #: Solves for the exact state at a collapse at most, each ``far`` along the motion. If smaller, more
     #: collapses in space, where directions of slip turn, have no exact state; if larger, those without one
     #: take longer.

@@ -200,7 +200,7 @@ def _statics(problem: Problem, conic: bool) -> _Convex:
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
     """Rates of the kinematics by cones at velocities d (3b,): of opening, at limits of forces, and γ and w of
     slip."""
-    opening, *slips = problem.by_kind(problem.motion(d, None))
+    opening, *slips = problem.by_kind(problem.motion(d))
     slips = [slip[problem.sliding] for slip in slips]
     speed = np.hypot(*slips)
     opening[problem.sliding] -= problem.friction * speed

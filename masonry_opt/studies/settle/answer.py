@@ -289,7 +289,7 @@ def _joint_openings(result: Result) -> pd.DataFrame:
         return pd.DataFrame(columns=columns)
     # The push, along the movement, is the one live load.
     movement = float(problem.live @ solution.d) / float(problem.force_sizes(problem.live).sum())
-    rates, rounding = problem.motion(solution.d, solution.q), ZERO * fastest(assembly, solution.d)
+    rates, rounding = problem.motion(solution.d), ZERO * fastest(assembly, solution.d)
     apart, slip = np.empty(len(joints.joint)), np.hypot.reduce(np.abs(problem.shears(rates)), axis=0)
     apart[assembly.pressed] = problem.at_points(rates)
     widest = pd.Series(apart).groupby(joints.joint).idxmax().to_numpy()

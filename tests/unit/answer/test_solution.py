@@ -42,9 +42,7 @@ def test_another_end_drops_the_facts_of_earlier_reasons():
         followed_to_end=True,
         peak=0.4,
     )
-    ended = before.ended(
-        Status.SOLVER_FAILED, Code.UNDECIDED, word="no end was found", steps=3, looped=False
-    )
+    ended = before.ended(Status.SOLVER_FAILED, Code.UNDECIDED, word="no end was found", steps=3, looped=False)
     new = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
     for name in vars(new):
         if name not in ("reasons", "found"):

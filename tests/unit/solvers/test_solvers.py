@@ -115,8 +115,8 @@ DECLARED = {"mpec": "pyomo", "refined": "cvxpy", "global": "pyomo"}
 DOES = {
     "mpec": dict.fromkeys(("sub-problems", "exact end", "associative"), "clarabel")
     | {"relaxation": "casadi"},
-    "refined": {"associative": "clarabel", "complementarity problem": "newton", "refinement": "highs"},
-    "global": {"complementarity problem": "newton", "load factor": "clarabel", "refinement": "highs"}
+    "refined": {"associative": "clarabel", "refinement": "highs"},
+    "global": {"load factor": "clarabel", "refinement": "highs"}
     | {"bounds": "highs", "products": "highs-ipm"},
 }
 for _method in ("refined", "global"):

@@ -1,12 +1,12 @@
-"""Compare the load steps of methods/incremental with the path of methods/push, or vary their settings.
+"""Compute incremental load factors of random scenes or cases, or vary the settings of the analysis.
 
-    python benchmarks/load_steps.py compare plane --first 1400000 --count 23
-    python benchmarks/load_steps.py compare rubble:60 --first 1400000 --count 10
-    python benchmarks/load_steps.py compare cases/gilbert/facade_1x3.toml
-    python benchmarks/load_steps.py ablation plane --first 1410000 --count 5
+    python benchmarks/incremental.py table plane --first 1400000 --count 23
+    python benchmarks/incremental.py table rubble:60 --first 1400000 --count 10
+    python benchmarks/incremental.py table cases/gilbert/facade_1x3.toml
+    python benchmarks/incremental.py ablation plane --first 1410000 --count 5
 
-``compare`` prints a row a scene: joints, end, load factor, the loads carried and not carried, increments,
-linear solves and processor time, then the end of the path, its highest load factor and its time.
+``table`` prints a row a scene: joints, end, load factor, the loads carried and not carried, increments,
+jumps, linear solves and processor time.
 ``ablation`` multiplies each setting by three and by a third, and prints the largest relative change of a load
 factor, the number of scenes that end otherwise, and the number of linear solves.
 """
@@ -17,8 +17,6 @@ import time
 from collections.abc import Iterator
 from dataclasses import fields, replace
 from pathlib import Path
-
-import numpy as np
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
@@ -32,7 +30,6 @@ import masonry_opt as mo  # noqa: E402
 from masonry_opt.methods.incremental.analysis import End, IncrementalAnalysis, IncrementalResult  # noqa: E402
 from masonry_opt.methods.incremental.collapse_state import find_collapse_state  # noqa: E402
 from masonry_opt.methods.incremental.settings import IncrementalSettings  # noqa: E402
-from masonry_opt.methods.push.push import Elastic  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
 from masonry_opt.problem.problem import Problem  # noqa: E402
 
@@ -63,16 +60,14 @@ def analysed(
     return result, analysis.solver.iterations
 
 
-def compare(family: str, first: int, count: int) -> None:
-    """Print a row a scene, and the sum of both times."""
-    total = np.zeros(2)
+def table(family: str, first: int, count: int) -> None:
+    """Print a row a scene, and the sum of the times."""
+    total = 0.0
     for name, scene in scenes(family, first, count):
         problem = assemble(scene).problem
         began = time.process_time()
         result, solves = analysed(problem, IncrementalSettings())
-        between = time.process_time()
-        path = Elastic(problem).pushed()
-        seconds = np.array([between - began, time.process_time() - between])
+        seconds = time.process_time() - began
         total += seconds
         exact = "exact" if result.state else "range"
         row = [
@@ -82,12 +77,10 @@ def compare(family: str, first: int, count: int) -> None:
             result.load_factor and f"{result.load_factor:.9f}",
             f"{result.carried:.6g}–{result.not_carried:.6g} {exact}",
             f"{len(result.history.steps)} increments, {result.history.jumps} jumps, {solves} solves",
-            f"{seconds[0]:.3f} s",
-            f"{path.ended}, {path.peak}",
-            f"{seconds[1]:.3f} s",
+            f"{seconds:.3f} s",
         ]
         print("| " + " | ".join(map(str, row)) + " |", flush=True)
-    print("seconds: load steps {:.2f}, path {:.2f}".format(*total))
+    print(f"seconds: {total:.2f}")
 
 
 def ablation(family: str, first: int, count: int) -> None:
@@ -119,13 +112,13 @@ def ablation(family: str, first: int, count: int) -> None:
 def main() -> None:
     """Run the command of the arguments."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("command", choices=["compare", "ablation"])
+    parser.add_argument("command", choices=["table", "ablation"])
     parser.add_argument("family", nargs="?", default="plane")
     parser.add_argument("--first", type=int, default=1_400_000)
     parser.add_argument("--count", type=int, default=10)
     of = parser.parse_args()
-    if of.command == "compare":
-        compare(of.family, of.first, of.count)
+    if of.command == "table":
+        table(of.family, of.first, of.count)
     else:
         ablation(of.family, of.first, of.count)
 
