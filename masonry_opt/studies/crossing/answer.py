@@ -1,7 +1,7 @@
 """The answer of ``crossing``: the worst position, and the load factor by position."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import cycle
 from pathlib import Path
@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import same
 from masonry_opt.drawing.colours import HATCH, LIVE, MARKED, SERIES
 from masonry_opt.drawing.elements import title_of
@@ -130,15 +131,17 @@ class Crossing(StudyAnswer):
         """One row a position solved by the method, and load case: ``load_case`` (if any), ``axles``,
         ``direction``, ``position`` (abscissa of the first axle), then the columns of ``mo.sweep`` but for the
         seconds. Where loads jump there is a row on either side."""
-        method = self.worst.method
         rows = [
-            _place(one.passage, position)
-            | columns(one.passage.loaded(one.passage.live(position)), answer, method)
+            _place(one.passage, position) | columns(self._result_at(one.passage, position, answer))
             for one in self.passages
             for position, answer in sorted(one.answers.items())
         ]
         where = dict.fromkeys([*self._case, *_PLACE], "object") | {"position": "float64"}
         return framed(rows, where).drop(columns="seconds")
+
+    def _result_at(self, passage: Passage, position: float, solution: Solution) -> Result:
+        """Return the result of a solution with the first axle at a position."""
+        return replace(self.worst, assembly=passage.loaded(passage.live(position)), solution=solution)
 
     @cached_property
     def governing(self) -> pd.DataFrame:

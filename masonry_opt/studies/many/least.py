@@ -46,10 +46,7 @@ class Trial:
 
     @property
     def name(self) -> str:
-        """Name of the load factor ``number``.
-
-        It is the associative one where that is too small already, and the method found none.
-        """
+        """Name of the load factor ``number``: the associative one if the method found none."""
         return ASSOCIATIVE if self.result.load_factor is None else own_name(self.result)
 
 
@@ -93,7 +90,7 @@ class Threshold(StudyAnswer):
         """One row a trial: ``value``, ``holds``, ``number``, then the columns of ``mo.sweep``."""
         rows = [
             {name: getattr(trial, name) for name in _OWN}
-            | columns(trial.result.assembly, trial.result.solution, trial.result.method)
+            | columns(trial.result)
             | {"seconds": sum(trial.result.seconds.values())}
             for trial in self.trials
         ]
