@@ -28,11 +28,7 @@ _WHOSE = "Mechanism that --plot draws: least (default: of the lowest found), exp
     mo.Result.save,
     kind=typer.Option("--plot-kind", metavar="KIND", help=_SHOWN),
     verbose=typer.Option("--verbose", "-v", help=_HOW),
-    quiet=typer.Option(
-        "--quiet",
-        "-q",
-        help="Print the load factor alone, warnings on standard error.",
-    ),
+    quiet=typer.Option("--quiet", "-q", help="Print the load factor alone, warnings on standard error."),
     mechanism=typer.Option(metavar="WHICH", help=_WHOSE),
 )
 def solve(

@@ -184,8 +184,7 @@ def _repeats(v: dict[str, Any]) -> str:
     repeats = f"the loop repeats itself every {every}, between load factors {_between(v)}"
     if v["exact"]:
         return f"{repeats}, and this state is exact"
-    advice = _by_loop(v, "lower 'beta'")
-    return f"{repeats}: {advice}"
+    return f"{repeats}: " + _by_loop(v, "lower 'beta'")
 
 
 def _began_again(v: dict[str, Any]) -> str:
@@ -209,15 +208,14 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
 
 
 def _push_stopped(v: dict[str, Any]) -> str:
-    ended = (
-        f"the load history from rest led to no collapse state ({v['word']}; {counted(v['steps'], 'step')})"
-    )
+    steps = counted(v["steps"], "step")
+    ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
     if v["looped"]:
-        ended += ", and the loop led to none"
-        return (
-            ended if v["method"] == "refined" else f"{ended}: method 'refined' with search=10 looks for one"
-        )
-    return f"{ended}: method 'mcp' looks for one in other ways" if v["method"] in ("", "compliant") else ended
+        ended = f"{ended}, and the loop led to none"
+        searches = v["method"] == "refined"
+        return ended if searches else f"{ended}: method 'refined' with search=10 looks for one"
+    is_history_alone = v["method"] in ("", "compliant")
+    return f"{ended}: method 'mcp' looks for one in other ways" if is_history_alone else ended
 
 
 def _bracket(v: dict[str, Any]) -> str:

@@ -69,8 +69,9 @@ def print_result(text: str, bold_line: int | None = 1) -> None:
 
 def print_warnings(sentences: Iterable[str]) -> None:
     """Print warnings on standard error, where results do not go."""
+    console = Console(stderr=True)
     for line in warning_lines(sentences):
-        Console(stderr=True).print(line, markup=False, highlight=False, soft_wrap=True, style="bold yellow")
+        console.print(line, markup=False, highlight=False, soft_wrap=True, style="bold yellow")
 
 
 @contextmanager

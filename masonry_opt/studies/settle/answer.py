@@ -23,7 +23,7 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.load_factors import known_least, load_history_ends_lower, state_found
+from masonry_opt.words.load_factors import known_least, load_history_ends_lower, search_remark, state_found
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
@@ -347,7 +347,7 @@ def _certainty(result: Result) -> str:
         return "associative: no state lies further from the reaction at rest"
     if known_least(result):
         return f"{state_found(result)}; proven: no exact state lies nearer to the reaction at rest"
-    looks = "method 'refined' with search=10 looks for them"
-    remark = f"not proven: exact states may lie nearer to the reaction at rest ({looks})"
+    nearer = "not proven: exact states may lie nearer to the reaction at rest"
+    remark = f"{nearer}{search_remark(result, 'them')}"
     ends = "; the load history ends nearer to it" if load_history_ends_lower(result) else ""
     return f"{state_found(result)}; {remark}{ends}"
