@@ -21,6 +21,7 @@ from masonry_opt.analysis import solve
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.files import WRITER, writing
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.words.terminal import print_text, print_warnings
 
 Function = Callable[..., Any]
 T = TypeVar("T")
@@ -199,6 +200,12 @@ def waiting(line: str) -> Iterator[Callable[[str], None]]:
             yield lambda line: status.update(escape(line))
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: nothing was found") from None
+
+
+def print_json(answer: Any) -> None:
+    """Print an answer as one JSON object on standard output, and its warnings on standard error."""
+    print_text(answer.to_json())
+    print_warnings(answer.warning_sentences)
 
 
 def save(found: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:

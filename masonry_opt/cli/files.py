@@ -10,6 +10,7 @@ from typing import Any
 import typer
 
 import masonry_opt as mo
+from masonry_opt.answer.sense import warnings_of
 from masonry_opt.cli.command import Given, command, numbers, reader
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
@@ -24,7 +25,8 @@ from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
 from masonry_opt.scene.contacts.joints import find_joints, shapes_of
 from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import as_path, parse_file
-from masonry_opt.words.terminal import print_text
+from masonry_opt.words.sentences import sentences
+from masonry_opt.words.terminal import print_text, print_warnings
 
 #: By the end of its name, what a drawing is, and what reads it.
 _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]]
@@ -49,8 +51,8 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     assembly = assemble(scene, floating=True)
     with writing(file):
         scene_picture(assembly, **given).save(file, force)
-    said = [f"{file}: {counts(assembly)}", *(f"warning: {sentence}" for sentence in doubts(assembly))]
-    print_text(printable("\n".join(said)))
+    print_text(printable(f"{file}: {counts(assembly)}"))
+    print_warnings(doubts(assembly))
 
 
 @command(
@@ -66,6 +68,8 @@ def export(given: Given, case: Path, file: Path, load_case: str | None = None) -
         refuse_unwritable(file, given.get("force", False))
         what = mo.solve(case, method, expected=False, load_case=load_case)
     print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))
+    solved = isinstance(what, mo.Result)
+    print_warnings(what.warning_sentences if solved else sentences(warnings_of(assemble(what), None)))
 
 
 def _forces(option: str) -> Any:

@@ -20,7 +20,7 @@ from masonry_opt.studies.compare.comparison import OUT
 from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import said
 from masonry_opt.studies.writing import NEEDED
-from masonry_opt.words.terminal import print_result, print_text
+from masonry_opt.words.terminal import print_result
 
 _MOST_VALUES = 100_000  #: Most values of one number.
 _FORMS, _SUCH = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,...", "such as joints.friction=0.3:0.8:11"
@@ -125,7 +125,7 @@ def compare(given: Given, scenes: list[str] | None = None) -> None:
     errors = Console(stderr=True)
     with errors.status("comparing") as status, ended_by_kill():
         comparison = mo.compare(scenes or [], progress=lambda line: status.update(escape(line)), **given)
-    print_text(str(comparison))
+    print_result(str(comparison), bold_line=None)
     folder = given.get("out", OUT)
     page, table = folder / "report.html", folder / "summary.csv"
     written = f"{page}, tables and pictures beside it" if page.exists() else f"{table}; {NEEDED}"

@@ -10,7 +10,7 @@ from rich.console import Console
 
 import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.cli.command import Given, command, interrupts, save
+from masonry_opt.cli.command import Given, command, interrupts, print_json, save
 from masonry_opt.errors import InterruptedByUserError, OptionError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import as_scene
@@ -96,7 +96,7 @@ def solve(
             last = f"the last was {steps[-1]}, not the answer" if steps else "no load factor was found"
             raise InterruptedByUserError(f"interrupted: {last}; no file written") from None
     if json:
-        print_text(answer.to_json())
+        print_json(answer)
     elif not quiet:
         print_result(answer.details if verbose else answer.summary)
     elif result.status.usable:

@@ -11,7 +11,17 @@ import typer
 from rich.console import Console
 
 import masonry_opt as mo
-from masonry_opt.cli.command import PICTURE, Given, command, interrupts, numbers, reader, save, waiting
+from masonry_opt.cli.command import (
+    PICTURE,
+    Given,
+    command,
+    interrupts,
+    numbers,
+    print_json,
+    reader,
+    save,
+    waiting,
+)
 from masonry_opt.drawing.figure import refuse_file, refuse_picture
 from masonry_opt.drawing.solids import refuse_view
 from masonry_opt.effort import Phases
@@ -24,7 +34,7 @@ from masonry_opt.studies.many.least import Trial
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.report.report import refuse_report
 from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import frame_text, print_result, print_text
+from masonry_opt.words.terminal import frame_text, print_result, print_text, print_warnings
 
 _AXLES = typer.Option(metavar="NAME", help="One group of the case. Default: all.", parser=str)
 _IN_CASE = typer.Option(metavar="NAME", help="One load case. Default: all in which axles cross.")
@@ -72,6 +82,7 @@ def capacity(
     if json:
         told = found.as_dict() | {"check": check.as_dict() if check else None}
         print_text(json_module.dumps(told, allow_nan=False, ensure_ascii=False))
+        print_warnings(found.warning_sentences)
     else:
         states = [frame_text(found.table.drop(columns="pairs"), "states")] if table else []
         print_result("\n".join([str(found), *([str(check)] if check else []), *states]), bold_line=None)
@@ -97,7 +108,7 @@ def crossing(
         found = mo.crossing(case, progress=progress, **given.rest(mo.crossing))
     states = "\n" + frame_text(found.told, "positions") if table and found.passages else ""
     if json:
-        print_text(found.to_json())
+        print_json(found)
     else:
         print_result(f"{found}{states}", bold_line=None)
     save(found, plot if found.passages else None, drawing)
@@ -117,7 +128,7 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     with waiting("directions") as show:
         found = mo.directions(case, phases=lambda phase: show(f"directions: {phase}"), **options)
     if json:
-        print_text(found.to_json())
+        print_json(found)
     else:
         print_result(found.summary)
     save(found, plot, drawing)
@@ -148,7 +159,7 @@ def least(
         options = given.rest(search)
         found = search(lambda value: parameters.at({name: value}), lower, upper, progress=progress, **options)
     if json:
-        print_text(found.to_json())
+        print_json(found)
     else:
         print_result(f"{'number':<16} {name}\n{found}", bold_line=None)
 
@@ -175,7 +186,7 @@ def settle(
     with waiting("settle") as show:
         found = mo.settle(case, phases=lambda words: show(f"settle: {words}"), **given.rest(mo.settle))
     if json:
-        print_text(found.to_json())
+        print_json(found)
     else:
         print_result(str(found), bold_line=None)
     save(found, plot, drawing | {"end": "greatest" if greatest else "least"})

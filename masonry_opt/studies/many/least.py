@@ -24,6 +24,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.many.standing import standing
 from masonry_opt.studies.runner import whole
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer
 from masonry_opt.words.load_factors import ASSOCIATIVE, meaning, own_name
 from masonry_opt.words.sentences import numeral
@@ -134,7 +135,8 @@ class Threshold(StudyAnswer):
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
         sentence = f"the scene holds {side} this value too, at {values}: search there by itself"
-        return [{"sentence": sentence, "code": "several thresholds", "values": self.contradictions}, *told]
+        beyond = list(self.contradictions)
+        return [study_warning(StudyCode.SEVERAL_THRESHOLDS, sentence, values=beyond), *told]
 
     @property
     def _names(self) -> list[str]:
