@@ -11,7 +11,7 @@ import typer
 
 import masonry_opt as mo
 from masonry_opt.answer.sense import warnings_of
-from masonry_opt.cli.command import Given, command, numbers, reader
+from masonry_opt.cli.command import Given, command, numbers, reader, waiting
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
@@ -66,7 +66,9 @@ def export(given: Given, case: Path, file: Path, load_case: str | None = None) -
     what: mo.Scene | mo.Result = as_scene(case, load_case)
     if file.suffix.lower() in SOLID_ENDS and (method := given.pop("method", None)):
         refuse_unwritable(file, given.get("force", False))
-        what = mo.solve(case, method, expected=False, load_case=load_case)
+        with waiting("export", kept="no file written") as work:
+            steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
+            what = mo.solve(case, method, expected=False, load_case=load_case, **steps)
     print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))
     solved = isinstance(what, mo.Result)
     print_warnings(what.warning_sentences if solved else sentences(warnings_of(assemble(what), None)))
@@ -127,9 +129,11 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     _refuse(given, inspect.signature(read).parameters, f"{drawing}: {what}")
     if "live_layers" in given:
         given["live_layers"] = dict(given["live_layers"])
-    scene = read(drawing, **given)
-    # What is written can be solved as far as its geometry goes.
-    joints = len(find_joints(scene, shapes_of(scene)).first)
+    with waiting(f"convert: reading {printable(str(drawing))}", kept="no file written") as work:
+        scene = read(drawing, **given)
+        # What is written can be solved as far as its geometry goes.
+        work.show("convert: finding joints")
+        joints = len(find_joints(scene, shapes_of(scene)).first)
     beside = read is mo.read_mesh and sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
     save(_beside(drawing, out, scene, given) if beside else scene, out, force)
     _tell(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if beside else ""))

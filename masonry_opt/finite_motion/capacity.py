@@ -25,7 +25,7 @@ from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.words.load_factors import certainty, own_name
+from masonry_opt.words.load_factors import certainty, named_factor, own_name
 from masonry_opt.words.names import labelled, some, warning_lines
 from masonry_opt.words.sentences import message, numeral
 
@@ -238,7 +238,8 @@ class Capacity:
         values = {"behaviour_factor": behaviour_factor, "confidence_factor": confidence_factor}
         values |= {"gravity": gravity, "ultimate": ultimate, "secant": secant}
         curve = self.table[["displacement", "load_factor"]].to_numpy()
-        return kinematic_check(self._onset, curve, self.reaches_zero, spectrum, values)
+        rests_on = f"{named_factor(self.result)}: {certainty(self.result)}"
+        return kinematic_check(self._onset, curve, self.reaches_zero, spectrum, values, rests_on)
 
     def _share_of_weight(self) -> float | None:
         """The live load over the weight of the blocks that it pushes; None if it is that, and level."""
@@ -264,7 +265,7 @@ class Capacity:
         from masonry_opt.drawing.figure import curve_axes, finish, style
 
         table, of = self.table, "the live load" if self.control is self.live else "the control point"
-        heading, along = f"after the onset at λ = {numeral(self.load_factor, '.5f')}", f"displacement of {of}"
+        heading, along = f"after the onset at {named_factor(self.result)}", f"displacement of {of}"
         with style():
             scene = self.result.assembly.scene
             made, axes = curve_axes(scene, heading, f"{along}, in the length unit of the case")

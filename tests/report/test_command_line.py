@@ -167,7 +167,7 @@ def test_steps_are_named_while_it_runs(watched, command):
 
     told = watched(cli_solve, "left_by", interrupted)
     err = command.refused("solve", WALL_1, code=130)
-    assert f"the last was push step 3: λ = {told[-1][0].load_factor:.6f}, not the answer" in err
+    assert f"the last was load history, step 3: λ = {told[-1][0].load_factor:.6f}, not the answer" in err
 
 
 def test_the_command_prints_what_python_prints(command, saved):

@@ -132,7 +132,9 @@ class Cases(StudyAnswer):
 
     @property
     def _heading(self) -> str:
-        return f"least {named_factor(self.to_draw)}, {self.governing}" if self.governing else "no load factor"
+        if not self.governing:
+            return "no load factor"
+        return f"governing {named_factor(self.to_draw)}, {self.governing}"
 
     def plot(self) -> Picture:
         """Draw load factors as bars, from the top down, the governing one marked."""

@@ -159,7 +159,7 @@ def _(answer: Crossing) -> Part:
     open_ = f"Positions between those solved ({known['solved']}): λ may be less there."
     return Part(
         heading=f"{named}, every load case" if every else _of_case(named, worst),
-        says=f"least {named_factor(worst)}: {known['axles']}, {known['at']}{governs}",
+        says=f"governing {named_factor(worst)}: {known['axles']}, {known['at']}{governs}",
         assembly=least.passage.assembly,
         told={f"worst position, method {worst.method}": worst},
         facts=known,
