@@ -70,8 +70,10 @@ def export(given: Given, case: Path, file: Path, load_case: str | None = None) -
             steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
             what = mo.solve(case, method, expected=False, load_case=load_case, **steps)
     print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))
-    solved = isinstance(what, mo.Result)
-    print_warnings(what.warning_sentences if solved else sentences(warnings_of(assemble(what), None)))
+    if isinstance(what, mo.Result):
+        print_warnings(what.warning_sentences)
+    else:
+        print_warnings(sentences(warnings_of(assemble(what), None)))
 
 
 def _forces(option: str) -> Any:
@@ -116,15 +118,14 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     suffix = drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
-        already = f"{drawing}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json)"
-        as_it_is = f"solve it as it is (masonry-opt solve {drawing})"
-        raise OptionError(f"{already}: {as_it_is}, or draw its blocks to an OUT that ends in .dxf")
-    for name in ("friction", "unit_weight"):
-        if name not in given:
-            raise OptionError(f"a drawing says nothing of it: give {given.called[name]}")
+        raise OptionError(_is_a_case_file(drawing))
     if suffix not in _READERS:
         ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data"
         raise OptionError(f"{drawing}: what is converted ends in {ends}")
+    if missing := [given.called[name] for name in ("friction", "unit_weight") if name not in given]:
+        raise OptionError(
+            f"{drawing}: a drawing has no friction and no weights: give {' and '.join(missing)}"
+        )
     what, read = _READERS[suffix]
     _refuse(given, inspect.signature(read).parameters, f"{drawing}: {what}")
     if "live_layers" in given:
@@ -137,6 +138,15 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     beside = read is mo.read_mesh and sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
     save(_beside(drawing, out, scene, given) if beside else scene, out, force)
     _tell(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if beside else ""))
+
+
+def _is_a_case_file(path: Path) -> str:
+    """Return why a case file is not converted, and what can be done with it."""
+    if mo.load(path).dimension == 3:
+        draws = f"write its solids (masonry-opt export {path} OUT.obj)"
+    else:
+        draws = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"
+    return f"{path}: a case file already: solve it (masonry-opt solve {path}), or {draws}"
 
 
 def _beside(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:

@@ -20,6 +20,7 @@ from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.moved_blocks import displaced, moved, placed, point_forces
 from masonry_opt.finite_motion.path import HingingPath, Step
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
@@ -65,11 +66,10 @@ def capacity(
         raise OptionError("the capacity curve is of a result: give mo.capacity(mo.solve(scene))")
     result.required()
     assembly, dimension = result.assembly, result.assembly.scene.dimension
-    limited = any(force.role is Role.SUPPORT or dimension == 2 for force in assembly.limited)
-    if limited or len(assembly.problem.crushing):
-        known = "the capacity curve knows joints alone, which touch, hinge in their corners and part"
-        has = "ties, props, fill or a support that settles" if limited else "'strength'"
-        raise OptionError(f"{result.case}: {known}: this scene has {has}, which is to be left out")
+    if unknown := _not_followed(assembly):
+        known = "the capacity curve follows joints that hinge, open and close, and nothing else"
+        remedy = f"leave out {' and '.join(unknown)}, or find the load factor alone with 'solve'"
+        raise OptionError(f"{result.case}: {known}: {remedy}")
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
     dead, live = point_forces(assembly)
@@ -80,6 +80,24 @@ def capacity(
     if path.motion.any() and abs(control_rate) <= _STILL * rates.max():
         raise OptionError(f"block '{block}' does not move along the live load: name another block or point")
     return found
+
+
+#: What is left out of a scene for its capacity curve, by the role of its limited forces.
+_LEFT_OUT = {
+    Role.TIE: "[[tie]]",
+    Role.PROP: "[[prop]]",
+    Role.EARTH: "[[fill]]",
+    Role.SUPPORT: "the support that settles",
+}
+
+
+def _not_followed(assembly: Assembly) -> list[str]:
+    """Return what a capacity curve does not follow in a scene; in space it follows ties and props."""
+    roles = dict.fromkeys(force.role for force in assembly.limited)
+    if assembly.scene.dimension == 3:
+        roles = {role: None for role in roles if role not in (Role.TIE, Role.PROP)}
+    crushing = ["'strength' of joints"] if len(assembly.problem.crushing) else []
+    return [*(_LEFT_OUT[role] for role in roles), *crushing]
 
 
 def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:

@@ -232,12 +232,12 @@ class Settlement(StudyAnswer):
 
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
         """Yield the warnings that an end may lie nearer to the reaction at rest, or across it."""
-        if end.history_ends_nearer:
-            incremental = end.reaction_at_end
-            found, at_end = numeral(end.reaction or 0.0, ".6g"), numeral(incremental, ".6g")
-            nearer = f"the load history ends at {at_end}, nearer to the reaction at rest than {found}"
+        found, incremental = end.reaction, end.reaction_at_end
+        if end.history_ends_nearer and found is not None and incremental is not None:
+            answer, at_end = numeral(found, ".6g"), numeral(incremental, ".6g")
+            nearer = f"the load history ends at {at_end}, nearer to the reaction at rest than {answer}"
             sentence = f"{name} reaction: {nearer}: the scene may collapse there"
-            values = {"end": name, "reaction": end.reaction, "incremental": incremental}
+            values = {"end": name, "reaction": found, "incremental": incremental}
             yield study_warning(StudyCode.HISTORY_ENDS_NEARER, sentence, **values)
         if end.across_rest is not None:
             state = f"an exact collapse state has the reaction {numeral(end.across_rest, '.6g')}"
