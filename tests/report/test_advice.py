@@ -81,6 +81,14 @@ def test_where_a_scene_stands_at_every_value_a_load_factor_shows_the_least(comma
     assert "λ is" in told
 
 
+def test_a_function_that_fails_outside_of_the_range_is_no_error():
+    def scene(friction):
+        return two_blocks(friction if friction >= 0.2 else 1 / 0)
+
+    with pytest.raises(mo.OptionError, match=r"tried between: give the load factor"):
+        mo.least(scene, 0.2, 0.9, samples=0)
+
+
 def test_a_load_factor_is_not_advised_without_a_live_load(command, tmp_path):
     """Neither of a scene without loads nor of one whose axles move."""
     for name, scene in {"none": block_on_floor(live=(0.0, 0.0)), "axles": axles_on_a_beam(0.6)}.items():
