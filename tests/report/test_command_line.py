@@ -165,7 +165,7 @@ def test_steps_are_named_while_it_runs(watched, command):
         if len(told) == 3:
             raise KeyboardInterrupt
 
-    told = watched(cli_solve, "left_by", interrupted)
+    told = watched(import_module("masonry_opt.cli.command"), "left_by", interrupted)
     err = command.refused("solve", WALL_1, code=130)
     assert f"the last was load history, step 3: λ = {told[-1][0].load_factor:.6f}, not the answer" in err
 
