@@ -128,7 +128,7 @@ def test_positions_and_the_passive_pressure_of_a_crossing(answer_and_page):
     assert positions == pytest.approx(crossed.table["position"], rel=1e-4)
     found = [row["λ"] for row in page.rows if "first axle at" in row]
     assert found == ["–" if math.isnan(value) else f"{value:.6g}" for value in crossed.table["load_factor"]]
-    assert f"least λ = {crossed.load_factor:.6g} (associative)" in page.text
+    assert f"governing λ = {crossed.load_factor:.6g} (associative)" in page.text
     assert "2, 2" in page.text
 
 
@@ -156,7 +156,7 @@ def test_the_command_solves_load_cases_and_crosses(monkeypatch, capsys, command,
     # Where standard error is no terminal, one line for each part as it begins.
     assert error == "".join(f"report: {part} ...\n" for part in ("load cases", "crossing", "page"))
     page = Read(tmp_path / "bridge_report.html")
-    crosses = "Axles 'wheel', load case 'traffic': least λ = 2.66667 (associative)"
+    crosses = "Axles 'wheel', load case 'traffic': governing λ = 2.66667 (associative)"
     for words in ("Load cases: λ = 6 (associative)", crosses, "1.5"):
         assert words in page.text
     assert "only a crossing answers it" not in page.text

@@ -2,6 +2,7 @@
 
 import contextlib
 import pickle
+import re
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -29,6 +30,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.run_warnings import (
+    Row,
     differing_values,
     recorded_warnings,
     warnings_of_falls,
@@ -88,8 +90,23 @@ class StudyOutput(NamedTuple):
     force: bool
 
     def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:
-        """Write the table of the runs and the files beside it. Raises OutputError if it cannot."""
-        write_folder(self.folder, {_TABLE: csv_text(frame), **beside}, self.force)
+        """Write the table of the runs and the files beside it; remove those of an earlier table.
+
+        Raises OutputError if a file cannot be written or removed.
+        """
+        write_folder(self.folder, {_TABLE: csv_text(frame), **beside}, self.force, _is_of_a_study)
+
+
+#: Names of the files that a sweep or a sample writes beside its table.
+_OF_A_STUDY = re.compile(
+    rf"({_AGAINST}(_\d+)?|{HEAT_MAP}|fragility|sensitivity)\.(png|svg)"
+    r"|(quantiles|fragility|sensitivity)\.csv|charts\.html"
+)
+
+
+def _is_of_a_study(name: str) -> bool:
+    """Return True if a sweep or a sample writes a file of this name beside its table."""
+    return _OF_A_STUDY.fullmatch(name) is not None
 
 
 def chart_names(names: Sequence[str]) -> list[str]:
@@ -137,8 +154,8 @@ def run_many(
     runs are kept in a journal in the folder of the output, and not made again. When all runs have ended, they
     share their exact states (:mod:`.shared_states`). ``attrs["warnings"]`` of the frame is a list of
     sentences; ``attrs["warning_records"]`` has their codes too, and ``attrs["seeks_lowest"]`` tells whether
-    the method looks for the lowest state. The caller writes the output. If no run was solved, the table alone
-    is written here, and NoRunSolvedError is raised.
+    the method looks for the lowest state. The caller writes the output. If no run was solved,
+    NoRunSolvedError is raised, and the folder is as it was before.
 
     Other parameters and errors are those of :func:`~.sweep.sweep`.
     """
@@ -162,7 +179,7 @@ def run_many(
             except CaseError as error:
                 rows[index] = row(points[index], TaskEnd(REFUSED, str(error)))
 
-    with Workers(*by) as workers:
+    with _discarded_if_nothing_is_solved(journal, rows), Workers(*by) as workers:
         for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
             # A run that crashed or died is made again by the same command: memory may have been short.
@@ -175,17 +192,24 @@ def run_many(
         differing = differing_values(points[shared.run], points[shared.found_in])
         found[shared.run] = found[shared.run] | _columns_of_state(shared, differing)
     frame = framed(found, list(points[0]), RUN_COLUMNS)
-    of_journal = journal.warnings if journal else ()
-    damaged = [{"sentence": sentence, "code": "damaged journal"} for sentence in of_journal]
+    damaged = journal.warnings if journal else []
     falls = warnings_of_falls(frame, list(points[0])) if study.how.chosen.seeks_lowest else ()
     frame.attrs["warning_records"] = [*damaged, *warnings_of_rows(found, points), *falls]
     frame.attrs["warnings"] = [record["sentence"] for record in frame.attrs["warning_records"]]
     frame.attrs["seeks_lowest"] = study.how.chosen.seeks_lowest
     if frame["status"].isin(UNSOLVED).all():
-        if output is not None:
-            output.write(frame, {})
         raise _nothing_solved(frame)
     return frame
+
+
+@contextlib.contextmanager
+def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
+    """Discard what is added to the journal inside if no run of the rows was solved."""
+    try:
+        yield
+    finally:
+        if journal and all(row["status"] in UNSOLVED for row in rows.values()):
+            journal.discard()
 
 
 def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
