@@ -7,7 +7,7 @@ import math
 import os
 import re
 from base64 import b64encode
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -105,11 +105,17 @@ def write_together(contents: Mapping[Path, str | bytes]) -> None:
                 temporary.unlink(missing_ok=True)
 
 
-def write_folder(folder: Path, contents: Mapping[str, str | bytes], force: bool = False) -> list[Path]:
+def write_folder(
+    folder: Path,
+    contents: Mapping[str, str | bytes],
+    force: bool = False,
+    is_own: Callable[[str], bool] = lambda _: False,
+) -> list[Path]:
     """Write files into a folder by their names, as :func:`write_together`; returns their paths.
 
-    The record of the folder lists their digests, by which a later run knows that it may replace them. Raises
-    OptionError as :func:`refuse_outputs`.
+    The record of the folder lists their digests, by which a later run knows that it may replace them.
+    Recorded files of an earlier run that are not among the contents are removed if ``is_own`` is True of
+    their names. A file that was changed since stays. Raises OptionError as :func:`refuse_outputs`.
     """
     refuse_outputs(folder, contents, force)
     record = _recorded(folder)
@@ -121,6 +127,10 @@ def write_folder(folder: Path, contents: Mapping[str, str | bytes], force: bool 
     write_together({folder / RECORD: lines})
     paths = {folder / name: content for name, content in contents.items()}
     write_together(paths)
+    for name in [name for name in record if is_own(name) and name not in contents]:
+        if _digest_of(folder / name) in record[name]:
+            with writing(folder / name):
+                (folder / name).unlink()
     return [*paths]
 
 

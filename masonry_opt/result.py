@@ -70,7 +70,7 @@ class Result(Outcome):
     def warning_records(self) -> list[dict[str, Any]]:
         """Warnings as JSON output has them: sentence, code and the values of the code."""
         told = zip(self.warnings, self.warning_sentences, strict=True)
-        return [{"sentence": sentence, **warning.as_dict()} for warning, sentence in told]
+        return [{"sentence": sentence, **plain(warning.as_dict())} for warning, sentence in told]
 
     @property
     def summary(self) -> str:

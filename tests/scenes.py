@@ -228,15 +228,23 @@ class Command:
     monkeypatch: Any
     capsys: Any
 
-    def __call__(self, *arguments: object, code: int = 0) -> str:
-        """Standard output."""
+    def __call__(self, *arguments: object, code: int | None = 0) -> str:
+        """Return standard output; any exit code will do if ``code`` is None."""
         ended, out, error = run_command(self.monkeypatch, self.capsys, *arguments)
-        assert ended == code, error
+        assert code in (ended, None), error
         return out
 
     def json(self, *arguments: object, code: int = 0) -> dict[str, Any]:
         """The one object on standard output."""
         return json.loads(self(*arguments, "--json", code=code))
+
+    def warned(self, *arguments: object, code: int = 0) -> list[str]:
+        """Return the warnings on standard error, where standard output has none."""
+        ended, out, error = run_command(self.monkeypatch, self.capsys, *arguments)
+        assert ended == code, error
+        assert "warning: " not in out
+        lines = error.splitlines()
+        return [line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")]
 
     def refused(self, *arguments: object, code: int = 2) -> str:
         """Standard error, where nothing is printed."""

@@ -82,9 +82,8 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
     """
     idle = np.ones(len(assembly.scene.blocks), dtype=bool)
     idle[[piece.block for piece in assembly.filled_pieces]] = False
-    idle[[action.block for force in assembly.limited for action in force.actions if action.block >= 0]] = (
-        False
-    )
+    ends = [action.block for force in assembly.limited for action in force.actions]
+    idle[[block for block in ends if block >= 0]] = False
     idle[assembly.movable] = idle[assembly.joints.first] = idle[assembly.joints.second] = False
     return [reason(Code.IDLE_SUPPORTS, blocks=assembly.names(np.flatnonzero(idle)))] if idle.any() else []
 

@@ -28,7 +28,8 @@ _NAMED_TURN = 1e-3
 #: less; a larger one misses joints at the limit in answers of interior-point solvers.
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
-#: Joints of a block above which its joints are not compared: a support under very many blocks.
+#: Joints of a block above which its joints are not compared with each other, as of a support under very many
+#: blocks. A larger value takes more memory; a smaller one misses wedges of blocks with many joints.
 _MOST_JOINTS_COMPARED = 300
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import inspect
+import math
 import re
 import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,9 +19,12 @@ from rich.markup import escape
 from typer.models import OptionInfo
 
 from masonry_opt.analysis import solve
+from masonry_opt.effort import Phases
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.files import WRITER, writing
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.words.sentences import numeral
+from masonry_opt.words.terminal import changing_line, left_by, print_text, print_warnings
 
 Function = Callable[..., Any]
 T = TypeVar("T")
@@ -192,13 +196,53 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 
 
 @contextlib.contextmanager
-def waiting(line: str) -> Iterator[Callable[[str], None]]:
-    """Show a line until the end, and yield what changes it. Ctrl-C ends with nothing found."""
-    with Console(stderr=True).status(escape(line)) as status:
+def waiting(line: str, quiet: bool = False, kept: str = "nothing was found") -> Iterator["Work"]:
+    """Show a line on a terminal until the end, with the time since it began, and yield what changes it.
+
+    Ctrl-C ends the command with what is kept. Nothing is shown if ``quiet``.
+    """
+    with changing_line(Console(stderr=True, quiet=quiet), line) as show:
         try:
-            yield lambda line: status.update(escape(line))
+            yield Work(show, line)
         except KeyboardInterrupt:
-            raise InterruptedByUserError("interrupted: nothing was found") from None
+            raise InterruptedByUserError(f"interrupted: {kept}") from None
+
+
+class Work:
+    """The line that says what a command is doing, and the steps that it has shown."""
+
+    def __init__(self, show: Phases, name: str) -> None:
+        self._show, self._name = show, name
+        self.steps: list[str] = []  #: steps of the method with a load factor, in words
+        self._last = ""
+
+    def show(self, line: str) -> None:
+        """Show a line."""
+        self._show(line)
+
+    def phase(self, words: str) -> None:
+        """Show the phase that begins, and the last step before it."""
+        self._show(f"{self._name}: {words}{f' (last {self._last})' if self._last else ''}")
+
+    def step(self, step: Any) -> None:
+        """Show a step of a method, if it has a load factor."""
+        if not math.isfinite(step.load_factor):
+            return
+        number = len(self.steps) + 1
+        self.steps.append(f"{_name_of(step)} {number}: λ = {numeral(step.load_factor, '.6f')}")
+        self._last = self.steps[-1] + left_by(step)
+        self._show(f"{self._name}: {self._last}")
+
+
+def _name_of(step: object) -> str:
+    """Return the name of a kind of step in words, such as "relaxation step"."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(step).__name__).lower()
+
+
+def print_json(answer: Any) -> None:
+    """Print an answer as one JSON object on standard output, and its warnings on standard error."""
+    print_text(answer.to_json())
+    print_warnings(answer.warning_sentences)
 
 
 def save(found: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:

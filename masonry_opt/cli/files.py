@@ -10,7 +10,8 @@ from typing import Any
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Given, command, numbers, reader
+from masonry_opt.answer.sense import warnings_of
+from masonry_opt.cli.command import Given, command, numbers, reader, waiting
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
@@ -24,7 +25,8 @@ from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
 from masonry_opt.scene.contacts.joints import find_joints, shapes_of
 from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import as_path, parse_file
-from masonry_opt.words.terminal import print_text
+from masonry_opt.words.sentences import sentences
+from masonry_opt.words.terminal import print_text, print_warnings
 
 #: By the end of its name, what a drawing is, and what reads it.
 _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]]
@@ -49,8 +51,8 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     assembly = assemble(scene, floating=True)
     with writing(file):
         scene_picture(assembly, **given).save(file, force)
-    said = [f"{file}: {counts(assembly)}", *(f"warning: {sentence}" for sentence in doubts(assembly))]
-    print_text(printable("\n".join(said)))
+    print_text(printable(f"{file}: {counts(assembly)}"))
+    print_warnings(doubts(assembly))
 
 
 @command(
@@ -64,8 +66,14 @@ def export(given: Given, case: Path, file: Path, load_case: str | None = None) -
     what: mo.Scene | mo.Result = as_scene(case, load_case)
     if file.suffix.lower() in SOLID_ENDS and (method := given.pop("method", None)):
         refuse_unwritable(file, given.get("force", False))
-        what = mo.solve(case, method, expected=False, load_case=load_case)
+        with waiting("export", kept="no file written") as work:
+            steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
+            what = mo.solve(case, method, expected=False, load_case=load_case, **steps)
     print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))
+    if isinstance(what, mo.Result):
+        print_warnings(what.warning_sentences)
+    else:
+        print_warnings(sentences(warnings_of(assemble(what), None)))
 
 
 def _forces(option: str) -> Any:
@@ -110,25 +118,35 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     suffix = drawing.suffix.lower()
     data = parse_file(drawing) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
-        already = f"{drawing}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json)"
-        as_it_is = f"solve it as it is (masonry-opt solve {drawing})"
-        raise OptionError(f"{already}: {as_it_is}, or draw its blocks to an OUT that ends in .dxf")
-    for name in ("friction", "unit_weight"):
-        if name not in given:
-            raise OptionError(f"a drawing says nothing of it: give {given.called[name]}")
+        raise OptionError(_is_a_case_file(drawing))
     if suffix not in _READERS:
         ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data"
         raise OptionError(f"{drawing}: what is converted ends in {ends}")
+    if missing := [given.called[name] for name in ("friction", "unit_weight") if name not in given]:
+        raise OptionError(
+            f"{drawing}: a drawing has no friction and no weights: give {' and '.join(missing)}"
+        )
     what, read = _READERS[suffix]
     _refuse(given, inspect.signature(read).parameters, f"{drawing}: {what}")
     if "live_layers" in given:
         given["live_layers"] = dict(given["live_layers"])
-    scene = read(drawing, **given)
-    # What is written can be solved as far as its geometry goes.
-    joints = len(find_joints(scene, shapes_of(scene)).first)
+    with waiting(f"convert: reading {printable(str(drawing))}", kept="no file written") as work:
+        scene = read(drawing, **given)
+        # What is written can be solved as far as its geometry goes.
+        work.show("convert: finding joints")
+        joints = len(find_joints(scene, shapes_of(scene)).first)
     beside = read is mo.read_mesh and sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
     save(_beside(drawing, out, scene, given) if beside else scene, out, force)
     _tell(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if beside else ""))
+
+
+def _is_a_case_file(path: Path) -> str:
+    """Return why a case file is not converted, and what can be done with it."""
+    if mo.load(path).dimension == 3:
+        draws = f"write its solids (masonry-opt export {path} OUT.obj)"
+    else:
+        draws = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"
+    return f"{path}: a case file already: solve it (masonry-opt solve {path}), or {draws}"
 
 
 def _beside(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import typer
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Given, command, ended_by_kill, numbers, reader
+from masonry_opt.cli.command import Given, command, ended_by_kill, numbers, reader, waiting
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.files import WRITER
 from masonry_opt.scene.case_file import as_scene
@@ -20,7 +19,7 @@ from masonry_opt.studies.compare.comparison import OUT
 from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import said
 from masonry_opt.studies.writing import NEEDED
-from masonry_opt.words.terminal import print_result, print_text
+from masonry_opt.words.terminal import print_result
 
 _MOST_VALUES = 100_000  #: Most values of one number.
 _FORMS, _SUCH = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,...", "such as joints.friction=0.3:0.8:11"
@@ -122,13 +121,12 @@ def _names(text: str) -> list[str]:
 def compare(given: Given, scenes: list[str] | None = None) -> None:
     """An interrupted comparison continues where it stopped. Exit code 0: done; 1: every run crashed or died;
     130: interrupted; 2: wrong case file or option."""
-    errors = Console(stderr=True)
-    with errors.status("comparing") as status, ended_by_kill():
-        comparison = mo.compare(scenes or [], progress=lambda line: status.update(escape(line)), **given)
-    print_text(str(comparison))
+    with waiting("comparing") as work, ended_by_kill():
+        comparison = mo.compare(scenes or [], progress=work.show, **given)
+    print_result(str(comparison), bold_line=None)
     folder = given.get("out", OUT)
     page, table = folder / "report.html", folder / "summary.csv"
     written = f"{page}, tables and pictures beside it" if page.exists() else f"{table}; {NEEDED}"
-    errors.print(f"written: {written}", markup=False, soft_wrap=True)
+    Console(stderr=True).print(f"written: {written}", markup=False, soft_wrap=True)
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: the same command continues where it stopped")

@@ -1,21 +1,18 @@
 """The commands `masonry-opt solve` and `check`."""
 
-import math
-import re
 from pathlib import Path
 from typing import Any
 
 import typer
-from rich.console import Console
 
 import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.cli.command import Given, command, interrupts, save
+from masonry_opt.cli.command import Given, command, interrupts, print_json, save, waiting
 from masonry_opt.errors import InterruptedByUserError, OptionError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text, print_warnings
+from masonry_opt.words.terminal import print_result, print_text, print_warnings
 
 _DRAWN = "least", "expected"  #: Load factors whose mechanism can be drawn.
 _SHOWN = "What a picture shows: mechanism, thrust, utilisation, curve."
@@ -28,11 +25,7 @@ _WHOSE = "Mechanism that --plot draws: least (default: of the lowest found), exp
     mo.Result.save,
     kind=typer.Option("--plot-kind", metavar="KIND", help=_SHOWN),
     verbose=typer.Option("--verbose", "-v", help=_HOW),
-    quiet=typer.Option(
-        "--quiet",
-        "-q",
-        help="Print the load factor alone, warnings on standard error.",
-    ),
+    quiet=typer.Option("--quiet", "-q", help="Print the load factor alone, warnings on standard error."),
     mechanism=typer.Option(metavar="WHICH", help=_WHOSE),
 )
 def solve(
@@ -66,37 +59,28 @@ def solve(
     options = given.rest(solve_scene)
     if drawing["kind"] == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")
-    errors = Console(stderr=True, quiet=quiet)
-    steps: list[str] = []
-    told: list[str] = []
-    name = printable(case.name)
-    with changing_line(errors, name) as show, interrupts() as check_interrupt:
-
-        def begun(phase: str) -> None:
-            show(f"{name}: {phase}{f' (last {told[-1]})' if told else ''}")
+    with waiting(printable(case.name), quiet or json) as work, interrupts() as check_interrupt:
 
         def progress(step: Any) -> None:
             check_interrupt()
-            if math.isfinite(step.load_factor):
-                what = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(step).__name__).lower()
-                steps.append(f"{what} {len(steps) + 1}: λ = {numeral(step.load_factor, '.6f')}")
-                told.append(steps[-1] + left_by(step))
-                show(f"{name}: {told[-1]}")
+            work.step(step)
 
         try:
             if scene.load_cases and load_case is None:
-                answer: Any = mo.solve_cases(scene, progress=progress, phases=begun, **options)
+                answer: Any = mo.solve_cases(scene, progress=progress, phases=work.phase, **options)
             else:
-                answer = solve_scene(scene, progress=progress, phases=begun, **options)
+                answer = solve_scene(scene, progress=progress, phases=work.phase, **options)
             # Of load cases the governing one is drawn.
             result = answer if isinstance(answer, mo.Result) else answer.to_draw
             if not result.solution.interrupted:  # else it is the lowest state of a search
                 check_interrupt()
         except KeyboardInterrupt:
-            last = f"the last was {steps[-1]}, not the answer" if steps else "no load factor was found"
+            last = "no load factor was found"
+            if work.steps:
+                last = f"the last was {work.steps[-1]}, not the answer"
             raise InterruptedByUserError(f"interrupted: {last}; no file written") from None
     if json:
-        print_text(answer.to_json())
+        print_json(answer)
     elif not quiet:
         print_result(answer.details if verbose else answer.summary)
     elif result.status.usable:
@@ -112,6 +96,7 @@ def solve(
 @command(mo.check)
 def check(given: Given, case: Path, load_case: str | None = None) -> bool:
     """Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file."""
-    report = mo.check(as_scene(case, load_case), **given)
+    with waiting("static and kinematic, CVXPY and Pyomo"):
+        report = mo.check(as_scene(case, load_case), **given)
     print_result(str(report))
     return report.passed

@@ -11,7 +11,17 @@ import typer
 from rich.console import Console
 
 import masonry_opt as mo
-from masonry_opt.cli.command import PICTURE, Given, command, interrupts, numbers, reader, save, waiting
+from masonry_opt.cli.command import (
+    PICTURE,
+    Given,
+    command,
+    interrupts,
+    numbers,
+    print_json,
+    reader,
+    save,
+    waiting,
+)
 from masonry_opt.drawing.figure import refuse_file, refuse_picture
 from masonry_opt.drawing.solids import refuse_view
 from masonry_opt.effort import Phases
@@ -24,7 +34,7 @@ from masonry_opt.studies.many.least import Trial
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.report.report import refuse_report
 from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import frame_text, print_result, print_text
+from masonry_opt.words.terminal import frame_text, print_result, print_text, print_warnings
 
 _AXLES = typer.Option(metavar="NAME", help="One group of the case. Default: all.", parser=str)
 _IN_CASE = typer.Option(metavar="NAME", help="One load case. Default: all in which axles cross.")
@@ -67,11 +77,16 @@ def capacity(
     if plot is not None:
         refuse_picture(plot, **drawing)
     periods = None if spectrum is None else _spectrum(spectrum)
-    found = mo.capacity(mo.solve(case, expected=False, **given.rest(mo.solve)), **following)
+    with waiting("capacity", json) as work:
+        steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
+        onset = mo.solve(case, expected=False, **steps, **given.rest(mo.solve))
+        work.phase("following the mechanism")
+        found = mo.capacity(onset, **following)
     check = None if periods is None else found.check(periods, **checking)
     if json:
         told = found.as_dict() | {"check": check.as_dict() if check else None}
         print_text(json_module.dumps(told, allow_nan=False, ensure_ascii=False))
+        print_warnings(found.warning_sentences)
     else:
         states = [frame_text(found.table.drop(columns="pairs"), "states")] if table else []
         print_result("\n".join([str(found), *([str(check)] if check else []), *states]), bold_line=None)
@@ -88,16 +103,16 @@ def crossing(
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # refused now, not after the solves
         refuse_file(plot, **drawing)
-    with waiting("crossing") as show:
+    with waiting("crossing", json) as work:
 
         def progress(position: float, load_factor: float) -> None:
             said = numeral(load_factor, ".6f") if math.isfinite(load_factor) else "none"
-            show(f"first axle at {position:.4g}: λ = {said}")
+            work.show(f"crossing: first axle at {position:.4g}: λ = {said}")
 
-        found = mo.crossing(case, progress=progress, **given.rest(mo.crossing))
+        found = mo.crossing(case, progress=progress, phases=work.phase, **given.rest(mo.crossing))
     states = "\n" + frame_text(found.told, "positions") if table and found.passages else ""
     if json:
-        print_text(found.to_json())
+        print_json(found)
     else:
         print_result(f"{found}{states}", bold_line=None)
     save(found, plot if found.passages else None, drawing)
@@ -114,10 +129,10 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     if plot is not None:
         refuse_picture(plot, **drawing)
     options = given.rest(mo.directions)
-    with waiting("directions") as show:
-        found = mo.directions(case, phases=lambda phase: show(f"directions: {phase}"), **options)
+    with waiting("directions", json) as work:
+        found = mo.directions(case, phases=work.phase, progress=work.step, **options)
     if json:
-        print_text(found.to_json())
+        print_json(found)
     else:
         print_result(found.summary)
     save(found, plot, drawing)
@@ -139,16 +154,16 @@ def least(
     parameters = Parameters(as_scene(case, load_case))
     parameters.check_names({name: lower})
     search = mo.most if most else mo.least
-    with waiting(f"{name}: {lower:g} to {upper:g}") as show:
+    with waiting(f"{name}: {lower:g} to {upper:g}", json) as work:
 
         def progress(trial: Trial) -> None:
             does = "holds" if trial.holds else "fails"
-            show(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
+            work.show(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
 
         options = given.rest(search)
         found = search(lambda value: parameters.at({name: value}), lower, upper, progress=progress, **options)
     if json:
-        print_text(found.to_json())
+        print_json(found)
     else:
         print_result(f"{'number':<16} {name}\n{found}", bold_line=None)
 
@@ -172,10 +187,10 @@ def settle(
         refuse_view(mo.load(case), drawing.get("view"))
     elif greatest or drawing:
         raise OptionError("--greatest, --view and --force say how to draw: give --plot FILE too")
-    with waiting("settle") as show:
-        found = mo.settle(case, phases=lambda words: show(f"settle: {words}"), **given.rest(mo.settle))
+    with waiting("settle", json) as work:
+        found = mo.settle(case, phases=work.phase, **given.rest(mo.settle))
     if json:
-        print_text(found.to_json())
+        print_json(found)
     else:
         print_result(str(found), bold_line=None)
     save(found, plot, drawing | {"end": "greatest" if greatest else "least"})
@@ -192,15 +207,15 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
     page, writes = out or Path(f"{case.stem}_report.html"), given.take(mo.report)
     refuse_report(page, **writes)
     errors = Console(stderr=True)
-    with waiting("report") as show, interrupts() as check_interrupt:
+    with waiting("report", kept="no page written") as work, interrupts() as check_interrupt:
 
         def begins(part: str) -> None:
-            show(f"report: {part}")
+            work.phase(part)
             if not errors.is_terminal:
                 errors.print(f"report: {part} ...", markup=False, soft_wrap=True)
 
         try:
-            answers = _answers(as_scene(case, load_case), begins, show, given.rest(mo.solve))
+            answers = _answers(as_scene(case, load_case), begins, work.show, given.rest(mo.solve))
             check_interrupt()  # a search or crossing that it ended has an answer: what was found by then
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: no page written") from None

@@ -20,12 +20,13 @@ from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.moved_blocks import displaced, moved, placed, point_forces
 from masonry_opt.finite_motion.path import HingingPath, Step
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
 from masonry_opt.result import Result
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.words.load_factors import certainty, own_name
+from masonry_opt.words.load_factors import certainty, named_factor, own_name
 from masonry_opt.words.names import labelled, some, warning_lines
 from masonry_opt.words.sentences import message, numeral
 
@@ -65,11 +66,10 @@ def capacity(
         raise OptionError("the capacity curve is of a result: give mo.capacity(mo.solve(scene))")
     result.required()
     assembly, dimension = result.assembly, result.assembly.scene.dimension
-    limited = any(force.role is Role.SUPPORT or dimension == 2 for force in assembly.limited)
-    if limited or len(assembly.problem.crushing):
-        known = "the capacity curve knows joints alone, which touch, hinge in their corners and part"
-        has = "ties, props, fill or a support that settles" if limited else "'strength'"
-        raise OptionError(f"{result.case}: {known}: this scene has {has}, which is to be left out")
+    if unknown := _not_followed(assembly):
+        known = "the capacity curve follows joints that hinge, open and close, and nothing else"
+        remedy = f"leave out {' and '.join(unknown)}, or find the load factor alone with 'solve'"
+        raise OptionError(f"{result.case}: {known}: {remedy}")
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
     dead, live = point_forces(assembly)
@@ -80,6 +80,24 @@ def capacity(
     if path.motion.any() and abs(control_rate) <= _STILL * rates.max():
         raise OptionError(f"block '{block}' does not move along the live load: name another block or point")
     return found
+
+
+#: What is left out of a scene for its capacity curve, by the role of its limited forces.
+_LEFT_OUT = {
+    Role.TIE: "[[tie]]",
+    Role.PROP: "[[prop]]",
+    Role.EARTH: "[[fill]]",
+    Role.SUPPORT: "the support that settles",
+}
+
+
+def _not_followed(assembly: Assembly) -> list[str]:
+    """Return what a capacity curve does not follow in a scene; in space it follows ties and props."""
+    roles = dict.fromkeys(force.role for force in assembly.limited)
+    if assembly.scene.dimension == 3:
+        roles = {role: None for role in roles if role not in (Role.TIE, Role.PROP)}
+    crushing = ["'strength' of joints"] if len(assembly.problem.crushing) else []
+    return [*(_LEFT_OUT[role] for role in roles), *crushing]
 
 
 def _control(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
@@ -238,7 +256,8 @@ class Capacity:
         values = {"behaviour_factor": behaviour_factor, "confidence_factor": confidence_factor}
         values |= {"gravity": gravity, "ultimate": ultimate, "secant": secant}
         curve = self.table[["displacement", "load_factor"]].to_numpy()
-        return kinematic_check(self._onset, curve, self.reaches_zero, spectrum, values)
+        rests_on = f"{named_factor(self.result)}: {certainty(self.result)}"
+        return kinematic_check(self._onset, curve, self.reaches_zero, spectrum, values, rests_on)
 
     def _share_of_weight(self) -> float | None:
         """The live load over the weight of the blocks that it pushes; None if it is that, and level."""
@@ -264,7 +283,7 @@ class Capacity:
         from masonry_opt.drawing.figure import curve_axes, finish, style
 
         table, of = self.table, "the live load" if self.control is self.live else "the control point"
-        heading, along = f"after the onset at λ = {numeral(self.load_factor, '.5f')}", f"displacement of {of}"
+        heading, along = f"after the onset at {named_factor(self.result)}", f"displacement of {of}"
         with style():
             scene = self.result.assembly.scene
             made, axes = curve_axes(scene, heading, f"{along}, in the length unit of the case")

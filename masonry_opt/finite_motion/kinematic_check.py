@@ -28,6 +28,7 @@ class KinematicCheck:
     secant, secant_acceleration: d*_s and a*_s (g), a point of the curve; period: T_s = 2π √(d*_s / a*_s) (s).
     demand_acceleration: S_e(0) / q, in g; ``demand_displacement``: S_e(T_s) (T_s / 2π)².
     linear, non_linear: whether a*_0 is at least the first, and d*_u the second.
+    rests_on: name and certainty of the load factor λ at the onset, on which both verdicts rest.
     """
 
     mass_fraction: float
@@ -43,6 +44,7 @@ class KinematicCheck:
     demand_displacement: float
     linear: bool
     non_linear: bool
+    rests_on: str
 
     def as_dict(self) -> dict[str, Any]:
         """The same as plain numbers."""
@@ -56,6 +58,7 @@ class KinematicCheck:
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
             "linear": f"a*_0 = {self.acceleration:.4f} g against {self.demand_acceleration:.4f} g: {linear}",
             "non-linear": f"d*_u = {used} against {demanded} at T_s = {self.period:.4g} s: {non_linear}",
+            "rests on": f"{self.rests_on}; with a lower λ a check may not hold",
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
         }
         return labelled(lines)
@@ -67,9 +70,11 @@ def kinematic_check(
     complete: bool,
     spectrum: Sequence[tuple[float, float]],
     values: Mapping[str, float],
+    rests_on: str,
 ) -> KinematicCheck:
     """Check with the numbers of :meth:`~.capacity.Capacity.check` by name; at the onset forces P and their
-    rates δ, shape (f,) each, and the control point's rate δ_k; the curve of d_k and λ, shape (states, 2)."""
+    rates δ, shape (f,) each, and the control point's rate δ_k; the curve of d_k and λ, shape (states, 2).
+    ``rests_on`` says what the load factor at the onset is."""
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise OptionError(f"{name} must be a number above zero (found {value!r})")
@@ -108,6 +113,7 @@ def kinematic_check(
         demand_displacement=demanded,
         linear=bool(a[0] >= least),
         non_linear=bool(ultimate >= demanded),
+        rests_on=rests_on,
     )
 
 

@@ -63,7 +63,9 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
         if np.abs(left).max(initial=0.0) > LOWER * max(1.0, np.abs(known).max()):
             follows = "the capacity curve follows weights, forces at points and loads on edges alone"
             others = "the scene has others, whose points of action are not known after the onset"
-            raise OptionError(f"{assembly.scene.called}: {follows}: {others}")
+            left_out = "leave out [[fill]], or " if assembly.scene.fills else ""
+            remedy = f"{left_out}find the load factor alone with 'solve'"
+            raise OptionError(f"{assembly.scene.called}: {follows}: {others}: {remedy}")
     return found
 
 

@@ -160,14 +160,18 @@ class Scene(SceneKeys):
         return self.earthquake if self._load_case is None else self._load_case.earthquake
 
     def shaken(self, quake: Earthquake) -> Self:
-        """The scene in an earthquake in place of all other live loads, dead loads those of its load case.
-        Raises CaseError if the scene cannot be in that earthquake."""
+        """Return the scene in an earthquake in place of all other live loads, with the dead loads of its load
+        case. It has no reference values: those are load factors of other live loads.
+
+        Raises CaseError if the scene cannot be in that earthquake.
+        """
         if mistake := wrong_direction(self, quake):
             raise CaseError(f"{self.origin}: 'earthquake': {mistake}")
+        without = BaseModel.model_copy(self, update={"reference": {}})
         if case := self.load_case:
-            return self.with_load_case(case.replace(live={}, earthquake=quake))
+            return without.with_load_case(case.replace(live={}, earthquake=quake))
         # Beside other live loads, which no longer act, a scene that is checked takes none.
-        return BaseModel.model_copy(self, update={"earthquake": quake})
+        return BaseModel.model_copy(without, update={"earthquake": quake})
 
     def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
         """What loads of a group, given as "weight", "dead" or "live", are multiplied by as dead or live."""

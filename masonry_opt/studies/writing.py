@@ -23,6 +23,7 @@ import psutil
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER, write_whole, writing
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.words.names import labelled, some, warning_lines
 
 #: Message where a library for charts or pages is missing.
@@ -46,6 +47,8 @@ class Journal:
 
     def __init__(self, folder: Path, head: Mapping[str, str]) -> None:
         self.path = folder / JOURNAL
+        #: Folders that are made for the journal, the innermost first.
+        self._folders_made = [path for path in (folder, *folder.parents) if not path.exists()]
         with writing(self.path):
             folder.mkdir(parents=True, exist_ok=True)
             data = self.path.read_bytes() if self.path.exists() else b""
@@ -55,16 +58,19 @@ class Journal:
             whole = whole or _line(head)
             if whole != data:
                 write_whole(self.path, whole)
+        self._length_before = len(whole) if data else 0  #: in bytes; 0 if the journal is begun here
         first, *lines = whole.splitlines()
         self._refuse_others(first, head)
         self._rows: dict[str, dict[str, Any]] = {}
-        self.warnings: tuple[str, ...] = ()  #: one sentence a damaged line
+        self.warnings: list[dict[str, Any]] = []  #: one record a damaged line
         for number, line in enumerate(lines, start=2):
             try:
                 self._keep(json.loads(line))
             except (ValueError, KeyError, TypeError):
                 remedy = "its run is repeated; delete the line to stop this warning"
-                self.warnings += (f"{self.path}: line {number} is damaged: {remedy}",)
+                sentence = f"{self.path}: line {number} is damaged: {remedy}"
+                where = {"path": str(self.path), "line": number}
+                self.warnings.append(study_warning(StudyCode.DAMAGED_JOURNAL, sentence, **where))
 
     def _refuse_others(self, first: bytes, head: Mapping[str, str]) -> None:
         """Raise OptionError if the first line is no head, or that of other runs."""
@@ -92,6 +98,20 @@ class Journal:
             stream.flush()
             os.fsync(stream.fileno())
         self._rows[key] = dict(row)
+
+    def discard(self) -> None:
+        """Remove the rows that were added here.
+
+        A journal that was begun here is removed, with the folders that were made for it.
+        """
+        self._rows = {}
+        with suppress(OSError):  # a folder that another program has used since stays
+            if self._length_before:
+                os.truncate(self.path, self._length_before)
+                return
+            self.path.unlink()
+            for folder in self._folders_made:
+                folder.rmdir()
 
 
 def digest(content: object) -> str:

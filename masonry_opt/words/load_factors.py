@@ -33,7 +33,7 @@ _LOST = "equilibrium is lost as the live load is raised from rest"
 #: Remark that follows where method "compliant" alone was asked.
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'refined' looks for them)"
 
-#: What load factors of each name are, in tables of many results.
+#: Meaning of a load factor of each name, in the words that studies of many results print below their numbers.
 _MEANINGS = {
     LOWEST: "exact collapse states, not proven least",
     LEAST: "exact collapse states; proven: no state is lower",
@@ -266,13 +266,18 @@ def _lower_states(result: Outcome) -> list[str]:
 
 
 def _not_proven(result: Outcome) -> str:
+    return f"not proven least{search_remark(result, 'lower ones')}"
+
+
+def search_remark(result: Outcome, states: str) -> str:
+    """Return what a search for states of a kind has done or can do, to follow "not proven ..." at once."""
     if result.solution.interrupted:
-        return "not proven least: the search was interrupted"
+        return ": the search was interrupted"
     if result.solution.has(Code.SEARCHED):
-        return "not proven least: a longer search may find lower ones"
+        return f": a longer search may find {states}"
     if result.assembly.problem.dilatancy_depends_on_stress:
-        return "not proven least"
-    return "not proven least (method 'refined' with search=10 looks for lower ones)"
+        return ""
+    return f" (method 'refined' with search=10 looks for {states})"
 
 
 def load_history_ends_lower(result: Outcome) -> bool:

@@ -5,6 +5,7 @@ from typing import Any
 
 _NAMED = 5  #: Items of a list that are named; the rest is counted.
 _LABEL = 16  #: Width of the labels of lines.
+WARNING = "warning: "  #: Begins each line that states a warning.
 
 
 def labelled(lines: Mapping[str, object]) -> str:
@@ -16,7 +17,7 @@ def labelled(lines: Mapping[str, object]) -> str:
 
 def warning_lines(sentences: Iterable[str]) -> list[str]:
     """Return warnings as the lines that every command prints, each sentence once."""
-    return [f"warning: {sentence}" for sentence in dict.fromkeys(sentences)]
+    return [f"{WARNING}{sentence}" for sentence in dict.fromkeys(sentences)]
 
 
 def blocks(names: list[str]) -> str:

@@ -172,8 +172,7 @@ def _repeats(v: dict[str, Any]) -> str:
     repeats = f"the loop repeats itself every {every}, between load factors {_between(v)}"
     if v["exact"]:
         return f"{repeats}, and this state is exact"
-    advice = _by_loop(v, "lower 'beta'")
-    return f"{repeats}: {advice}"
+    return f"{repeats}: " + _by_loop(v, "lower 'beta'")
 
 
 def _began_again(v: dict[str, Any]) -> str:
@@ -197,15 +196,14 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    ended = (
-        f"the load history from rest led to no collapse state ({v['word']}; {counted(v['steps'], 'step')})"
-    )
+    steps = counted(v["steps"], "step")
+    ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
     if v["looped"]:
-        ended += ", and the loop led to none"
-        return (
-            ended if v["method"] == "refined" else f"{ended}: method 'refined' with search=10 looks for one"
-        )
-    return f"{ended}: method 'mcp' looks for one in other ways" if v["method"] in ("", "compliant") else ended
+        ended = f"{ended}, and the loop led to none"
+        searches = v["method"] == "refined"
+        return ended if searches else f"{ended}: method 'refined' with search=10 looks for one"
+    is_history_alone = v["method"] in ("", "compliant")
+    return f"{ended}: method 'mcp' looks for one in other ways" if is_history_alone else ended
 
 
 def _bracket(v: dict[str, Any]) -> str:
@@ -270,11 +268,11 @@ def _small_gaps(v: dict[str, Any]) -> str:
 
 def _corners_bear(v: dict[str, Any]) -> str:
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
-    where = f"at {pairs(v)} that may bring down what no load does here"
+    where = f"crushing at {pairs(v)} may cause a collapse that no load causes here"
     if forces:
-        where = f"at collapse these press with the force told, {pairs(v, forces)}"
+        where = f"at collapse they press with the forces in brackets, {pairs(v, forces)}"
     limits = "'strength' limits no force where a corner stands on an edge"
-    return f"{limits}, and crushing there is not looked at: {where}"
+    return f"{limits}, so check by hand that these corners do not crush: {where}"
 
 
 #: By code: a text with values in braces, or what makes one of the values.
@@ -440,15 +438,15 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"slide: {pairs(v)}; if they are meant to be parallel, {set_tolerance(v['tolerance'])}"
     ),
     Code.CORNERS_MEET: lambda v: (
-        f"{pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
+        f"{pairs(v)} meet at corners only, where no joint holds them: a joint needs an edge of a block"
     ),
     Code.WITHOUT_NORMAL: lambda v: (
         f"{pairs(v)} meet corner on corner, corner on edge or edge along edge, where there is no normal and "
-        "nothing holds them: a joint needs a face of either, or edges that cross"
+        "no joint holds them: a joint needs a face of one of the blocks, or edges that cross"
     ),
     Code.FACES_TURNED: lambda v: (
-        f"not all faces of {blocks(v['blocks'])} were given turned one way; they are taken so: were these "
-        "meant?"
+        f"faces of {blocks(v['blocks'])} list their corners in different senses; all were turned outwards: "
+        "check the order of the corners"
     ),
     Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (

@@ -221,8 +221,14 @@ def _crushing(result: Outcome) -> str:
 
 
 def _reference(result: Outcome) -> str:
-    """The case file's reference value for the method (of "mcp" else the loop's: both answer for Coulomb's
-    joints) and how far λ is from it; without one the same of the associative λ."""
+    """Return the case file's reference value for the method, and how far λ is from it.
+
+    For "mcp" this may be the value of the loop: both answer for Coulomb's joints. Without such a value the
+    associative reference value is compared with the associative λ. The text is empty for a load case: a case
+    file does not say of which one its values are.
+    """
+    if result.assembly.scene.load_case is not None:
+        return ""
     names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
     known = result.assembly.scene.reference
     name = next((name for name in names.get(result.method, [result.method]) if name in known), None)
@@ -233,7 +239,7 @@ def _reference(result: Outcome) -> str:
         return ""
     reference = known[name]
     if found is not None and reference.value:
-        off = f", here {numeral(100 * (found / reference.value - 1), '+.3f')} %"
+        off = f", {of}here {numeral(100 * (found / reference.value - 1), '+.3f')} %"
     return f"{of}{reference.value} ({reference.source}){off}"
 
 

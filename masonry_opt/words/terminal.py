@@ -4,7 +4,7 @@ import io
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import TYPE_CHECKING, TextIO
 
@@ -14,8 +14,8 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Column, Table
 from rich.text import Text
 
-from masonry_opt.errors import OutputError, ReaderGoneError
-from masonry_opt.words.names import warning_lines
+from masonry_opt.errors import OutputError, ReaderGoneError, printable
+from masonry_opt.words.names import WARNING, warning_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,28 +49,36 @@ def print_text(text: str) -> None:
 
 
 def print_result(text: str, bold_line: int | None = 1) -> None:
-    """Print the lines of a result, on a terminal with its load factors in bold and warnings in yellow.
+    """Print the lines of a result, and the lines of its warnings on standard error.
 
-    ``bold_line`` is the number of a line that stands out too, counted from 0; None if there is none.
+    On a terminal load factors are bold and warnings yellow. ``bold_line`` is the number of a line that stands
+    out too, counted from 0; None if there is none.
     """
+    lines = text.split("\n")
+    results = [line for line in lines if not line.startswith(WARNING)]
+    _print_lines(results, bold_line)
+    print_warnings(line.removeprefix(WARNING) for line in lines if line.startswith(WARNING))
+
+
+def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
+    """Print lines of a result on standard output."""
     console = Console(highlight=False, file=_results)
     if not console.is_terminal or console.no_color:
-        print_text(text)
+        print_text("\n".join(lines))
         return
-    lines = [Text(line) for line in text.split("\n")]
-    for number, line in enumerate(lines):
-        if line.plain.startswith("warning: "):
-            line.stylize("bold yellow")
-        elif number == bold_line or _LOAD_FACTOR_ROW.match(line.plain):
-            line.stylize("bold")
+    texts = [Text(line) for line in lines]
+    for number, text in enumerate(texts):
+        if number == bold_line or _LOAD_FACTOR_ROW.match(text.plain):
+            text.stylize("bold")
     with _printing():
-        console.print(Text("\n").join(lines), soft_wrap=True)
+        console.print(Text("\n").join(texts), soft_wrap=True)
 
 
 def print_warnings(sentences: Iterable[str]) -> None:
-    """Print warnings on standard error, where results do not go."""
+    """Print warnings on standard error, on a terminal in yellow."""
+    console = Console(stderr=True)
     for line in warning_lines(sentences):
-        Console(stderr=True).print(line, markup=False, highlight=False, soft_wrap=True, style="bold yellow")
+        console.print(printable(line), markup=False, highlight=False, soft_wrap=True, style="bold yellow")
 
 
 @contextmanager

@@ -54,3 +54,17 @@ def test_a_pier_that_settles_below_zero():
     assert found.least.reaction == pytest.approx(-0.547, abs=5e-4)
     assert exact_load_factors(found.least.result.assembly.problem, 1e-5, 10.0) is None
     assert found.usable
+    (across,) = found.as_dict()["warnings"]
+    assert (across["code"], across["end"]) == ("state across rest", "least")
+    assert across["reaction"] == pytest.approx(found.least.across_rest)
+    assert across["at_rest"] == found.at_rest < across["reaction"]
+
+
+@pytest.mark.slow
+def test_a_pier_whose_load_history_ends_nearer_to_rest():
+    """Pulled sideways: the state found lies at -1.016, the load history ends at -0.671 already."""
+    found = mo.settle(FOLDER / "beam_on_three_piers.toml", "p0", (1, 0))
+    codes = [warning["code"] for warning in found.as_dict()["warnings"]]
+    assert codes == ["history ends nearer", "state across rest"]
+    nearer = found.warning_records[0]
+    assert found.least.reaction < nearer["incremental"] < found.at_rest

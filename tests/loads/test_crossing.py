@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, interrupts, slab, support
+from scenes import axles_on_a_beam
 
 import masonry_opt as mo
 from masonry_opt.analysis import Session
@@ -264,3 +265,26 @@ def test_bridge_with_fill_against_a_sweep(method):
     if method == "static":
         assert found.bound <= min(swept.values())
         assert found.bound >= (1 - 2e-3) * found.load_factor
+
+
+@pytest.mark.parametrize("load_factor", [0.0, 0.5])
+def test_a_load_factor_below_its_bound_is_no_longer_hidden(load_factor):
+    """The bound is by another program than the answer: a contradiction is told, and no bound given."""
+    found = mo.crossing(axles_on_a_beam(0.6), method="static")
+    assert found.bound == pytest.approx(found.load_factor, rel=2e-3)
+    assert found.warning_records == []
+    solution = found.worst.solution
+    lower = replace(solution, found=replace(solution.found, load_factor=load_factor))
+    contradicted = replace(found, worst=replace(found.worst, solution=lower))
+    (warning,) = contradicted.as_dict()["warnings"]
+    assert warning["code"] == "below bound"
+    assert (warning["load_factor"], warning["bound"]) == (load_factor, pytest.approx(found.bound))
+    assert contradicted.bound is None
+    assert "bound" not in contradicted.facts()
+
+
+def test_a_bound_is_lowered_for_rounding_alone():
+    found = mo.crossing(axles_on_a_beam(0.6), method="static")
+    solution, less = found.worst.solution, found.bound * (1 - 1e-12)
+    lower = replace(solution, found=replace(solution.found, load_factor=less))
+    assert replace(found, worst=replace(found.worst, solution=lower)).bound == less

@@ -1,6 +1,7 @@
 """Load cases and directions of earthquakes on the command line: what is printed, JSON, exit codes."""
 
 import pytest
+from scenes import CASES as CASE_FILES
 from scenes import block_on_floor
 
 import masonry_opt as mo
@@ -61,3 +62,12 @@ def test_directions(command, path):
     assert picture.stat().st_size > 5000
     command.refused("directions", path)
     command.refused("directions", path, "--vertical=up")
+
+
+def test_reference_values_are_not_compared_with_load_factors_of_other_loads(command):
+    """The value of the case is of its own live load, not of an earthquake, nor of a load case."""
+    case = CASE_FILES / "gilbert" / "two_blocks.toml"
+    assert "\nreference " in command("solve", case, "--method", "static")
+    assert "\nreference " not in command("directions", case, "--method", "static")
+    in_case = mo.load(case).replace(load_cases=[{"name": "a", "live": {"live": 0.5}}])
+    assert "reference" not in mo.solve(in_case, "static", load_case="a").summary

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from mappings import mapped, turned
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Status
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.studies.settle.answer import Bound
 
 DOWN, RIGHT = (0.0, -1.0), (1.0, 0.0)
 #: Of reactions, over the weight of all blocks: what solvers leave.
@@ -71,6 +73,51 @@ def test_a_pier_that_turns_too(in_space):
     scene, down = (mo.extrude(beam(), 1.5), (0, 0, -1)) if in_space else (beam(), DOWN)
     found = mo.settle(scene, "R", down, turns=True)
     assert reactions(found) == one_answer(15 / 3.8, 28 / 4.8)
+
+
+def with_solution(end: Bound, **changes: object) -> Bound:
+    """The end with another solution of the method asked."""
+    return replace(end, result=replace(end.result, solution=replace(end.result.solution, **changes)))
+
+
+def test_what_is_known_of_each_reaction():
+    """Of every row, in the table and on the command line: no reaction is given as the end unless proven."""
+    found = mo.settle(beam(), "R", RIGHT)
+    known = found.table.set_index(["end", "kind"])["certainty"]
+    for end in ("least", "greatest"):
+        assert "found, not proven: exact states may lie nearer to rest" in known[end, "coulomb"]
+        assert "equilibrium is lost" in known[end, "expected"]
+        assert known[end, "associative"] == "no state lies further from the reaction at rest"
+        first, *others = found.facts()[end].splitlines()
+        assert "(found, not proven)" in first
+        assert [line.split()[0] for line in others[1:]] == ["incremental", "associative"]
+    assert found.warning_sentences == ()
+    assert found.facts()["at rest"].endswith("with elastic contacts")
+    proven = with_solution(found.least, is_only_state=True)
+    assert proven.rows()[0]["certainty"].endswith(
+        "proven: no exact state lies nearer to the reaction at rest"
+    )
+    assert "(proven)" in replace(found, least=proven).facts()["least"]
+    by_statics = mo.settle(beam(), "R", RIGHT, method="static").facts()["least"]
+    assert by_statics.splitlines()[0].startswith("-3 (associative)")
+
+
+def test_states_nearer_to_rest_and_across_it_are_warned_of():
+    """A load history that ends at half the reaction found, and a state beyond the reaction at rest."""
+    found = mo.settle(beam(), "R", RIGHT)
+    least, half = found.least, 0.5 * found.least.result.load_factor
+    history = least.result.solution.expected
+    ended = replace(history, found=replace(history.found, load_factor=half), peak=None)
+    nearer = replace(found, least=with_solution(least, expected=ended))
+    (warning,) = nearer.as_dict()["warnings"]
+    assert (warning["code"], warning["end"]) == ("history ends nearer", "least")
+    assert [warning["reaction"], warning["incremental"]] == pytest.approx([-2.25, -1.125], abs=1e-6)
+    assert "may collapse there" in warning["sentence"]
+    beyond = replace(found, least=with_solution(least, below_zero=-half))
+    (warning,) = beyond.as_dict()["warnings"]
+    assert (warning["code"], warning["end"]) == ("state across rest", "least")
+    assert [warning["reaction"], warning["at_rest"]] == pytest.approx([1.125, 0.0], abs=1e-6)
+    assert "would fall by itself" in warning["sentence"]
 
 
 def test_piers_that_settle_alike_bear_the_weight():

@@ -24,7 +24,7 @@ def frame(mechanisms, load_factors):
     friction = [0.1 * number for number in range(1, len(mechanisms) + 1)]
     status = ["optimal" if value == value else "unstable under dead load" for value in load_factors]
     columns = {NAME: friction, "load_factor": load_factors, "mechanism": mechanisms, "status": status}
-    return pd.DataFrame(columns).assign(expected=np.nan)
+    return pd.DataFrame(columns).assign(expected=np.nan, which="lowest found")
 
 
 def against(swept):
@@ -53,6 +53,7 @@ def test_points_are_marked_by_mechanism():
     drawing = against(swept)
     points, *_ = marks(drawing)
     assert points["series"].tolist() == swept["mechanism"].tolist()
+    assert drawing.notes.endswith("λ: lowest found")
     assert points[["at", "λ"]].to_numpy() == pytest.approx(swept[[NAME, "load_factor"]].to_numpy())
 
 
@@ -90,7 +91,7 @@ def scale_of(drawing):
 def test_a_heat_map_has_a_cell_for_each_run():
     load_factors = [1.0, 2.0, 3.0, np.nan]
     swept = pd.DataFrame({"a": [1.0, 1.0, 2.0, 2.0], "b": [1.0, 3.0] * 2, "load_factor": load_factors})
-    drawing = heat_map(swept.assign(status="optimal"), "a", "b")
+    drawing = heat_map(swept.assign(status="optimal", which="associative"), "a", "b")
     (_, every, _), (_, cells, _), (_, ring, _) = layers(drawing)
     assert every[["x", "y"]].to_numpy().tolist() == [[1, 1], [1, 3], [2, 1], [2, 3]]
     assert cells[["x", "y", "λ"]].to_numpy().tolist() == [[1, 1, 1], [1, 3, 2], [2, 1, 3]]
@@ -133,7 +134,7 @@ def test_a_value_off_the_axis_stands_at_its_head():
 def test_a_value_above_the_scale_of_a_map_is_told():
     values = [0.2, 0.3, 25.0, 0.25, 0.3, 0.4]
     swept = pd.DataFrame({"a": [1.0, 1.0, 1.0, 2.0, 2.0, 2.0], "b": [1.0, 2.0, 3.0] * 2})
-    swept = swept.assign(load_factor=values, status="optimal")
+    swept = swept.assign(load_factor=values, status="optimal", which="associative")
     drawing = heat_map(swept, "a", "b")
     assert scale_of(drawing) == [0.2, 0.4]
     assert "last colour" in drawing.notes
@@ -159,7 +160,9 @@ def test_the_least_is_ringed_and_all_of_a_plateau():
 def test_a_map_is_drawn_of_finite_values_alone(friction):
     names = [NAME, "arch.thickness"]
     swept = pd.DataFrame([(0.3, 1.0), (0.3, 2.0), (friction, 1.0), (friction, 2.0)], columns=names)
-    swept = swept.assign(load_factor=1.0, expected=1.0, status="optimal", mechanism="sliding")
+    swept = swept.assign(
+        load_factor=1.0, expected=1.0, status="optimal", mechanism="sliding", which="associative"
+    )
     drawn = drawings(swept, names)
     assert [drawing.name for drawing in drawn] == ["load_factor", "heat_map"][: 1 + np.isfinite(friction)]
     assert all(drawing.on_page()["layer"] for drawing in drawn)

@@ -139,11 +139,11 @@ def test_a_hole_is_told():
 @pytest.mark.parametrize(
     ("search", "make", "ends", "asked", "error", "found"),
     [
-        (mo.least, wide, (1.5, 3.0), LOAD, mo.OptionError, "lower 'lower'"),
-        (mo.least, wide, (0.5, 1.0), LOAD, mo.OptionError, "raise 'upper'"),
-        (mo.most, wide, (1.5, 3.0), LOAD, mo.OptionError, "raise 'upper'"),
-        (mo.most, wide, (0.5, 1.0), LOAD, mo.OptionError, "lower 'lower'"),
-        (mo.most, wide, (0.5, 3.0), LOAD, mo.OptionError, "ask for 'least'"),
+        (mo.least, wide, (1.5, 3.0), LOAD, mo.OptionError, "begin the range at a smaller value"),
+        (mo.least, wide, (0.5, 1.0), LOAD, mo.OptionError, "end the range at a greater value"),
+        (mo.most, wide, (1.5, 3.0), LOAD, mo.OptionError, "end the range at a greater value"),
+        (mo.most, wide, (0.5, 1.0), LOAD, mo.OptionError, "begin the range at a smaller value"),
+        (mo.most, wide, (0.5, 3.0), LOAD, mo.OptionError, "ask for 'least' .the command without --most."),
         (mo.least, wide, (3.0, 0.5), LOAD, mo.OptionError, "less than upper"),
         (mo.least, wide, (float("nan"), 3.0), LOAD, mo.OptionError, "must be a number"),
         (mo.least, lambda t: wide(2 if 0.3 < t < 0.7 else 1), (0, 1), LOAD, mo.OptionError, r"load at 0\.5:"),

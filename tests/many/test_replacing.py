@@ -4,12 +4,14 @@ import csv
 import json
 import re
 
+import pandas as pd
 import pytest
 from scenes import CASES, block_on_floor, run_command, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError, OutputError
 from masonry_opt.files import RECORD, write_folder
+from masonry_opt.studies.many.runs import StudyOutput
 
 pytestmark = pytest.mark.usefixtures("without_charts")
 
@@ -170,6 +172,22 @@ def test_a_folder_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
     # The old files are still known as the package's own, and so are the new ones.
     for content in ("third\n", "fourth\n"):
         write_folder(tmp_path, {"a.csv": content, "b.csv": content})
+
+
+def test_files_of_an_earlier_run_go_but_none_that_was_changed(tmp_path):
+    """A folder has the files of one run of a study; those of other names, and those changed since, stay."""
+    names = {"heat_map.png": b"1", "load_factor_12.svg": b"2", "quantiles.csv": b"3", "charts.html": b"4"}
+    write_folder(tmp_path, names | {"fig8.csv": b"5"})
+    (tmp_path / "charts.html").write_bytes(FOREIGN)
+    StudyOutput(tmp_path, [], force=False).write(pd.DataFrame({"x": [1]}), {"load_factor.png": b"6"})
+    kept = {"runs.csv", "load_factor.png", "fig8.csv", "charts.html", RECORD}
+    assert set(contents(tmp_path)) == kept
+
+
+def test_a_sweep_leaves_no_chart_of_an_earlier_one(tmp_path):
+    drawn = write_folder(tmp_path, {"heat_map.svg": "old\n", "sensitivity.png": "old\n"})
+    swept(tmp_path, FRICTIONS)
+    assert not any(path.exists() for path in drawn)
 
 
 def test_a_record_of_someone_else_is_no_leave_to_replace(tmp_path):

@@ -92,7 +92,8 @@ def test_loads_to_expect_stand_beside_the_lowest_found():
     assert (row["rank_correlation"], row["expected_rank_correlation"]) == pytest.approx((-1, 1))
     assert "-1.000 (-1.000 to -1.000); incremental +1.000 (" in str(found)
     curve = found.fragility([0.0, 0.305, 0.6])
-    assert curve["expected_probability"].tolist() == pytest.approx([1 / 21, 1 / 21, 1])
+    assert curve["expected_probability"].tolist() == pytest.approx([0, 0, 1])
+    assert curve["expected_upper"][0] == pytest.approx(stats.binomtest(1, 21).proportion_ci(0.95).high)
     for kind in ("fragility", "sensitivity"):
         drawn = found.drawing(kind).chart.to_dict()
         rows = [row for rows in drawn["datasets"].values() for row in rows]
@@ -107,20 +108,49 @@ def test_a_number_that_does_not_matter_is_drawn_too():
     assert "nothing drawn matters" in files["sensitivity.svg"]
 
 
-def test_undecided_runs_count_as_collapsed_and_unsolved_ones_not_at_all():
-    ends = ["refused", "crashed"]
-    statuses = ["optimal"] * 6 + [str(mo.Status.UNSTABLE)] + [str(mo.Status.JAMMED)] * 2 + ends
+def test_undecided_runs_widen_the_limits_and_refused_ones_count_nowhere():
+    """Of 11 runs 6 collapse at 1 to 6, 1 falls by itself, 1 carries any load, 2 are undecided, 1 is refused.
+
+    The limits are Clopper & Pearson's, of SciPy's binomial test, as if the undecided runs had not collapsed,
+    or had.
+    """
+    statuses = ["optimal"] * 6 + [str(mo.Status.UNSTABLE)] + [str(mo.Status.JAMMED)] * 2
     proven = [False] * 7 + [True, False, False, False]
-    found = sampled([1, 2, 3, 4, 5, 6, *[np.nan] * 5], status=statuses, any_load=proven)
-    assert (found.falling, found.unlimited, found.undecided) == (1, 1, 1)
+    statuses += ["refused", "crashed"]
+    found = sampled([*range(1, 7), *[np.nan] * 5], status=statuses, any_load=proven, message="why")
+    assert (found.falling, found.unlimited, found.undecided) == (1, 1, 2)
     assert (found.refused, found.failed) == (1, 1)
-    probability = found.fragility([0.0, 3.0, 10.0])["probability"].tolist()
-    assert probability == pytest.approx([2 / 9, 5 / 9, 8 / 9])
-    told = found.as_dict()
-    assert (told["undecided"], told["refused"]) == (1, 1)
-    assert "1 (9.1%) refused, left out; 1 (9.1%) crashed or died, left out" in found.counted
-    left_out = [warning["sentence"] for warning in told["warnings"]]
-    assert [sentence.split(":")[0] for sentence in left_out] == [f"1 run {end}, and left out" for end in ends]
+    curve = found.fragility([0.0, 3.0, 10.0])
+    assert curve["probability"].tolist() == pytest.approx([1 / 8, 4 / 8, 7 / 8])
+    for row, collapsed in zip(curve.to_dict("records"), (1, 4, 7), strict=True):
+        lower, upper = (
+            stats.binomtest(count, 10).proportion_ci(0.95) for count in (collapsed, collapsed + 2)
+        )
+        assert (row["lower"], row["upper"]) == pytest.approx((lower.low, upper.high))
+    median = found.quantiles([0.5]).loc[0]
+    assert median["value"] == 3
+    assert median["lower"] <= 2 < 5 <= median["upper"]
+    assert "2 (18.2%) undecided" in found.counted
+    assert "1 (9.1%) refused, left out" in found.counted
+    assert "fallen" not in str(found)
+    left_out, jammed, crashed = found.as_dict()["warnings"]
+    assert left_out == {
+        "sentence": "1 run left out (refused): why",
+        "code": "runs left out",
+        "status": "refused",
+        "count": 1,
+        "message": "why",
+    }
+    assert [one["status"] for one in (jammed, crashed)] == [str(mo.Status.JAMMED), "crashed"]
+    assert {one["code"] for one in (jammed, crashed)} == {"runs undecided"}
+
+
+def test_a_sample_of_undecided_runs_alone_has_no_numbers():
+    found = sampled([np.nan] * 4, status="crashed")
+    assert found.undecided == 4
+    assert found.quantiles()["value"].isna().all()
+    assert found.fragility()["probability"].isna().all()
+    assert "unknown" in str(found)
 
 
 @pytest.mark.parametrize(("method", "options", "undecided"), UNLIMITED)
@@ -132,7 +162,10 @@ def test_a_status_is_no_proof_that_any_load_is_carried(method, options, undecide
     found = mo.sample(scene, rough, n=2, method=method, workers=1, **options)
     assert set(found.table["status"]) == {str(mo.Status.LOCKED)}
     assert (found.undecided, found.unlimited) == (undecided, 2 - undecided)
-    assert found.fragility([1.5])["probability"].tolist() == [undecided / 2]
+    # Of two runs that carry any load the upper limit p has (1 − p)² = 0.025.
+    row = found.fragility([1.5]).loc[0]
+    known = [math.nan] * 2 if undecided else [0.0, 1 - math.sqrt(0.025)]
+    assert [row["probability"], row["upper"]] == pytest.approx(known, nan_ok=True)
 
 
 def test_all_kinds_of_samples_are_drawn():

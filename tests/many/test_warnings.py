@@ -1,19 +1,23 @@
-"""Warnings of every command, in its text and its JSON; studies of which nothing could be solved; journals."""
+"""Warnings of every command, on standard error and in its JSON; studies without a solved run; journals."""
+
+from contextlib import redirect_stderr
 
 import numpy as np
 import pandas as pd
 import pytest
 from many.tables import same, sampled
 from scenes import axles_on_a_beam, block_on_floor
+from screens import Screen
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoRunSolvedError
 from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of_rows
 from masonry_opt.studies.writing import JOURNAL, Journal
 
 #: Warning about a friction of 31, which is 0.601 if it was meant in degrees.
 IN_DEGREES = "friction 31 of [joints] is more than dry joints have: in degrees? tan 31° = 0.601"
+#: The record of this warning in JSON.
+RECORD = {"sentence": IN_DEGREES, "code": "friction high", "friction": 31.0, "pairs": []}
 STATIC = ("--method", "static")
 SAMPLED = ("--sample", "joints.friction=uniform:0.3:0.4", "-n", "2")
 
@@ -39,17 +43,33 @@ COMMANDS = {
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_says_what_looks_unintended(doubtful, command, name):
     case, *options = COMMANDS[name]
-    text = command(name, doubtful / case, *options, *STATIC)
-    assert text.splitlines().count(f"warning: {IN_DEGREES}") == 1
-    told = command.json(name, doubtful / case, *options, *STATIC)
-    assert IN_DEGREES in [warning["sentence"] for warning in told["warnings"]]
+    asked = (name, doubtful / case, *options, *STATIC)
+    for more in ((), ("--json",)):
+        assert command.warned(*asked, *more) == [IN_DEGREES]
+    assert RECORD in command.json(*asked)["warnings"]
+
+
+def test_warnings_are_yellow_on_a_terminal_and_whole_in_a_pipe(doubtful, command, terminal):
+    with redirect_stderr(Screen(terminal=True)) as screen:
+        command("solve", doubtful / "block.toml", *STATIC)
+    assert f"33mwarning: {IN_DEGREES}" in screen.getvalue()
+    long = [*STATIC, "--verbose"]
+    assert command.warned("solve", doubtful / "block.toml", *long) == [IN_DEGREES]
+
+
+def test_commands_that_do_not_solve_warn_on_standard_error(doubtful, command):
+    assert command.warned("draw", doubtful / "block.toml", doubtful / "block.svg") == [IN_DEGREES]
+    assert command.warned("export", doubtful / "block.toml", doubtful / "block.lp") == [IN_DEGREES]
+    mo.save(mo.extrude(block_on_floor(friction=31), 1.0), doubtful / "solid.toml")
+    asked = ("export", doubtful / "solid.toml", doubtful / "solid.obj", *STATIC)
+    assert command.warned(*asked) == [IN_DEGREES]
+    assert command.warned("check", doubtful / "block.toml") == [IN_DEGREES]
 
 
 def test_a_report_says_what_looks_unintended(doubtful, command):
     page = doubtful / "report.html"
     for case in ("block.toml", "axles.toml"):
-        text = command("report", doubtful / case, *STATIC, "--out", page)
-        assert f"warning: {IN_DEGREES}" in text.splitlines()
+        assert command.warned("report", doubtful / case, *STATIC, "--out", page) == [IN_DEGREES]
         assert IN_DEGREES in page.read_text("utf-8")
 
 
@@ -62,21 +82,21 @@ def test_a_page_of_a_study_says_what_looks_unintended(doubtful):
 @pytest.mark.usefixtures("without_charts")
 def test_a_sweep_says_what_looks_unintended_and_where(doubtful, command):
     asked = (doubtful / "block.toml", *STATIC, "--workers", "1", "--vary")
-    told = command("sweep", *asked, "joints.friction=0.3,31,40", "--out", doubtful / "friction")
-    assert f"warning: {IN_DEGREES} (at joints.friction = 31 and 1 more run)" in told.splitlines()
+    told = command.warned("sweep", *asked, "joints.friction=0.3,31,40", "--out", doubtful / "friction")
+    assert told == [f"{IN_DEGREES} (at joints.friction = 31 and 1 more run)"]
     # All runs have the same warning: it is printed once, without a place.
-    told = command("sweep", *asked, "block.A.live.x=1,2", "--out", doubtful / "live")
-    assert f"warning: {IN_DEGREES}" in told.splitlines()
+    told = command.warned("sweep", *asked, "block.A.live.x=1,2", "--out", doubtful / "live")
+    assert told == [IN_DEGREES]
 
 
 @pytest.mark.usefixtures("without_charts")
 def test_a_sample_says_what_looks_unintended(doubtful, command):
     asked = ("--sample", "block.A.live.x=uniform:1:2", "-n", "2", *STATIC, "--workers", "1")
-    told = command("sweep", doubtful / "block.toml", *asked, "--out", doubtful / "out")
-    assert f"warning: {IN_DEGREES}" in told.splitlines()
+    told = command.warned("sweep", doubtful / "block.toml", *asked, "--out", doubtful / "out")
+    assert told == [IN_DEGREES]
     drawn = {"block.A.live.x": ("uniform", 1.0, 2.0)}
     found = mo.sample(doubtful / "block.toml", drawn, n=2, method="static", workers=1)
-    assert found.as_dict()["warnings"] == [{"sentence": IN_DEGREES, "code": str(Code.FRICTION_HIGH)}]
+    assert found.as_dict()["warnings"] == [RECORD | {"runs": 2}]
     assert found.table["warnings"].tolist() == [IN_DEGREES] * 2
 
 
@@ -112,7 +132,27 @@ def test_a_study_of_which_nothing_was_solved_says_why(doubtful, command, asked):
     assert "no run was solved: 2 of 2 refused:" in error
     assert "use crossing" in error
     assert len(error.strip().splitlines()) == 1
-    assert (out / "runs.csv").exists()
+    assert not out.exists()
+
+
+@pytest.mark.usefixtures("without_charts")
+def test_a_folder_stays_as_it_was_if_no_run_is_solved(doubtful, command):
+    """The journal of two runs does not grow by refused ones, and their table stays."""
+    out, case = doubtful / "out", doubtful / "block.toml"
+    asked = ("sweep", case, *STATIC, "--workers", "1", "--out", out, "--force", "--vary")
+    command(*asked, "joints.friction=0.3,0.4")
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    assert "no run was solved" in command.refused(*asked, "joints.friction=-1,-2", code=1)
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_a_study_that_ends_before_its_first_run_leaves_nothing(tmp_path):
+    def scene(friction):
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        mo.sweep(scene, {"friction": [0.1]}, method="static", workers=1, out=tmp_path / "new" / "out")
+    assert not (tmp_path / "new").exists()
 
 
 def test_a_study_in_python_of_which_nothing_was_solved_raises():
@@ -139,9 +179,8 @@ def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, c
     lines = path.read_bytes().splitlines()
     lines[2], lines[3], lines[4] = lines[2][: len(lines[2]) // 2], b"\xff\xfe", b'{"key": "a"}'
     path.write_bytes(b"\n".join(lines) + b"\n")
-    told = command(*asked, "--vary", "joints.friction=0.2,0.3,0.4,0.5,0.6")
-    warned = [line for line in told.splitlines() if line.startswith("warning: ")]
-    named = [line.removeprefix(f"warning: {path}: ").partition(" is damaged")[0] for line in warned]
+    warned = command.warned(*asked, "--vary", "joints.friction=0.2,0.3,0.4,0.5,0.6")
+    named = [line.removeprefix(f"{path}: ").partition(" is damaged")[0] for line in warned]
     assert named == ["line 3", "line 4", "line 5"]
     assert len(path.read_bytes().splitlines()) == 6 + 3  # three runs were made again, two were taken up
     same(pd.read_csv(out / "runs.csv"), before)

@@ -94,6 +94,7 @@ class Search:
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
         """Return the exact state found from joint forces (3c,), or None, and count the start."""
+        self._finder.effort.begins(f"lower states, start {self.met.candidates + 1}")
         state = None if q is None else self._finder.state_near(q)
         self.met.count(state)
         return state

@@ -22,10 +22,9 @@ from math import hypot
 from operator import mul
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.scene.rows import chunks, combine, dots, following, lengths
+from masonry_opt.scene.contacts.drawn import DrawnContacts, Lists, Planes
+from masonry_opt.scene.rows import chunks, combine, dots, lengths, linked
 
 
 @dataclass(frozen=True)
@@ -54,91 +53,6 @@ DEFAULT_SETTINGS = AlignmentSettings()
 #: Sine of the angle from which two directions are distinct enough to determine a third one, or a point. A
 #: smaller value amplifies errors; a larger one leaves more points on one of their planes only.
 _SINE_OF_DISTINCT_DIRECTIONS = 0.1
-
-
-@dataclass(frozen=True)
-class DrawnContacts:
-    """Joints and contact points as they are drawn."""
-
-    ends: np.ndarray  #: indices of the two blocks of each joint, shape (joints, 2)
-    normal: np.ndarray  #: unit normal of each joint, shape (joints, 2) or (joints, 3)
-    accuracy: np.ndarray  #: angle in radians within which the drawing fixes each normal, shape (joints,)
-    point: np.ndarray  #: contact points, shape (points, 2) or (points, 3)
-    joint: np.ndarray  #: joint of each contact point, rising, shape (points,)
-    ring: np.ndarray  #: ring of each contact point, rising, shape (points,)
-    tolerance: float  #: length within which the drawing fixes a point
-    rounding: float  #: length below which coordinates differ by rounding alone
-
-    def planes(self) -> "Planes":
-        """Return the planes of all joints, then the planes of their ends or sides."""
-        points = np.arange(len(self.point))
-        own = self.normal[self.joint]
-        if self.point.shape[1] == 2:
-            across = np.column_stack([own[:, 1], -own[:, 0]])
-            accuracy, other_end = self.accuracy[self.joint], points
-        else:
-            other_end = following(np.bincount(self.ring))
-            across = np.cross(own, self.point[other_end] - self.point)
-            length = lengths(across)
-            # A single point of contact has no sides.
-            accuracy = np.divide(self.tolerance, length, out=np.full(len(length), np.inf), where=length > 0)
-            across = across / np.where(length > 0, length, 1.0)[:, None]
-        sides = np.flatnonzero(np.isfinite(accuracy))
-        of_side = len(self.normal) + np.arange(len(sides))
-        own_end, far_end = (np.column_stack([of_side, end]) for end in (points[sides], other_end[sides]))
-        on_sides = np.concatenate([own_end, far_end[own_end[:, 1] != far_end[:, 1]]])
-        return Planes(
-            direction=np.concatenate([self.normal, across[sides]]),
-            accuracy=np.concatenate([self.accuracy, accuracy[sides]]),
-            joint=np.concatenate([np.arange(len(self.normal)), self.joint[sides]]),
-            plane=np.concatenate([self.joint, on_sides[:, 0]]),
-            point=np.concatenate([points, on_sides[:, 1]]),
-        )
-
-
-@dataclass(frozen=True)
-class Planes:
-    """Planes through contact points, and a table of which points lie on which plane."""
-
-    direction: np.ndarray  #: unit normal of each plane, shape (planes, dim)
-    accuracy: np.ndarray  #: angle in radians within which the drawing fixes it, shape (planes,)
-    joint: np.ndarray  #: joint of each plane, shape (planes,)
-    plane: np.ndarray  #: plane of each entry of the table, shape (entries,)
-    point: np.ndarray  #: point of each entry of the table, shape (entries,)
-
-    @cached_property
-    def by_plane(self) -> "Lists":
-        """Points of each plane."""
-        return Lists.of(self.plane, self.point, len(self.direction))
-
-    @cached_property
-    def by_joint(self) -> "Lists":
-        """Planes of each joint."""
-        return Lists.of(self.joint, np.arange(len(self.joint)), int(self.joint.max(initial=-1)) + 1)
-
-
-@dataclass(frozen=True)
-class Lists:
-    """Lists of numbers, one after the other."""
-
-    item: np.ndarray  #: all numbers
-    first: np.ndarray  #: position of the first number of each list, shape (lists,)
-    count: np.ndarray  #: length of each list, shape (lists,)
-
-    @classmethod
-    def of(cls, owner: np.ndarray, item: np.ndarray, lists: int) -> "Lists":
-        """Return the items of each owner."""
-        count = np.bincount(owner, minlength=lists)
-        return cls(item[np.argsort(owner, kind="stable")], np.cumsum(count) - count, count)
-
-    def where(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the items of the chosen lists, concatenated, with the position of the list of each item.
-
-        The position is that in ``chosen`` and comes first.
-        """
-        numbers = np.arange(len(chosen))
-        number, _, at = combine(numbers, np.ones_like(numbers), self.first[chosen], self.count[chosen])
-        return number, self.item[at]
 
 
 @dataclass(frozen=True)
@@ -307,8 +221,6 @@ class _Links:
     def __init__(self, drawn: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:
         self._drawn, self._accuracy, self._most = drawn, accuracy, settings.most_one_by_one
         self._crowded = settings.most_neighbours
-        blocks, joints = drawn.ends.T.ravel(), np.tile(np.arange(len(drawn.ends)), 2)
-        self._of_block = Lists.of(blocks, joints, int(blocks.max()) + 1)
         # Python's own numbers are faster than arrays where few joints are linked.
         self._ends, self._normals = drawn.ends.tolist(), drawn.normal.tolist()
         self._accuracies = accuracy.tolist()
@@ -342,8 +254,9 @@ class _Links:
 
     def _candidates(self, block: int, direction: np.ndarray, accuracy: float) -> list[int]:
         """Return joints of a block that may be parallel or square to a direction: all, or of many some."""
-        first, count = self._of_block.first[block], self._of_block.count[block]
-        joints = self._of_block.item[first : first + count]
+        of_block = self._drawn.joints_of_block
+        first, count = of_block.first[block], of_block.count[block]
+        joints = of_block.item[first : first + count]
         if count > self._crowded:
             off = _off_axes(self._drawn.normal[joints], direction)
             # Twice the accuracies: each candidate is tested again.
@@ -357,8 +270,7 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Plan
 
     The test is generous. Planes of joints on blocks with very many joints pass it untested.
     """
-    blocks, joints = drawn.ends.T.ravel(), np.tile(np.arange(len(drawn.ends)), 2)
-    of_block = Lists.of(blocks, joints, int(blocks.max(initial=-1)) + 1)
+    of_block = drawn.joints_of_block
     crowded = of_block.count > settings.most_neighbours
     found: np.ndarray = crowded[drawn.ends].any(axis=1)[planes.joint]
     for side in range(2):
@@ -378,10 +290,8 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Plan
 def _linked_to(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarray:
     """Return those of some joints, rising, that blocks link to one of them through others of them."""
     count, blocks = len(joints), int(ends.max()) + 1
-    links = np.tile(np.arange(count), 2), count + ends[joints].T.ravel()
-    graph = sp.coo_array((np.ones(2 * count), links), shape=(count + blocks, count + blocks))
-    part = connected_components(graph, directed=False)[1]
-    return joints[part[:count] == part[np.searchsorted(joints, joint)]]
+    group = linked(count + blocks, np.tile(np.arange(count), 2), count + ends[joints].T.ravel())
+    return joints[group[:count] == group[np.searchsorted(joints, joint)]]
 
 
 def _square_pairs(groups: list[Group], planes: Planes) -> list[list[int]]:

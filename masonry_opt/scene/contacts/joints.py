@@ -10,7 +10,8 @@ import shapely
 
 from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.contacts import edges, faces
-from masonry_opt.scene.contacts.alignment import AlignedContacts, DrawnContacts, aligned, square_to
+from masonry_opt.scene.contacts.alignment import AlignedContacts, aligned, square_to
+from masonry_opt.scene.contacts.drawn import DrawnContacts
 from masonry_opt.scene.contacts.gaps import joining_tolerance, near_misses
 from masonry_opt.scene.contacts.sides import BlockCorners, Facing
 from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for, set_tolerance

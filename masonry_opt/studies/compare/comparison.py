@@ -115,7 +115,7 @@ def write_report(comparison: judge.Comparison, folder: Path, force: bool = False
 
         drawn = charts(comparison.summary)
         files |= pictures(drawn) | {_PAGE: page(comparison, drawn)}
-    return write_folder(folder, files, force)
+    return write_folder(folder, files, force, is_own=_FILES.__contains__)
 
 
 def run_plan(
@@ -130,8 +130,8 @@ def run_plan(
     Coulomb states by scene name, beside those of the runs."""
     notes: list[str] = []
     journal = Journal(folder, {"columns": digest(runs.COLUMNS)})
-    notes += [f"warning: {sentence}" for sentence in journal.warnings]
-    notes += [f"warning: {scene.name}: {sentence}" for scene in scenes for sentence in scene.warnings]
+    of_scenes = [f"{scene.name}: {sentence}" for scene in scenes for sentence in scene.warnings]
+    warnings = (*(warning["sentence"] for warning in journal.warnings), *of_scenes)
     made = _JournalRuns(journal, limits, progress, notes)
     bounds, rows, interrupted = dict[str, CertifiedBounds](), list[dict[str, Any]](), False
     try:
@@ -154,7 +154,7 @@ def run_plan(
         why = "none is known, and no run searches for one; have 'refined' or 'mpec' among the methods"
         notes.append(f"no gap to a low exact state is given on {', '.join(bare)}: {why}")
     return judge.Comparison(
-        tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted
+        tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted, warnings
     )
 
 

@@ -20,6 +20,7 @@ from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.runs import COLUMNS, RESIDUALS, CaseScene, RunLimits, RunPlan
 from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
+from masonry_opt.words.names import warning_lines
 
 #: The kinds of answer that can be exact: in the loop's, sliding may contract.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
@@ -54,6 +55,9 @@ _SUMMARY += ["bound", "ended", "status", "kind", "message"]
 SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
 HEADINGS = {"time": "median time (s)", "peak_memory": "peak (MB)", "pair": "method · model · solver"}
 HEADINGS |= {"reason": "why", "lp_solves": "LPs"}
+#: Columns of the printed table, and its headings: they fit into 100 columns of a terminal. The page has more.
+PRINTED = ("method", "model", "solver", "tolerance", "success", *VERDICTS, "time", "largest error")
+PRINTED_HEADINGS = {"tolerance": "tol.", NAMED: "named", FAILED: "failed", "time": "time (s)"}
 FORMATS = {"success": "{:.0%}", "load_factor": "{:.9g}", "time": "{:.3g}", "peak_memory": "{:.0f}"}
 FORMATS |= dict.fromkeys(("error", "largest error"), "{:.1e}")
 FORMATS |= dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}")
@@ -264,33 +268,36 @@ class Comparison:
     summary: pd.DataFrame  #: one row a scene and pair (see :func:`summary`)
     notes: tuple[str, ...] = ()  #: further remarks, a line each
     interrupted: bool = False  #: whether runs are missing
+    warnings: tuple[str, ...] = ()  #: damaged lines of the journal, and what looks unintended in the scenes
     #: What was written: tables, charts, the report.
     files: tuple[Path, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def told(self) -> pd.DataFrame:
         """The success table, in words."""
-        columns = ("method", "model", "solver", "tolerance", "scenes", *SUCCESS[1:])
-        return in_words(success(self.summary), FORMATS, columns).rename(columns=HEADINGS)
+        return in_words(success(self.summary), FORMATS, PRINTED).rename(columns=PRINTED_HEADINGS)
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: notes, the success table, the first chart."""
+        """What a notebook shows: notes and warnings, the success table, the first chart."""
         charts = [file.read_bytes() for file in self.files if file.suffix == ".svg" and file.is_file()]
         source = image_source(charts[0], "svg") if charts else ""
-        return notebook_html(printable("\n".join(self.notes)), self.told, source)
+        words = "\n".join([*self.notes, *warning_lines(self.warnings)])
+        return notebook_html(printable(words), self.told, source)
 
     def __str__(self) -> str:
-        """The success table, combinations left out, notes."""
+        """Return the success table, the combinations left out, notes and warnings."""
         lines = []
         if len(self.summary):
-            each = f"each a median of {counted(self.limits.repeats, 'run')}"
-            long = f"of one where a run takes over {REPEATED_BELOW:g} s"
+            median = f"median of {counted(self.limits.repeats, 'run')}"
+            long = f"one run where it takes over {REPEATED_BELOW:g} s"
             lines += [self.told.to_string(index=False), ""]
-            lines += [f"{counted(len(self.scenes), 'scene')}; success: certified or named correctly;"]
-            lines += [f"median time and largest error: of the certified answers, {each} ({long})"]
+            lines += [f"{counted(len(self.scenes), 'scene')}; success: share that is certified or named"]
+            lines += ["named: no load factor exists, and the run gives the right reason"]
+            lines += ["failed: the run has no answer, and says so; wrong: the answer or the reason is wrong"]
+            lines += [f"time ({median}; {long}) and largest error: of the certified answers"]
         if self.plan.left_out:
             lines.append("\nnot applicable:")
             lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in self.plan.left_out]
         if self.notes:
             lines += ["\nnotes:", *(f"  {note}" for note in self.notes)]
-        return printable("\n".join(lines))
+        return printable("\n".join([*lines, *warning_lines(self.warnings)]))

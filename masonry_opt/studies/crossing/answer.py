@@ -1,7 +1,8 @@
 """The answer of ``crossing``: the worst position, and the load factor by position."""
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import cycle
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import same
 from masonry_opt.drawing.colours import HATCH, LIVE, MARKED, SERIES
 from masonry_opt.drawing.elements import title_of
@@ -21,8 +23,9 @@ from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.result import Result
 from masonry_opt.studies.crossing.search import Passage, PassageTrials
 from masonry_opt.studies.many.runs import columns, framed
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.load_factors import certainty, own_name
+from masonry_opt.words.load_factors import certainty, named_factor, own_name
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
@@ -99,6 +102,7 @@ class Crossing(StudyAnswer):
     def bound(self) -> float | None:
         """Proven lower bound of the associative load factor at all positions; None where nothing is proven.
 
+        It is None too if the load factor contradicts it, of which a warning tells.
         Joints of limited strength crush by the law of ``worst.crushing``. The default method has chords
         inside the parabola, so that its load factors may be lower than a bound by the parabola.
         """
@@ -106,8 +110,10 @@ class Crossing(StudyAnswer):
         if self.interrupted or not bounds or len(bounds) < len(self.passages):
             return None
         bound, found = min(bounds), self.load_factor
+        if found is None or found >= bound:
+            return bound
         # The worst position is solved once more, by a program that may end lower in its last digits.
-        return min(bound, found) if found is not None and same(bound, found) else bound
+        return found if same(bound, found) else None
 
     @property
     def undecided(self) -> int:
@@ -130,15 +136,17 @@ class Crossing(StudyAnswer):
         """One row a position solved by the method, and load case: ``load_case`` (if any), ``axles``,
         ``direction``, ``position`` (abscissa of the first axle), then the columns of ``mo.sweep`` but for the
         seconds. Where loads jump there is a row on either side."""
-        method = self.worst.method
         rows = [
-            _place(one.passage, position)
-            | columns(one.passage.loaded(one.passage.live(position)), answer, method)
+            _place(one.passage, position) | columns(self._result_at(one.passage, position, answer))
             for one in self.passages
             for position, answer in sorted(one.answers.items())
         ]
         where = dict.fromkeys([*self._case, *_PLACE], "object") | {"position": "float64"}
         return framed(rows, where).drop(columns="seconds")
+
+    def _result_at(self, passage: Passage, position: float, solution: Solution) -> Result:
+        """Return the result of a solution with the first axle at a position."""
+        return replace(self.worst, assembly=passage.loaded(passage.live(position)), solution=solution)
 
     @cached_property
     def governing(self) -> pd.DataFrame:
@@ -181,7 +189,17 @@ class Crossing(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        return self.worst.warning_records
+        return [*self.worst.warning_records, *self._contradictions()]
+
+    def _contradictions(self) -> Iterator[dict[str, Any]]:
+        """Yield a warning if the load factor at the worst position is less than its own bound."""
+        bounds, found = [one.bound for one in self.passages if one.bound is not None], self.load_factor
+        if found is None or not bounds or found >= min(bounds) or same(min(bounds), found):
+            return
+        values = {"load_factor": found, "bound": min(bounds)}
+        less = f"λ = {numeral(found, '.6f')} at the worst position is less than {numeral(min(bounds), '.6f')}"
+        sentence = f"{less}, its lower bound by another program: no bound is given; try another solver"
+        yield study_warning(StudyCode.BELOW_BOUND, sentence, **values)
 
     def facts(self) -> dict[str, str]:
         worst, least = self.worst, self.least
@@ -216,7 +234,8 @@ class Crossing(StudyAnswer):
         }
         if group.width:
             told["width"] = f"{passage.across:.4g} of each load: effective width {group.width:g}"
-        told["solved"] = f"at {positions}; spacing at the worst position {away}"
+        between = "" if self.bound is not None else "; λ may be less between positions"
+        told["solved"] = f"at {positions}; spacing at the worst position {away}{between}"
         if said := self._first_look():
             told["first look"] = said
         if passage.assembly.problem.live.any():
@@ -249,7 +268,7 @@ class Crossing(StudyAnswer):
             law = f", with crushing by {self.default.crushing}"
         if found is None or associative is None:
             return f"{said} there: {self.default.status}"
-        less = 1 - found / associative
+        less = 1 - found / associative if associative > 0 else 0.0
         much = f"{less:.2%} less than" if less > WITHIN else "the same as"
         compared = f"{much} the associative load factor{' by the same law' if law else ''}"
         at = f"λ = {numeral(found, '.6f')} there{law}"
@@ -280,7 +299,7 @@ class Crossing(StudyAnswer):
             if worst.load_factor is not None:
                 draw_mechanism(worst, bridge)
                 where = f"'{self.axles}' at {numeral(least.position, '.4g')}, travelling {self.direction}"
-                heading = printable(f"least λ = {numeral(worst.load_factor, '.5g')} with {where}")
+                heading = printable(f"governing {named_factor(worst)} with {where}")
             ends = [*bridge.get_xlim(), *np.concatenate([one.positions for one in self.passages])]
             low, high = min(ends), max(ends)
             bottom, top = bridge.get_ylim()

@@ -11,7 +11,7 @@ import numpy as np
 
 from masonry_opt.analysis import Session, prepare
 from masonry_opt.answer.reasons import Code, Status
-from masonry_opt.effort import Effort
+from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble, on_matrices_of
@@ -34,6 +34,7 @@ def crossing(
     method: str = DEFAULT,
     load_case: str | None = None,
     progress: Callable[[float, float], None] = lambda position, load_factor: None,
+    phases: Phases = lambda _: None,
     **options: Any,
 ) -> Crossing:
     """Move axles over a scene in the plane and find where the load factor is least.
@@ -65,6 +66,7 @@ def crossing(
     load_case: Name of the one load case in which they cross, where the scene has any (default: all that name
         "axles", whose factor multiplies them, and what else is live beside them).
     progress: Called with each position solved and its load factor (NaN without one).
+    phases: Called with a few words as each phase of the first solve begins, such as "finding joints".
     """
     session = prepare(method, **options)
     many = session.without_expected()
@@ -76,7 +78,7 @@ def crossing(
     for first in ways[0]:
         ends = np.array(first.pieces(_LONGEST * np.ptp(first.road.breaks)))
         start = next(x for x in (*ends.mean(axis=1), *ends.ravel()) if first.carried(x))
-        result = session.solve(first.scene(start))
+        result = session.solve(first.scene(start), lambda _: None, Effort(phases))
         undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
         if undecided or result.status is Status.UNSTABLE:
             return told(worst=result, passages=())

@@ -25,7 +25,7 @@ from masonry_opt.scene.loads import Earthquake
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.runs import at_least
 from masonry_opt.studies.writing import StudyAnswer, records
-from masonry_opt.words.load_factors import factor_text, named_factor
+from masonry_opt.words.load_factors import INCREMENTAL, factor_text, named_factor
 from masonry_opt.words.names import warning_lines
 from masonry_opt.words.terminal import frame_text
 
@@ -118,7 +118,7 @@ class Cases(StudyAnswer):
         return printable(f"{of.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _told(self, results: Iterable[str]) -> str:
-        table = frame_text(self.table, "").strip("\n")
+        table = frame_text(self.table.rename(columns={"expected": INCREMENTAL}), "").strip("\n")
         return printable("\n\n".join([self._said(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:
@@ -132,7 +132,9 @@ class Cases(StudyAnswer):
 
     @property
     def _heading(self) -> str:
-        return f"least {named_factor(self.to_draw)}, {self.governing}" if self.governing else "no load factor"
+        if not self.governing:
+            return "no load factor"
+        return f"governing {named_factor(self.to_draw)}, {self.governing}"
 
     def plot(self) -> Picture:
         """Draw load factors as bars, from the top down, the governing one marked."""

@@ -48,7 +48,7 @@ _SHOWN = 15  #: Most numbers drawn that are shown, those that matter most.
 _LOADS = {"lowest found": "", "incremental": EXPECTED}
 _COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])
 #: Entry of the legend, and notes.
-_OFF, _RING, _DASHED = "off the axis: λ as written", "ringed: least", "dashes: incremental λ"
+_OFF, _RING, _DASHED = "off the axis: λ as written", "ringed: smallest", "dashes: incremental λ"
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
@@ -116,6 +116,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     layers.append(text.encode(x=x, y=at_head, text=alt.Text("λ:Q", format=".4~g")))
     file = chart_names(names)[[*names].index(name)]
     notes = [note for note, there in ((_RING, marks["least"].any()), (_DASHED, len(beside))) if there]
+    notes += _names_of_load_factors(frame)
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 
 
@@ -138,7 +139,14 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     notes += ["grey: no load factor"] if missing else []
     coloured = found.encode(fill=alt.Fill("λ:Q", scale=scale, legend=of_colours))
     chart = (every + coloured + ring.encode(x, y)).properties(height=300)
+    notes += _names_of_load_factors(frame)
     return NamedChart(HEAT_MAP, f"{_LABEL} over two numbers", chart, "; ".join(notes))
+
+
+def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
+    """Return a note that names the load factors of the runs; none if no run has one."""
+    names = frame.loc[frame["load_factor"].notna(), "which"].unique()
+    return [f"λ: {', '.join(names)}"] if len(names) else []
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:

@@ -18,12 +18,14 @@ from masonry_opt.answer.thresholds import JUMP, LOWER
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.files import plain
 from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.runs import columns, framed
 from masonry_opt.studies.many.standing import standing
 from masonry_opt.studies.runner import whole
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer
 from masonry_opt.words.load_factors import ASSOCIATIVE, meaning, own_name
 from masonry_opt.words.sentences import numeral
@@ -46,10 +48,7 @@ class Trial:
 
     @property
     def name(self) -> str:
-        """Name of the load factor ``number``.
-
-        It is the associative one where that is too small already, and the method found none.
-        """
+        """Name of the load factor ``number``: the associative one if the method found none."""
         return ASSOCIATIVE if self.result.load_factor is None else own_name(self.result)
 
 
@@ -93,7 +92,7 @@ class Threshold(StudyAnswer):
         """One row a trial: ``value``, ``holds``, ``number``, then the columns of ``mo.sweep``."""
         rows = [
             {name: getattr(trial, name) for name in _OWN}
-            | columns(trial.result.assembly, trial.result.solution, trial.result.method)
+            | columns(trial.result)
             | {"seconds": sum(trial.result.seconds.values())}
             for trial in self.trials
         ]
@@ -134,7 +133,8 @@ class Threshold(StudyAnswer):
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
         sentence = f"the scene holds {side} this value too, at {values}: search there by itself"
-        return [{"sentence": sentence, "code": "several thresholds", "values": self.contradictions}, *told]
+        beyond = list(self.contradictions)
+        return [study_warning(StudyCode.SEVERAL_THRESHOLDS, sentence, values=beyond), *told]
 
     @property
     def _names(self) -> list[str]:
@@ -291,13 +291,17 @@ class _Search:
         return Threshold(self.least, self.load, value, holds, fails, jump, beyond, trials)
 
     def at(self, value: float) -> Trial:
-        """The scene of a value, solved."""
+        """Return the trial of a value: its scene, solved."""
+        scene = None
         try:
             scene = as_scene(self.make(value))
             scene.refuse_without_case()
             number, certificate, result = self._solved(scene)
         except (CaseError, NoLoadFactorError) as error:
-            raise type(error)(f"at {value:.9g}: {error}") from None
+            instead = ""
+            if self.load is not None and scene is not None and not _has_live_load(scene):
+                instead = "; without 'load' (--load) the search asks whether the scene stands"
+            raise type(error)(f"at {value:.9g}: {error}{instead}") from None
         holds = number >= self.asked - LOWER * max(1.0, abs(self.asked))  # but for rounding
         trial = self.trials[value] = Trial(value, holds, number, result, certificate)
         self.progress(trial)
@@ -347,19 +351,52 @@ class _Search:
         return (fails.number, holds.number) if far else None
 
     def _no_threshold(self) -> str:
-        """Advice where the scene does the same at both ends, or holds at the wrong one."""
+        """Return why there is no threshold, and what may show one.
+
+        The scene does the same at both ends, or holds at the wrong one.
+        """
         words = ("falls", "stands") if self.load is None else ("does not carry the load", "carries the load")
         row = sorted(self.trials.values(), key=lambda trial: trial.value)
         low, high = row[0], row[-1]
         does, not_so = words[low.holds], words[not low.holds]
         at = f"the scene {does} at {low.value:g}"
         if low.holds != high.holds:
-            return f"{at} and {not_so} at {high.value:g}: ask for '{'most' if self.least else 'least'}'"
+            other = "'most' (--most)" if self.least else "'least' (the command without --most)"
+            return f"{at} and {not_so} at {high.value:g}: ask for {other}"
         if odd := ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds):
-            return f"{at} and at {high.value:g}, but {not_so} at {odd}: let one end be there"
-        outwards = "lower 'lower'" if low.holds == self.least else "raise 'upper'"
+            return f"{at} and at {high.value:g}, but {not_so} at {odd}: let one end of the range be there"
         tried = f"at {high.value:g} and at all {len(row) - 2} values tried between"
-        return f"{at}, {tried}: {outwards}, or try more values ('samples')"
+        return f"{at}, {tried}: {', or '.join(self._ways_on(low, high))}"
+
+    def _ways_on(self, low: Trial, high: Trial) -> list[str]:
+        """Return what may show a threshold where the scene does the same at all values tried."""
+        ways = []
+        downwards = low.holds == self.least
+        beyond = low.value - (high.value - low.value) if downwards else 2 * high.value - low.value
+        if downwards and low.value > 0 >= beyond:
+            beyond = low.value / 2
+        if self._has_scene(beyond):
+            ways.append(
+                "begin the range at a smaller value" if downwards else "end the range at a greater value"
+            )
+        if self.load is None and _has_live_load(as_scene(self.make(low.value))):
+            ways.append(
+                "give the load factor to be carried, 'load' (--load): live loads do not act without it"
+            )
+        return [*ways, "try more values between ('samples')"]
+
+    def _has_scene(self, value: float) -> bool:
+        """Return True if a scene can be made of a value outside of the range."""
+        try:
+            assemble(as_scene(self.make(value)))
+        except Exception:  # outside of the range a user's function may raise anything
+            return False
+        return True
+
+
+def _has_live_load(scene: Scene) -> bool:
+    """Return True if a block of a scene carries a live load."""
+    return bool(assemble(scene).problem.live_norm)
 
 
 def _number(name: str, value: object) -> float:

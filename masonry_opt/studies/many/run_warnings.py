@@ -12,13 +12,13 @@ import pandas as pd
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.answer.thresholds import same
 from masonry_opt.errors import counted
+from masonry_opt.files import plain
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.words.sentences import numeral, sentences
 
 #: Last words of the names of numbers that limit forces. A state in which such a limit is not reached is also
 #: a state of every greater limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
-#: Code of the warning that a load factor falls as a limit of forces grows.
-FALLS_WITH_STRENGTH = "falls with strength"
 _MOST_NAMED = 3  #: Values that tell two runs apart, at most; the others are counted.
 
 Row = Mapping[str, Any]  #: Columns of a run by name, and what :func:`recorded_warnings` adds.
@@ -26,47 +26,50 @@ Point = Mapping[str, float]  #: Values of a run by name.
 
 
 def recorded_warnings(warnings: Sequence[Reason]) -> dict[str, Any]:
-    """Return the warnings of a run as columns: one text, and the codes and sentences that
-    :func:`warnings_of_rows` reads."""
+    """Return the warnings of a run as columns: one text, and the records that :func:`warnings_of_rows`
+    reads."""
     told = sentences(warnings)
-    codes = [str(warning.code) for warning in warnings]
-    return {"warnings": "; ".join(told), "warned": [list(each) for each in zip(codes, told, strict=True)]}
+    records = [
+        {"sentence": sentence, **plain(warning.as_dict())}
+        for warning, sentence in zip(warnings, told, strict=True)
+    ]
+    return {"warnings": "; ".join(told), "warned": records}
 
 
-def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, str]]:
-    """Yield a record for each code of the warnings of the runs, in the words of the first run that has it.
+def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, Any]]:
+    """Yield the records of the warnings of the runs: for each code those of the first run that has any.
 
-    If not all runs have this warning in these words, the values of the first run and the number of the other
-    runs follow in brackets.
+    ``runs`` is added to each, the number of runs that have the code. If not all runs have these warnings in
+    these words, the sentence ends with the values of the first run and the number of the other runs.
     """
     runs_by_code: dict[str, list[int]] = {}
     sentences_by_code: dict[str, set[str]] = {}
     for index, row in enumerate(rows):
-        for code, sentence in row.get("warned") or ():
-            sentences_by_code.setdefault(code, set()).add(sentence)
-            if (runs := runs_by_code.setdefault(code, []))[-1:] != [index]:
+        for record in row.get("warned") or ():
+            sentences_by_code.setdefault(record["code"], set()).add(record["sentence"])
+            runs = runs_by_code.setdefault(record["code"], [])
+            if index not in runs[-1:]:
                 runs.append(index)
     for code, runs in runs_by_code.items():
-        told = [sentence for of, sentence in rows[runs[0]]["warned"] if of == code]
-        everywhere = len(runs) == len(rows) and len(sentences_by_code[code]) == len(told)
-        if everywhere:
-            yield {"sentence": "; ".join(told), "code": code}
-            continue
-        others = f" and {counted(len(runs) - 1, 'more run')}" if len(runs) > 1 else ""
-        sentence = f"{'; '.join(told)} (at {_named(points[runs[0]])}{others})"
-        yield {"sentence": sentence, "code": code}
+        first = [record for record in rows[runs[0]]["warned"] if record["code"] == code]
+        where = ""
+        if len(runs) < len(rows) or len(sentences_by_code[code]) > len(first):
+            others = f" and {counted(len(runs) - 1, 'more run')}" if len(runs) > 1 else ""
+            where = f" (at {_named(points[runs[0]])}{others})"
+        for record in first:
+            yield record | {"sentence": record["sentence"] + where, "runs": len(runs)}
 
 
-def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[dict[str, str]]:
+def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[dict[str, Any]]:
     """Yield a record for each friction, cohesion or strength with which the lowest load factor falls.
 
     The load factors compared are those of one value and of the next greater one, with all other varied
-    numbers equal. The sentence names the largest fall.
+    numbers equal. The record is of the largest fall.
     """
     for name in filter(is_limit, names):
         others = [other for other in names if other != name]
         if fall := _largest_fall(frame, name, others):
-            yield {"sentence": fall, "code": FALLS_WITH_STRENGTH}
+            yield fall
 
 
 def is_limit(name: str) -> bool:
@@ -80,27 +83,35 @@ def differing_values(run: Point, other: Point) -> str:
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
-def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> str:
-    """Return the sentence on the largest fall of the load factor along a number; "" if it never falls."""
+def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict[str, Any] | None:
+    """Return the record of the largest fall of the load factor along a number; None if it never falls."""
     known = frame.dropna(subset="load_factor").sort_values([*others, name], kind="stable")
     before, after = known.shift(), known
     falls = (before["load_factor"] - after["load_factor"]).where(after[name] > before[name])
     for other in others:
         falls = falls.where(after[other] == before[other])
     if not falls.notna().any():
-        return ""
+        return None
     largest = int(np.nanargmax(falls.to_numpy()))
     first, second = before.iloc[largest], after.iloc[largest]
     if second["load_factor"] >= first["load_factor"] or same(first["load_factor"], second["load_factor"]):
-        return ""
-    fixed = _named({other: first[other] for other in others})
+        return None
+    fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"
     values = [numeral(row["load_factor"], ".6f") for row in (first, second)]
     reason = "either the scene is weaker there, or a lower state was missed at the smaller value"
-    return (
+    beside = f" ({_named(fixed)})" if fixed else ""
+    sentence = (
         f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "
-        f"{numeral(second[name], 'g')}{f' ({fixed})' if fixed else ''}: {reason} (method 'refined' with "
-        "search=10 looks for it)"
+        f"{numeral(second[name], 'g')}{beside}: {reason} (method 'refined' with search=10 looks for it)"
+    )
+    return study_warning(
+        StudyCode.FALLS_WITH_STRENGTH,
+        sentence,
+        parameter=name,
+        values=[float(first[name]), float(second[name])],
+        load_factors=[float(first["load_factor"]), float(second["load_factor"])],
+        fixed=fixed,
     )
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import pickle
+import re
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -17,20 +18,19 @@ from masonry_opt.analysis import Session
 from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.answer.motion import joint_motion
-from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.reasons import Code, Status
-from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
-from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, NoRunSolvedError, OptionError, counted
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.result import Result
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.run_warnings import (
+    Row,
     differing_values,
     recorded_warnings,
     warnings_of_falls,
@@ -40,7 +40,6 @@ from masonry_opt.studies.many.shared_states import SharedAnswer, recorded_state,
 from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEnd, Workers
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
 from masonry_opt.words.load_factors import LOWEST, own_name
-from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order, and their types in a table. ``seconds`` alone depends on
 #: machine and time.
@@ -91,8 +90,23 @@ class StudyOutput(NamedTuple):
     force: bool
 
     def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:
-        """Write the table of the runs and the files beside it. Raises OutputError if it cannot."""
-        write_folder(self.folder, {_TABLE: csv_text(frame), **beside}, self.force)
+        """Write the table of the runs and the files beside it; remove those of an earlier table.
+
+        Raises OutputError if a file cannot be written or removed.
+        """
+        write_folder(self.folder, {_TABLE: csv_text(frame), **beside}, self.force, _is_of_a_study)
+
+
+#: Names of the files that a sweep or a sample writes beside its table.
+_OF_A_STUDY = re.compile(
+    rf"({_AGAINST}(_\d+)?|{HEAT_MAP}|fragility|sensitivity)\.(png|svg)"
+    r"|(quantiles|fragility|sensitivity)\.csv|charts\.html"
+)
+
+
+def _is_of_a_study(name: str) -> bool:
+    """Return True if a sweep or a sample writes a file of this name beside its table."""
+    return _OF_A_STUDY.fullmatch(name) is not None
 
 
 def chart_names(names: Sequence[str]) -> list[str]:
@@ -119,12 +133,10 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
     if getattr(_kept, "how", None) != how:
         _kept.how, _kept.session = how, Session(pickle.loads(how), Kept(keeps=True))
     session: Session = _kept.session
-    assembly, solution = session.answer(scene, lambda _: None, Effort())
-    found = columns(assembly, solution, session.method.name) | recorded_warnings(
-        warnings_of(assembly, solution)
-    )
+    result = session.solve(scene)
+    found = columns(result) | recorded_warnings(result.warnings)
     if session.method.seeks_lowest:
-        found |= recorded_state(assembly.problem, solution)
+        found |= recorded_state(result.assembly.problem, result.solution)
     return found
 
 
@@ -142,8 +154,8 @@ def run_many(
     runs are kept in a journal in the folder of the output, and not made again. When all runs have ended, they
     share their exact states (:mod:`.shared_states`). ``attrs["warnings"]`` of the frame is a list of
     sentences; ``attrs["warning_records"]`` has their codes too, and ``attrs["seeks_lowest"]`` tells whether
-    the method looks for the lowest state. The caller writes the output. If no run was solved, the table alone
-    is written here, and NoRunSolvedError is raised.
+    the method looks for the lowest state. The caller writes the output. If no run was solved,
+    NoRunSolvedError is raised, and the folder is as it was before.
 
     Other parameters and errors are those of :func:`~.sweep.sweep`.
     """
@@ -167,7 +179,7 @@ def run_many(
             except CaseError as error:
                 rows[index] = row(points[index], TaskEnd(REFUSED, str(error)))
 
-    with Workers(*by) as workers:
+    with _discarded_if_nothing_is_solved(journal, rows), Workers(*by) as workers:
         for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
             # A run that crashed or died is made again by the same command: memory may have been short.
@@ -180,20 +192,24 @@ def run_many(
         differing = differing_values(points[shared.run], points[shared.found_in])
         found[shared.run] = found[shared.run] | _columns_of_state(shared, differing)
     frame = framed(found, list(points[0]), RUN_COLUMNS)
-    damaged = (
-        [{"sentence": sentence, "code": "damaged journal"} for sentence in journal.warnings]
-        if journal
-        else []
-    )
+    damaged = journal.warnings if journal else []
     falls = warnings_of_falls(frame, list(points[0])) if study.how.chosen.seeks_lowest else ()
     frame.attrs["warning_records"] = [*damaged, *warnings_of_rows(found, points), *falls]
     frame.attrs["warnings"] = [record["sentence"] for record in frame.attrs["warning_records"]]
     frame.attrs["seeks_lowest"] = study.how.chosen.seeks_lowest
     if frame["status"].isin(UNSOLVED).all():
-        if output is not None:
-            output.write(frame, {})
         raise _nothing_solved(frame)
     return frame
+
+
+@contextlib.contextmanager
+def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
+    """Discard what is added to the journal inside if no run of the rows was solved."""
+    try:
+        yield
+    finally:
+        if journal and all(row["status"] in UNSOLVED for row in rows.values()):
+            journal.discard()
 
 
 def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
@@ -278,36 +294,29 @@ def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
     return dict(values) | empty | found | {"seconds": end.seconds}
 
 
-def columns(assembly: Assembly, solution: Solution, method: str) -> dict[str, Any]:
-    """Return the columns of a row of a study, from the solution of a scene by a method."""
-    problem = assembly.problem
+def columns(result: Result) -> dict[str, Any]:
+    """Return the columns of the row of a result."""
+    assembly, solution = result.assembly, result.solution
     spread = [said.values for said in solution.reasons if said.code is Code.SPREAD]
     ends = [end for of in spread for kind in ("stiffness", "stress") for end in of[kind] or ()]
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}
     own: dict[str, Any] = {
         "load_factor": solution.load_factor,
-        "which": "" if solution.load_factor is None else own_name(_outcome(assembly, solution)),
+        "which": "" if solution.load_factor is None else own_name(result),
         "status": str(solution.status),
         "reason": str(solution.reasons[0].code) if solution.reasons else "",
         "any_load": solution.carries_any_load,
-        "exact": solution.is_exact(problem),
+        "exact": result.exact,
         "states": solution.exact_states,
         "expected": solution.expected_value,
         "spread_lower": min(ends, default=None),
         "spread_upper": max(ends, default=None),
         "associative": solution.associative_value,
-        "blocks": problem.blocks,
+        "blocks": assembly.problem.blocks,
         "joints": len(assembly.joints.first),
-        "message": message(solution.reasons, method),
+        "message": result.message,
     }
     return own | certificate | mechanism(assembly, solution)
-
-
-def _outcome(assembly: Assembly, solution: Solution) -> Outcome:
-    """Return the outcome of a solution, without a record of how it was computed."""
-    effort: dict[str, Any] = {"method": "", "model": "", "solver": "", "seconds": {}, "solvers": {}}
-    effort |= dict.fromkeys(("iterations", "lp_solves", "nlp_solves"), 0)
-    return Outcome(**effort, assembly=assembly, solution=solution)
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.run_warnings import FALLS_WITH_STRENGTH, is_limit
+from masonry_opt.studies.many.run_warnings import is_limit
 from masonry_opt.studies.many.runs import (
     EXPECTED,
     RunProgress,
@@ -29,6 +29,7 @@ from masonry_opt.studies.many.runs import (
     run_many,
 )
 from masonry_opt.studies.runner import REFUSED, UNSOLVED, whole
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, chart_files, csv_text, records
 from masonry_opt.words.load_factors import meaning
 from masonry_opt.words.sentences import numeral
@@ -49,14 +50,14 @@ _PRINTED = 5  #: Most rank correlations that are printed.
 class Sample(StudyAnswer):
     """The load factors of a scene whose numbers were drawn, and beside them the incremental load factors.
 
-    A scene that is proven to carry any load counts as collapsed at none. Any other run without a load factor
-    (the scene falls by itself, or the run is ``undecided``: not converged, unlimited without a proof, ...)
-    counts as collapsed at any load, so that no probability of collapse is too low. A run without an
-    incremental load factor counts as collapsed at any load too, in the numbers of that load factor. These
-    numbers are NaN if no run has one.
+    A scene that falls by itself counts as collapsed at any load, a scene that is proven to carry any load as
+    collapsed at none. Any other run without a load factor is ``undecided``: it did not converge, is unlimited
+    without a proof, or its process crashed. Quantiles, probabilities and correlations are those of the
+    decided runs. Their limits count the undecided runs both ways: the lower limit of a probability as not
+    collapsed, the upper limit as collapsed. A run without an incremental load factor is undecided in the
+    numbers of that load factor. These numbers are NaN if no run has one.
 
-    A run is ``refused`` if the numbers drawn make no scene that can be solved, and ``failed`` if its process
-    crashed or died. Neither has collapsed: they are left out of quantiles, probabilities and correlations.
+    A run is ``refused`` if the numbers drawn make no scene that can be solved. It counts nowhere.
 
     Intervals are those of independent runs, for any distribution. Up to 10 numbers are drawn by Sobol's
     points, which are closer to the truth than the intervals show.
@@ -81,9 +82,10 @@ class Sample(StudyAnswer):
 
     @property
     def load_factors(self) -> np.ndarray:
-        """Load factor of each run that was solved, shape (n,).
+        """Load factor of each run that was not refused, shape (n,).
 
-        It is -inf if the run counts as collapsed at any load, and inf if at none.
+        It is -inf if the scene falls by itself, inf if it is proven to carry any load, and NaN if the run is
+        undecided.
         """
         return self._of_runs("load_factor")
 
@@ -95,13 +97,17 @@ class Sample(StudyAnswer):
 
     @property
     def _counting(self) -> pd.DataFrame:
-        """Rows of the runs that were solved."""
-        return self.table[~self.table["status"].isin(UNSOLVED)]
+        """Rows of the runs that were not refused."""
+        return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        found = self._counting[column].to_numpy(dtype=float)
-        any_load = self._counting["any_load"].fillna(False).to_numpy(dtype=bool)
-        return np.where(np.isfinite(found), found, np.where(any_load, math.inf, -math.inf))
+        rows = self._counting
+        values = rows[column].to_numpy(dtype=float, copy=True)
+        unknown = ~np.isfinite(values)
+        values[unknown] = np.nan
+        values[unknown & rows["any_load"].fillna(False).to_numpy(dtype=bool)] = math.inf
+        values[unknown & (rows["status"] == str(Status.UNSTABLE)).to_numpy()] = -math.inf
+        return values
 
     def _of_both(
         self, key: str, along: Sequence[Any], name: str, of: Callable[[np.ndarray], Sequence[Any]]
@@ -109,7 +115,7 @@ class Sample(StudyAnswer):
         """Return a number of the load factors with its limits, and those of the incremental load factors."""
         columns: dict[str, Any] = {key: along}
         for begin, values in (("", self.load_factors), (EXPECTED, self.expected)):
-            told = 3 * (np.nan,) if np.isnan(values).any() else of(values)
+            told = 3 * (np.nan,) if np.isnan(values).all() else of(values)
             columns |= zip((begin + name, begin + "lower", begin + "upper"), told, strict=True)
         return pd.DataFrame(columns)
 
@@ -125,8 +131,8 @@ class Sample(StudyAnswer):
 
     @property
     def undecided(self) -> int:
-        """Runs that decide nothing, counted as collapsed at any load."""
-        return int(np.isneginf(self.load_factors).sum()) - self.falling
+        """Runs that decide nothing, in the limits counted both as collapsed and as not."""
+        return int(np.isnan(self.load_factors).sum())
 
     @property
     def refused(self) -> int:
@@ -135,20 +141,20 @@ class Sample(StudyAnswer):
 
     @property
     def failed(self) -> int:
-        """Runs whose process crashed or died, which count nowhere."""
-        return self.runs - len(self._counting) - self.refused
+        """Runs whose process crashed, died or reached a limit: they are among the undecided ones."""
+        return int(self._counting["status"].isin(UNSOLVED).sum())
 
     @property
     def counted(self) -> str:
-        """How many runs there are, and how many of them have no load factor, in words."""
-        unexpected = np.isfinite(self.load_factors) & np.isneginf(self.expected)
+        """Return how many runs there are, and how many of them have no load factor, in words."""
+        known = self._counting["expected"].notna().any()
+        unexpected = known & np.isfinite(self.load_factors) & np.isnan(self.expected)
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
-            "undecided, counted as fallen": self.undecided,
-            "without an incremental λ, counted as fallen there": unexpected.sum(),
+            "undecided: limits count them both as collapsed and as not": self.undecided,
+            "without an incremental λ: its limits count them both ways": int(unexpected.sum()),
             "refused, left out": self.refused,
-            "crashed or died, left out": self.failed,
         }
         told = [f"{count} ({count / self.runs:.1%}) {what}" for what, count in without.items() if count]
         return "; ".join([counted(self.runs, "run"), *told])
@@ -161,15 +167,21 @@ class Sample(StudyAnswer):
 
         The limits are two of the ordered load factors, whose ranks are quantiles of the binomial distribution
         (n, p): on either side half of what the confidence leaves. A limit is NaN where there are too few runs
-        to have one.
+        to have one. Undecided runs come first in the order of the lower limit, and last in that of the upper.
 
         Raises OptionError if a probability is not between 0 and 1.
         """
         _refuse_shares(probabilities=probabilities, confidence=[confidence])
 
         def of(values: np.ndarray) -> Sequence[Any]:
-            limits = [stats.quantile_test(values, p=p).confidence_interval(confidence) for p in probabilities]
-            return np.quantile(values, probabilities, method="inverted_cdf"), *zip(*limits, strict=True)
+            decided = values[~np.isnan(values)]
+            first, last = (np.where(np.isnan(values), end, values) for end in (-math.inf, math.inf))
+            lower, upper = (
+                [stats.quantile_test(each, p=p).confidence_interval(confidence) for p in probabilities]
+                for each in (first, last)
+            )
+            middle = np.quantile(decided, probabilities, method="inverted_cdf")
+            return middle, [each.low for each in lower], [each.high for each in upper]
 
         return self._of_both("probability", probabilities, "value", of)
 
@@ -177,8 +189,9 @@ class Sample(StudyAnswer):
         """Probability of collapse at load factors: ``load``, ``probability``, ``lower``, ``upper``;
         by the incremental load factor ``expected_probability``, ``expected_lower``, ``expected_upper``.
 
-        It is the share of runs whose load factor does not exceed them; the limits are Clopper & Pearson's. By
-        default at the lowest and incremental load factors, and 5 % of their range to either side.
+        It is the share of the decided runs whose load factor does not exceed them. The limits are Clopper &
+        Pearson's, the lower one as if no undecided run had collapsed, the upper one as if all had. By default
+        at the lowest and incremental load factors, and 5 % of their range to either side.
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
@@ -192,11 +205,13 @@ class Sample(StudyAnswer):
         n, aside = len(self._counting), (1 - confidence) / 2
 
         def of(values: np.ndarray) -> Sequence[Any]:
-            collapsed = np.searchsorted(np.sort(values), loads, side="right")
+            decided = np.sort(values[~np.isnan(values)])
+            collapsed = np.searchsorted(decided, loads, side="right")
+            most = collapsed + n - len(decided)
             with np.errstate(invalid="ignore"):
                 lower = np.where(collapsed == 0, 0.0, stats.beta.ppf(aside, collapsed, n - collapsed + 1))
-                upper = np.where(collapsed == n, 1.0, stats.beta.ppf(1 - aside, collapsed + 1, n - collapsed))
-            return collapsed / n, lower, upper
+                upper = np.where(most == n, 1.0, stats.beta.ppf(1 - aside, most + 1, n - most))
+            return collapsed / len(decided), lower, upper
 
         return self._of_both("load", loads, "probability", of)
 
@@ -204,8 +219,8 @@ class Sample(StudyAnswer):
         """Spearman's rank correlation of the load factor with each number drawn, strongest first:
         ``parameter``, ``rank_correlation``, ``lower``, ``upper``; of the incremental load factor
         ``expected_rank_correlation``, ``expected_lower``, ``expected_upper``. NaN where the load, or the
-        number, is the same in all runs. Loads that differ by rounding have one rank; runs that
-        have a load factor but no incremental one have none.
+        number, is the same in all runs. Loads that differ by rounding have one rank; undecided runs
+        have none.
 
         The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All intervals
         of one of the loads hold at once with the confidence (Bonferroni).
@@ -217,8 +232,8 @@ class Sample(StudyAnswer):
         each = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
 
         def of(values: np.ndarray) -> Sequence[Any]:
-            # Where no incremental load factor is known friction may jam: neither the least nor the largest.
-            told = ~(np.isneginf(values) & np.isfinite(self.load_factors))
+            # Friction may jam in an undecided run: its load factor is neither the least nor the largest.
+            told = ~np.isnan(values)
             values, known = values[told], np.abs(values[np.isfinite(values)])
             step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
             ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index[told])
@@ -240,31 +255,38 @@ class Sample(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        records = [*self.table.attrs.get("warning_records", ()), *self._left_out()]
-        if self.table.attrs.get("seeks_lowest", True):
-            records += [{"sentence": sentence, "code": FALLS_WITH_STRENGTH} for sentence in self._falls()]
-        return records
+        records = [*self.table.attrs.get("warning_records", ()), *self._without_answer()]
+        return [*records, *self._falls()] if self.table.attrs.get("seeks_lowest", True) else records
 
-    def _left_out(self) -> Iterator[dict[str, Any]]:
-        """Yield how many runs were refused, crashed or ended at a limit, and why the first one did."""
-        for status in UNSOLVED:
-            rows = self.table[self.table["status"] == status]
-            if len(rows):
-                why = f"{counted(len(rows), 'run')} {status}, and left out: {rows['message'].iloc[0]}"
-                yield {"sentence": why, "code": f"runs {status}"}
+    def _without_answer(self) -> Iterator[dict[str, Any]]:
+        """Yield how many runs were refused or decide nothing, by status, and why the first one does."""
+        refused = self.table[self.table["status"] == REFUSED]
+        undecided = self._counting[np.isnan(self.load_factors)]
+        for code, rows, what in (
+            (StudyCode.RUNS_LEFT_OUT, refused, "left out"),
+            (StudyCode.RUNS_UNDECIDED, undecided, "undecided"),
+        ):
+            for status in rows["status"].unique():
+                same = rows[rows["status"] == status]
+                why = str(same["message"].iloc[0] or "")
+                sentence = f"{counted(len(same), 'run')} {what} ({status}): {why}".removesuffix(": ")
+                yield study_warning(code, sentence, status=status, count=len(same), message=why)
 
-    def _falls(self) -> Iterator[str]:
-        """Yield a sentence for each friction, cohesion or strength with whose growth the load factor falls.
+    def _falls(self) -> Iterator[dict[str, Any]]:
+        """Yield a record for each friction, cohesion or strength with whose growth the load factor falls.
 
         The whole confidence interval of the rank correlation must be below zero. The load factors must be
         those of a method that seeks the lowest state.
         """
         for row in self.sensitivity().to_dict("records"):
-            if row["upper"] < 0 and is_limit(row["parameter"]):
-                falls = f"the load factor falls as {row['parameter']} grows"
-                by = f"rank correlation {numeral(row['rank_correlation'], '+.3f')}"
+            parameter, correlation = row["parameter"], row["rank_correlation"]
+            if row["upper"] < 0 and is_limit(parameter):
+                falls = f"the load factor falls as {parameter} grows"
+                by = f"rank correlation {numeral(correlation, '+.3f')}"
                 reason = "more of it weakens the scene, or lower states were missed where there is less"
-                yield f"{falls} ({by}): {reason} (method 'refined' with search=10 looks for them)"
+                sentence = f"{falls} ({by}): {reason} (method 'refined' with search=10 looks for them)"
+                values = {"parameter": parameter, "rank_correlation": correlation}
+                yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
     @property
     def told(self) -> pd.DataFrame:

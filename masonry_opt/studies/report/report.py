@@ -33,7 +33,7 @@ from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.load_cases.cases import Cases, Directions
-from masonry_opt.studies.settle.answer import Settlement
+from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
 from masonry_opt.words.load_factors import certainty, known_least, named_factor
 from masonry_opt.words.page import RESIDUALS
@@ -159,7 +159,7 @@ def _(answer: Crossing) -> Part:
     open_ = f"Positions between those solved ({known['solved']}): λ may be less there."
     return Part(
         heading=f"{named}, every load case" if every else _of_case(named, worst),
-        says=f"least {named_factor(worst)}: {known['axles']}, {known['at']}{governs}",
+        says=f"governing {named_factor(worst)}: {known['axles']}, {known['at']}{governs}",
         assembly=least.passage.assembly,
         told={f"worst position, method {worst.method}": worst},
         facts=known,
@@ -194,14 +194,19 @@ def _(answer: Cases) -> Part:
 
 @_part.register
 def _(answer: Settlement) -> Part:
-    known, ends = answer.facts(), answer.ends.items()
-    said = [f"{end} reaction {known[end].partition(';')[0]}" for end in answer.ends]
+    known = answer.facts()
+    results = {
+        f"{name} reaction, {KIND_NAMES[kind]}": result
+        for name, end in answer.ends.items()
+        for kind, result in end.results.items()
+    }
+    said = [f"{end} reaction {known[end].splitlines()[0].partition(';')[0]}" for end in answer.ends]
     return Part(
         heading=f"Settlement, {known['settles']}",
         says="; ".join(said) or known["reaction"],
         assembly=answer.assembly,
         told={"how it falls": answer.fallen} if answer.fallen else {},
-        others={f"{end} reaction, {kind}": of for end, one in ends for kind, of in one.results.items()},
+        others=results,
         facts=known,
         pictures=answer.pictures() if answer.ends else {},
         tables=answer.page_tables(),

@@ -1,5 +1,6 @@
 """The answer of ``settle``: the least and the greatest reaction, and what moves, opens and slides there."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -8,7 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.answer.motion import fastest, joint_motion, moving_names
 from masonry_opt.answer.reasons import Status
@@ -22,12 +22,23 @@ from masonry_opt.drawing.solids import ViewAngles, refuse_view
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.result import Result, distinct_warnings
+from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
-from masonry_opt.words.load_factors import known_least, load_history_ends_lower, state_found
+from masonry_opt.words.load_factors import (
+    ASSOCIATIVE,
+    INCREMENTAL,
+    known_least,
+    load_history_ends_lower,
+    search_remark,
+    state_found,
+)
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
-_COLUMNS = ("kind", "reaction", "status", "moves")  #: Columns of a table of reactions, beside the end.
+#: Columns of a table of reactions, beside the end.
+_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
+#: Printed names of the kinds of results.
+KIND_NAMES = {"coulomb": "Coulomb", "expected": INCREMENTAL, "associative": ASSOCIATIVE}
 _WRITTEN = 12  #: Joints at which a picture has numbers, and what it says of them.
 _NOTE = "Numbers at joints: how wide they open, or slide (s), per unit of the support's movement"
 _WAY = "way in which the support moves"  #: What a legend says of the arrows on supports.
@@ -86,6 +97,11 @@ class Bound:
         return self._reaction(below if (below := self.result.solution.below_zero) < -ZERO else None)
 
     @property
+    def reaction_at_end(self) -> float | None:
+        """Reaction at the end of the load history, or the incremental one if it was not followed so far."""
+        return self.expected if self.result.end is None else self._reaction(self.result.end)
+
+    @property
     def unlimited(self) -> bool:
         """Whether the scene is proven to stand with any reaction on this side."""
         return self.result.solution.carries_any_load
@@ -104,13 +120,42 @@ class Bound:
         return _joint_openings(next((of for of in self.results.values() if of.solution.answer), self.result))
 
     def rows(self) -> list[dict[str, Any]]:
-        """Reaction, status and moving blocks of each of the results."""
+        """Return reaction, status, certainty and moving blocks of each of the results."""
         results = self.results.items()
         # The incremental reaction may be a peak of the load history, above that of the final state.
         by_kind = {kind: self._reaction(of.load_factor) for kind, of in results}
         by_kind |= {"expected": self.expected}
-        rows = ((kind, by_kind[kind], str(of.status), _moving(of)) for kind, of in results)
+        rows = (
+            (kind, by_kind[kind], str(of.status), self._certainty(kind, of), _moving(of))
+            for kind, of in results
+        )
         return [dict(zip(_COLUMNS, row, strict=True)) for row in rows]
+
+    @property
+    def is_proven(self) -> bool:
+        """True if no exact state is known to lie, or can lie, nearer to the reaction at rest."""
+        return bool(known_least(self.result))
+
+    @property
+    def history_ends_nearer(self) -> bool:
+        """True if the load history ends at a reaction nearer to the one at rest than ``reaction``."""
+        return self.answered_by == "coulomb" and load_history_ends_lower(self.result)
+
+    def _certainty(self, kind: str, result: Result) -> str:
+        """Return what is known of a reaction of a kind; "" if there is none.
+
+        The load factor pushes the support away from its reaction at rest: a lower one is nearer to that.
+        """
+        if kind == "expected":
+            return "" if self.expected is None else "equilibrium is lost as the support moves on from rest"
+        if result.load_factor is None:
+            return ""
+        if kind == "associative":
+            return "no state lies further from the reaction at rest"
+        if self.is_proven:
+            return f"{state_found(result)}; proven: no exact state lies nearer to the reaction at rest"
+        nearer = "exact states may lie nearer to the reaction at rest"
+        return f"{state_found(result)}; found, not proven: {nearer}{search_remark(result, 'them')}"
 
     def _reaction(self, load_factor: float | None) -> float | None:
         if load_factor is None:
@@ -164,8 +209,8 @@ class Settlement(StudyAnswer):
     @property
     def table(self) -> pd.DataFrame:
         """A row for each end and kind of flow: ``end`` ("least", "greatest"), ``kind`` ("coulomb",
-        "expected", "associative"), ``reaction`` (NaN where there is none), ``status``, ``moves`` (names of
-        blocks, fastest first)."""
+        "expected", "associative"), ``reaction`` (NaN where there is none), ``status``, ``certainty`` (what is
+        known of the reaction), ``moves`` (names of blocks, fastest first)."""
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
         return pd.DataFrame(rows, columns=["end", *_COLUMNS]).astype({"reaction": float})
 
@@ -180,8 +225,27 @@ class Settlement(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
+        if self.fallen:
+            return distinct_warnings([self.fallen])
         results = [result for end in self.ends.values() for result in end.results.values()]
-        return distinct_warnings([self.fallen] if self.fallen else results)
+        own = [warning for name, end in self.ends.items() for warning in self._doubts(name, end)]
+        return [*distinct_warnings(results), *own]
+
+    def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
+        """Yield the warnings that an end may lie nearer to the reaction at rest, or across it."""
+        found, incremental = end.reaction, end.reaction_at_end
+        if end.history_ends_nearer and found is not None and incremental is not None:
+            answer, at_end = numeral(found, ".6g"), numeral(incremental, ".6g")
+            nearer = f"the load history ends at {at_end}, nearer to the reaction at rest than {answer}"
+            sentence = f"{name} reaction: {nearer}: the scene may collapse there"
+            values = {"end": name, "reaction": found, "incremental": incremental}
+            yield study_warning(StudyCode.HISTORY_ENDS_NEARER, sentence, **values)
+        if end.across_rest is not None:
+            state = f"an exact collapse state has the reaction {numeral(end.across_rest, '.6g')}"
+            across = f"{state}, on the other side of the reaction at rest"
+            sentence = f"{name} reaction: {across}: with its forces the scene would fall by itself"
+            values = {"end": name, "reaction": end.across_rest, "at_rest": self.at_rest}
+            yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)
 
     def facts(self) -> dict[str, str]:
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
@@ -192,7 +256,7 @@ class Settlement(StudyAnswer):
         if self.fallen:
             return told | {"reaction": f"none holds the scene ({self.status}): {self.fallen.message}"}
         if self.at_rest is not None:
-            told["at rest"] = numeral(self.at_rest, ".6g")
+            told["at rest"] = f"{numeral(self.at_rest, '.6g')}, with elastic contacts"
         told |= {name: _words(end) for name, end in self.ends.items()}
         if len(found := self.openings):
             wide = found[["opening", "sliding"]].max(axis=1)
@@ -241,7 +305,8 @@ class Settlement(StudyAnswer):
             raise OptionError(f"there is no answer of kind '{kind}': choose from {', '.join(rows)}")
         reaction, of = rows[kind]["reaction"], printable(some([*map(repr, self.supports)]))
         said = f"none ({rows[kind]['status']})" if reaction is None else numeral(reaction, ".6g")
-        return _drawn(self.ends[end].results[kind], f"{end} reaction of {of}: {said} ({kind})", names, view)
+        heading = f"{end} reaction of {of}: {said} ({KIND_NAMES[kind]})"
+        return _drawn(self.ends[end].results[kind], heading, names, view)
 
     def save(
         self,
@@ -266,7 +331,8 @@ class Settlement(StudyAnswer):
         return {f"What moves at the {end} reaction": self.plot(end, view=view) for end in self.ends}
 
     def page_tables(self) -> dict[str, dict[str, Any]]:
-        told = {"Reactions": frame_table(self.table, kind="flow", moves="moves, fastest first")}
+        reactions = self.table.replace({"kind": KIND_NAMES})
+        told = {"Reactions": frame_table(reactions, kind="flow", moves="moves, fastest first")}
         for name, end in self.ends.items():
             if len(end.openings):
                 rows = frame_table(end.openings.drop(columns="joint"))
@@ -320,34 +386,31 @@ def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -
 
 
 def _words(end: Bound) -> str:
-    """Return what is known of an end: its reaction, those of other kinds, and how certain the first is."""
-    others = {"exact state on the other side of rest": end.across_rest}
-    if end.result is not end.with_associative:
-        others |= {"incremental": end.expected, "associative": end.associative}
+    """Return an end in words: its reaction, what is known of it, and the reactions of other kinds."""
+    by_kind = {row["kind"]: row for row in end.rows()}
+    others = [kind for kind in ("expected", "associative") if kind != end.answered_by and kind in by_kind]
+    told = [
+        f"{KIND_NAMES[kind]} {numeral(by_kind[kind]['reaction'], '.6g')}: {by_kind[kind]['certainty']}"
+        for kind in others
+        if by_kind[kind]["reaction"] is not None
+    ]
+    return "\n".join(filter(None, [_reaction(end), _remark(end, by_kind), *told]))
+
+
+def _reaction(end: Bound) -> str:
+    """Return the reaction of an end with what moves, or why there is none."""
     if end.reaction is None:
-        said = "unlimited" if end.unlimited else f"not found ({end.result.status})"
-    elif end.answered_by == "expected":
-        del others["incremental"]
+        return "unlimited" if end.unlimited else f"not found ({end.result.status})"
+    value = numeral(end.reaction, ".6g")
+    if end.answered_by == "expected":
         by = "by the incremental analysis: no exact collapse state was found on this side of rest"
-        said = f"{numeral(end.reaction, '.6g')} {by}"
-    else:
-        said = f"{numeral(end.reaction, '.6g')}; moves {some(_moving(end.result))}"
-    told = [f"{label} {numeral(value, '.6g')}" for label, value in others.items() if value is not None]
-    return "\n".join(filter(None, [" · ".join([said, *told]), _certainty(end.result)]))
+        return f"{value} {by}"
+    name = ASSOCIATIVE
+    if end.answered_by == "coulomb":
+        name = "proven" if end.is_proven else "found, not proven"
+    return f"{value} ({name}); moves {some(_moving(end.result))}"
 
 
-def _certainty(result: Result) -> str:
-    """Return how exact the state of a result is, and what is known of states nearer to rest.
-
-    The load factor pushes the support away from its reaction at rest: a lower one is nearer to that.
-    """
-    if result.load_factor is None:
-        return ""
-    if result.kind is Kind.ASSOCIATIVE:
-        return "associative: no state lies further from the reaction at rest"
-    if known_least(result):
-        return f"{state_found(result)}; proven: no exact state lies nearer to the reaction at rest"
-    looks = "method 'refined' with search=10 looks for them"
-    remark = f"not proven: exact states may lie nearer to the reaction at rest ({looks})"
-    ends = "; the load history ends nearer to it" if load_history_ends_lower(result) else ""
-    return f"{state_found(result)}; {remark}{ends}"
+def _remark(end: Bound, by_kind: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return what is known of the reaction of an end; "" if it has none."""
+    return "" if end.answered_by is None else str(by_kind[end.answered_by]["certainty"])

@@ -198,5 +198,7 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
     edge_loads = [load if load.kind == "dead" else load.replace(**no_push) for load in scene.edge_loads]
     changes = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
     none_else: dict[str, Any] = {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
+    # Reference values are load factors of the scene's own live loads.
+    none_else |= {"reference": {}}
     # Unchecked: a scene that is checked needs a fixed block, and here all may be free to move.
     return BaseModel.model_copy(scene.with_load_case(None), update=changes | none_else)

@@ -1,0 +1,115 @@
+"""The advice of commands that refuse: each test does what the message says, and it works."""
+
+import re
+import shlex
+
+import pytest
+from scenes import CASES, axles_on_a_beam, block_on_floor, two_blocks
+
+import masonry_opt as mo
+
+DRAWN = ("--friction", "0.6", "--unit-weight", "20")
+TIED = CASES / "closed_forms" / "anchor_plate.toml"
+FILLED = CASES / "bridges" / "arch_with_fill.toml"
+
+
+def advised(message):
+    """The commands that a message gives in brackets, as arguments."""
+    return [shlex.split(found) for found in re.findall(r"\(masonry-opt ([^)]*)\)", message)]
+
+
+@pytest.mark.parametrize("scene", [two_blocks(), mo.extrude(block_on_floor(), 1.0)], ids=["plane", "space"])
+def test_a_case_file_is_not_converted(command, monkeypatch, tmp_path, scene):
+    monkeypatch.chdir(tmp_path)
+    mo.save(scene, "case.toml")
+    solve, draw = advised(command.refused("convert", "case.toml", "other.toml"))
+    command(*solve, "--method", "static")
+    command(*draw)
+    assert (tmp_path / draw[-1]).exists()
+
+
+def test_a_file_that_cannot_be_read_is_refused_before_its_options(command, tmp_path):
+    """No round of messages asks for the options of a drawing that is none."""
+    (tmp_path / "notes.md").write_text("# a wall")
+    error = command.refused("convert", tmp_path / "notes.md", tmp_path / "case.toml")
+    assert "what is converted ends in .dxf" in error
+    assert "--friction" not in error
+
+
+def test_all_options_that_a_drawing_needs_are_named_at_once(command, tmp_path):
+    drawing = tmp_path / "blocks.dxf"
+    mo.write_dxf(two_blocks(), drawing)
+    error = command.refused("convert", drawing, tmp_path / "case.toml")
+    assert [option for option in DRAWN if option.startswith("--") and option in error] == [*DRAWN[::2]]
+    command("convert", drawing, tmp_path / "case.toml", *DRAWN)
+
+
+def test_a_capacity_curve_needs_a_scene_without_ties(command):
+    error = command.refused("capacity", TIED, "--method", "static")
+    assert "leave out [[tie]], or find the load factor alone with 'solve'" in error
+    assert mo.capacity(mo.solve(mo.load(TIED).replace(ties=[]), "static")).steps
+    command("solve", TIED, "--method", "static")
+
+
+@pytest.mark.parametrize("pressure", [True, False])
+def test_a_capacity_curve_needs_a_scene_without_fill(pressure):
+    """Whether the fill presses or weighs alone: another message after the first would lead nowhere."""
+    scene = mo.load(FILLED)
+    filled = scene if pressure else scene.replace(fills=[scene.fills[0].replace(pressure=False)])
+    with pytest.raises(
+        mo.OptionError, match=r"leave out \[\[fill\]\], or find the load factor alone with 'solve'"
+    ):
+        mo.capacity(mo.solve(filled, "static"))
+    assert mo.capacity(mo.solve(scene.replace(fills=[]), "static")).steps
+
+
+def least(command, path, ends, *more, code=2):
+    asked = ("least", path, "--vary", f"joints.friction={ends}", *more)
+    return command.refused(*asked, code=code) if code else command(*asked)
+
+
+def test_where_a_scene_stands_at_every_value_a_load_factor_shows_the_least(command, tmp_path):
+    """A smaller value is advised only if there is a scene of one: a friction is not below zero."""
+    mo.save(two_blocks(), tmp_path / "case.toml")
+    error = least(command, tmp_path / "case.toml", "0.2:0.9")
+    assert "begin the range at a smaller value" in error
+    assert "'load' (--load)" in error
+    error = least(command, tmp_path / "case.toml", "0:0.9")
+    assert "smaller value" not in error
+    assert "'load' (--load)" in error
+    told = least(command, tmp_path / "case.toml", "0:0.9", "--load", "0.2", "--method", "static", code=0)
+    assert "λ is" in told
+
+
+def test_a_function_that_fails_outside_of_the_range_is_no_error():
+    def scene(friction):
+        return two_blocks(friction if friction >= 0.2 else 1 / 0)
+
+    with pytest.raises(mo.OptionError, match=r"tried between: give the load factor"):
+        mo.least(scene, 0.2, 0.9, samples=0)
+
+
+def test_a_load_factor_is_not_advised_without_a_live_load(command, tmp_path):
+    """Neither of a scene without loads nor of one whose axles move."""
+    for name, scene in {"none": block_on_floor(live=(0.0, 0.0)), "axles": axles_on_a_beam(0.6)}.items():
+        path = tmp_path / f"{name}.toml"
+        mo.save(scene, path)
+        error = least(command, path, "0.2:0.9")
+        assert "--load" not in error
+        assert "begin the range at a smaller value" in error
+        # With a load the message says what the search asks without one.
+        assert "without 'load' (--load) the search asks whether the scene stands" in least(
+            command, path, "0.2:0.9", "--load", "0.2"
+        )
+
+
+def test_most_and_least_name_each_other_as_the_command_has_them(command, tmp_path):
+    """A block that is pushed by its weight stands less far the more it is pushed."""
+    mo.save(block_on_floor(), tmp_path / "case.toml")
+    asked = ("least", tmp_path / "case.toml", "--method", "static", "--load", "0.5")
+    pushed = ("--vary", "block.A.live.x=0.1:3")
+    assert "ask for 'most' (--most)" in command.refused(*asked, *pushed)
+    command(*asked, *pushed, "--most")
+    rubbed = ("--vary", "joints.friction=0.1:0.6")
+    assert "(the command without --most)" in command.refused(*asked, *rubbed, "--most")
+    command(*asked, *rubbed)
