@@ -206,7 +206,8 @@ Bounded = tuple[np.ndarray, np.ndarray]
 class Faces:
     """Yield conditions of c joints, k of which can slide and l crush, and of t limited forces.
 
-    They serve every form of the joint laws. A *face* is one yield condition; its slack is a force. Every array over faces has this order:
+    They serve every form of the joint laws. A *face* is one yield condition; its slack is a force. Every
+    array over faces has this order:
 
     1. sliding (+) of the k joints that can slide, then sliding (−); in space one group for each sense,
     2. rocking (n₁ ≥ 0) of all c joints, then rocking (n₂ ≥ 0),

@@ -1,4 +1,4 @@
-"""Numeric rank of an equilibrium matrix: does equilibrium alone fix all joint forces?"""
+"""Compute the numeric rank of an equilibrium matrix: does equilibrium alone fix all joint forces?"""
 
 from collections.abc import Iterator
 
@@ -15,15 +15,17 @@ _INDEPENDENT = 1e-9
 #: Larger components count as dependent, so that no uniqueness is claimed for them.
 _MOST_COLUMNS = 1500
 
-_SCALINGS = 5  #: Rounds of scaling that bring rows and columns near unit length; more change little.
+#: Rounds of Ruiz scaling, which brings rows and columns near unit length. More rounds change little.
+_SCALINGS = 5
 
 
 def has_independent_columns(matrix: sp.csr_array) -> bool:
     """Return True if the columns of a matrix are shown to be linearly independent.
 
-    The structural rank, which any zeros of the matrix bound from above, refutes most scenes at once. It is
-    not enough: two contact points on one edge carry two shears along one line, which no zero reveals.
-    The singular values of each connected component, of scaled rows and columns, decide the others.
+    The structural rank, an upper bound of the rank for any values of the nonzero entries, refutes most scenes
+    at once. It is not sufficient: two contact points on one edge carry two shears along one line, which the
+    positions of the nonzero entries do not reveal. Other scenes are decided by the singular values of each
+    connected component, after scaling rows and columns.
     """
     if structural_rank(matrix) < matrix.shape[1]:
         return False
@@ -31,7 +33,7 @@ def has_independent_columns(matrix: sp.csr_array) -> bool:
 
 
 def _components(matrix: sp.csr_array) -> Iterator[sp.csr_array]:
-    """Yield the diagonal blocks of a matrix whose rows and columns do not share any entry."""
+    """Yield the submatrices of the connected components, which share no row and no column."""
     rows = matrix.shape[0]
     graph = sp.block_array([[None, matrix], [matrix.T, None]], format="csr")
     count, label = connected_components(graph, directed=False)
