@@ -30,11 +30,13 @@ class Senses(NamedTuple):
 
 
 class ConeStatics(Statics):
-    """Contact forces q within equilibrium, eq. (1), and, at each contact point,
+    """Contact forces q within equilibrium, eq. (1), and within the friction cones.
 
-        n ≥ 0,    |(s, t)| ≤ c + slope · n.
+    At each contact point
 
-    Limited forces are within their limits, L q + l ≥ 0.
+        n ≥ 0,    |(s, t)| ≤ c + slope · n,
+
+    and limited forces are within their limits, L q + l ≥ 0.
     """
 
     @cached_property
@@ -53,7 +55,7 @@ class ConeStatics(Statics):
 
 
 class ConeMechanism(Mechanism):
-    """Block velocities d, openings u ≥ 0, slips w, their speeds γ, and rates v ≥ 0 of limited forces:
+    """Block velocities d, openings u ≥ 0, slips w, their speeds γ, and rates v ≥ 0 of limited forces.
 
         Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    f_L·d = Σ|f_L|
 
@@ -99,7 +101,7 @@ class ConeMechanism(Mechanism):
 
 
 class ConeForces:
-    """Forces of a low λ that leave little energy for a given mechanism:
+    """Forces of a low λ that leave little energy for a given mechanism.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
@@ -128,7 +130,7 @@ class ConeForces:
 
 
 class ConeMotion:
-    """Mechanism that leaves the least energy for given forces:
+    """Mechanism that leaves the least energy for given forces.
 
         min  γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l)    within kinematics
 

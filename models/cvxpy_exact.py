@@ -15,7 +15,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyForces:
-    """Forces for a given mechanism:
+    """Forces for a given mechanism.
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
@@ -38,7 +38,7 @@ class CvxpyForces:
 
 
 class CvxpyMotion:
-    """Mechanism for given forces:
+    """Mechanism for given forces.
 
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
@@ -63,7 +63,7 @@ class CvxpyMotion:
 
 
 class CvxpyAtYield:
-    """Forces that hold the faces of a mechanism at yield, with λ nearest to a given value:
+    """Forces that hold the faces of a mechanism at yield, with λ nearest to a given value.
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 

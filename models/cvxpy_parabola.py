@@ -37,7 +37,7 @@ class _Sized:
 
 
 class CvxpyParabolaStatic(_Sized):
-    """Static program, eq. (9), with the parabola of crushing in place of its chords:
+    """Static program, eq. (9), with the parabola of crushing in place of its chords.
 
         max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0,
         2 n₁, 2 n₂ ≥ N t / (f_c L),    n² ≤ N t    at joints of limited strength

@@ -21,7 +21,7 @@ def by_cones(problem: Problem) -> bool:
 
 
 class CvxpyStanding:
-    """Static program, eq. (9), without a live load: find any forces q with
+    """Static program, eq. (9), without a live load: find any forces in equilibrium within yield.
 
     B q + f_D = 0,    z = C(slope) q + c ≥ 0;    in space n ≥ 0,    |(s, t)| ≤ c + slope · n
     """
@@ -64,7 +64,7 @@ class CvxpyFalling:
 
 
 class CvxpyDriven:
-    """Mechanism of bounded velocities that the dead load drives most, and its dual problem:
+    """Mechanism of bounded velocities that the dead load drives most, and its dual problem.
 
         max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
         min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0

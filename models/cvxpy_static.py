@@ -8,7 +8,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class CvxpyStatic:
-    """Static program, eq. (9):
+    """Static program, eq. (9).
 
         max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0
 

@@ -13,7 +13,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoMcp:
-    """All collapse states under the joints' own flow rule, eqs (1) to (6) and (8):
+    """All collapse states under the joints' own flow rule, eqs (1) to (6) and (8).
 
         B q + λ f_L + f_D = 0,    Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face

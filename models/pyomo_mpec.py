@@ -12,7 +12,7 @@ from masonry_opt.problem.problem import Problem, State
 
 
 class PyomoMpec(PyomoMcp):
-    """The least load factor:
+    """The least load factor.
 
         min  λ Σ|f_L|    over the states of :class:`PyomoMcp`
 
@@ -26,7 +26,7 @@ class PyomoMpec(PyomoMcp):
 
 
 class PyomoRelaxed:
-    """Scholtes' relaxation of complementarity, which rewrites an MCP or MPEC in place:
+    """Scholtes' relaxation of complementarity, which rewrites an MCP or MPEC in place.
 
         z = C(μ) q + c,    z ≥ 0,    p ≥ 0,    z p ≤ ε    for each face
 
@@ -56,7 +56,7 @@ class PyomoRelaxed:
 
 
 class PyomoGlobal(PyomoMpec):
-    """The MPEC with 0 ≤ λ ≤ Λ and a binary variable y for each face:
+    """The MPEC with 0 ≤ λ ≤ Λ and a binary variable y for each face.
 
         p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
 

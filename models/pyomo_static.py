@@ -7,7 +7,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoStatic:
-    """Static program, eq. (9), as a minimisation:
+    """Static program, eq. (9), as a minimisation.
 
         min  −λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    −z = −C(slope) q − c ≤ 0
 

@@ -33,9 +33,9 @@ _T = TypeVar("_T")
 
 
 class Of(property, Generic[_T]):
-    """Read-only attribute that reads an attribute of a part of the object.
+    """Read-only attribute of an object that is stored in one of its parts.
 
-    The attribute of the part has the same name unless another one is given.
+    ``part`` is the name of the part. The attribute has the same name there, unless ``name`` is given.
     """
 
     def __init__(self, part: str, name: str = "") -> None:

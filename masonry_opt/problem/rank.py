@@ -1,4 +1,4 @@
-"""Compute the numeric rank of an equilibrium matrix: does equilibrium alone fix all joint forces?"""
+"""Compute the numeric rank of an equilibrium matrix, which shows if equilibrium alone fixes all forces."""
 
 from collections.abc import Iterator
 

@@ -136,21 +136,26 @@ class Geometry(Extents):
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the corners of all polygons, and the block of each corner, in rising order."""
         return shapely.get_coordinates(self.polygons, return_index=True)
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the distance of points from the convex hulls of blocks, shape (points,)."""
         hulls = shapely.convex_hull(self.polygons[blocks])
         return shapely.distance(hulls, shapely.points(points))
 
     def away(self, block: int, point: np.ndarray) -> float:
+        """Return the distance of a point from a block, 0 if the point lies inside."""
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))
 
     def nearest(self, block: int) -> tuple[int, float]:
+        """Return the block that is nearest to a block, and its distance."""
         distance = shapely.distance(self.polygons[block], self.polygons)
         distance[block] = np.inf
         return int(distance.argmin()), float(distance.min())
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
+        """Yield the numbers of pairs that overlap, and their common regions."""
         common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
         area, perimeter = shapely.area(common), shapely.length(common)
         # The depth of a convex piece lies between its area divided by half its perimeter, and π times this
