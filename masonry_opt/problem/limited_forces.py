@@ -1,7 +1,7 @@
 """Model limited forces: forces of ties, props, earth and freed supports.
 
-Each limited force T has one column of B, and two yield conditions, ``T − lowest ≥ 0`` and ``highest − T ≥
-0``. It has no friction.
+A limited force T has one column of B and no friction. It has two yield conditions:
+``T − lowest ≥ 0`` and ``highest − T ≥ 0``.
 """
 
 from collections.abc import Sequence
