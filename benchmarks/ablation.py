@@ -13,8 +13,8 @@ with --rubble walls of 60 and 200 stones; with --space random ones in space, fro
 Each name has a row that compares with the methods as they are: answers, incremental load factors and exact
 states lost (and gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb
 answer that is lower is better), and the ratios of steps and of processor time.
---constants makes each number that exact states and "mcp" name three times smaller and larger; for those of
-the incremental analysis see benchmarks/incremental.py.
+--constants makes each number that exact states and "coulomb" name three times smaller and larger; for those
+of the incremental analysis see benchmarks/incremental.py.
 """
 
 import argparse
@@ -58,10 +58,10 @@ CORNERS, CORNER_FRICTIONS = ((2, 2, 3), (3, 3, 3), (3, 2, 5)), (0.45, 0.7)
 MEASURED: dict[str, dict[str, Any]] = {
     "nonassociative": {},
     "rough": {"method": "nonassociative", "sub_problems": "rough"},
-    "mcp": {"expected": True},
-    "compliant": {},
-    "forces": {"method": "mcp"},
-    "search": {"method": "refined", "search": 2.0},
+    "coulomb": {"incremental": True},
+    "incremental": {},
+    "forces": {"method": "coulomb"},
+    "search": {"method": "coulomb", "search": 2.0},
     "global": {"time_limit": 5.0},
 }
 
@@ -99,18 +99,18 @@ _TOLERANCES, _SIDES = "exact.alternation:_TOLERANCES", ".problem.matrices:SIDES"
 
 #: What concerns blocks in space alone, as in ``ABLATIONS``.
 IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
-    "slowly-rising-weight": ("mcp", {_WEIGHTS: lambda old: old[1:]}),
-    "heavy-weight-next": ("mcp", {_WEIGHTS: lambda old: old[:1]}),
-    "rising-to-1e6": ("mcp", {_WEIGHTS: lambda old: (old[0], old[1][:5])}),
-    "seven-rises": ("mcp", {_WEIGHTS: lambda old: (old[0][::2], old[1])}),
-    "weights-from-3": ("mcp", {_WEIGHTS: lambda old: (old[0][2:], old[1])}),
-    "rougher-tolerances": ("mcp", {_TOLERANCES: lambda old: old[:1]}),
-    "roughest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[:2]}),
-    "tightest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[1:]}),
-    "programs-nearly-solved": ("mcp", {"exact.alternation:ExactPrograms._solved": _solved_alone}),
-    "energy-left": ("mcp", {"exact.alternation:_LEFT": 1e-8}),
-    "sixteen-sides": ("mcp", {_SIDES: 16}),
-    "thirty-two-sides": ("mcp", {_SIDES: 32}),
+    "slowly-rising-weight": ("coulomb", {_WEIGHTS: lambda old: old[1:]}),
+    "heavy-weight-next": ("coulomb", {_WEIGHTS: lambda old: old[:1]}),
+    "rising-to-1e6": ("coulomb", {_WEIGHTS: lambda old: (old[0], old[1][:5])}),
+    "seven-rises": ("coulomb", {_WEIGHTS: lambda old: (old[0][::2], old[1])}),
+    "weights-from-3": ("coulomb", {_WEIGHTS: lambda old: (old[0][2:], old[1])}),
+    "rougher-tolerances": ("coulomb", {_TOLERANCES: lambda old: old[:1]}),
+    "roughest-tolerance": ("coulomb", {_TOLERANCES: lambda old: old[:2]}),
+    "tightest-tolerance": ("coulomb", {_TOLERANCES: lambda old: old[1:]}),
+    "programs-nearly-solved": ("coulomb", {"exact.alternation:ExactPrograms._solved": _solved_alone}),
+    "energy-left": ("coulomb", {"exact.alternation:_LEFT": 1e-8}),
+    "sixteen-sides": ("coulomb", {_SIDES: 16}),
+    "thirty-two-sides": ("coulomb", {_SIDES: 32}),
     "search-random-forces-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("random forces")}),
     "search-self-stress-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("self-stress")}),
     "search-loads-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("loads")}),
@@ -135,19 +135,19 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "energy-weighs-10": ("rough", {_ENERGY: lambda old: (10.0, *old[1:])}),
     "energy-weighs-100": ("rough", {_ENERGY: lambda old: (100.0, *old[1:])}),
     "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
-    "energy-weighs-100-in-repairs": ("mcp", {"exact.refiner:WEIGHT": 100.0}),
-    "further-starts": ("mcp", {"mcp.steps:SMALL": 0}),
-    "hundred-in-a-row": ("mcp", {_SETTINGS: lambda old: (replace(old[0], starts_in_vain=30),)}),
-    "random-forces": ("mcp", {_SEARCH + "_KINDS": _without("random forces")}),
-    "neighbours": ("mcp", {_SEARCH + "_KINDS": _without("neighbour")}),
-    "fixed-points": ("mcp", {_SEARCH + "_KINDS": _without("fixed point")}),
-    "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
-    "random-costs": ("mcp", {"exact.refiner:_RANDOM": 0.0}),
-    "rates-at-work": ("mcp", {"exact.refiner:_AT_WORK": 1e-9}),
-    "two-repairs": ("mcp", {"exact.refiner:_REPAIRS": 1}),
-    "one-alternation": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
-    "light-energy-first": ("mcp", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),
-    "a-heavier-energy": ("mcp", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),
+    "energy-weighs-100-in-repairs": ("coulomb", {"exact.refiner:WEIGHT": 100.0}),
+    "further-starts": ("coulomb", {"coulomb.steps:SMALL": 0}),
+    "hundred-in-a-row": ("coulomb", {_SETTINGS: lambda old: (replace(old[0], starts_in_vain=30),)}),
+    "random-forces": ("coulomb", {_SEARCH + "_KINDS": _without("random forces")}),
+    "neighbours": ("coulomb", {_SEARCH + "_KINDS": _without("neighbour")}),
+    "fixed-points": ("coulomb", {_SEARCH + "_KINDS": _without("fixed point")}),
+    "fixed-points-settle": ("coulomb", {_SEARCH + "_FIXED_POINT": 1}),
+    "random-costs": ("coulomb", {"exact.refiner:_RANDOM": 0.0}),
+    "rates-at-work": ("coulomb", {"exact.refiner:_AT_WORK": 1e-9}),
+    "two-repairs": ("coulomb", {"exact.refiner:_REPAIRS": 1}),
+    "one-alternation": ("coulomb", {"exact.alternation:_WEIGHTS": ((1e4,),)}),
+    "light-energy-first": ("coulomb", {"exact.alternation:_WEIGHTS": ((30.0, 1e3),)}),
+    "a-heavier-energy": ("coulomb", {"exact.alternation:_WEIGHTS": ((1e4, 1e5),)}),
     "search-neighbours": ("search", {_SEARCH + "_KINDS": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_KINDS": _without("fixed point")}),
     "repeat-what-pays": ("global", {_BOUND + "_WORTH_REPEATING": inf}),
@@ -161,22 +161,24 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
 
 @dataclass(frozen=True)
 class Measured:
-    """One run; value is λ (of "global" the proven bound), None without an answer; exact: of "compliant"
+    """One run; value is λ (of "global" the proven bound), None without an answer; exact: of "incremental"
     whether it is exact; processor time."""
 
     value: float | None
     exact: bool
-    expected: bool
+    incremental: bool
     steps: int
     seconds: float
 
 
 def measured(scene: mo.Scene, name: str) -> Measured:
     began = time.process_time()
-    result = mo.solve(scene, **{"method": name, "expected": False} | MEASURED[name])
+    result = mo.solve(scene, **{"method": name, "incremental": False} | MEASURED[name])
     value = result.bound if name == "global" else result.load_factor
     exact = result.exact or any(reason.code is Code.COLLAPSE for reason in result.reasons)
-    return Measured(value, exact, result.expected is not None, result.iterations, time.process_time() - began)
+    return Measured(
+        value, exact, result.incremental is not None, result.iterations, time.process_time() - began
+    )
 
 
 def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
@@ -232,7 +234,7 @@ def lost(before: list[Measured], after: list[Measured]) -> str:
     change = np.array([(new - old) / max(abs(old), SMALLEST) for old, new in both])  # type: ignore[operator]
     answers = sum(new.value is not None for _, new in pairs) - sum(old.value is not None for old, _ in pairs)
     exact = sum(new.exact for new in after) - sum(old.exact for old in before)
-    expected = sum(new.expected for new in after) - sum(old.expected for old in before)
+    expected = sum(new.incremental for new in after) - sum(old.incremental for old in before)
     told = [f"answers {answers:+d}", f"exact {exact:+d}", f"incremental {expected:+d}"]
     for word, part in (("higher", 100 * change[change > SAME]), ("lower", -100 * change[change < -SAME])):
         by = f" by {part.mean():.2g} %, at most {part.max():.2g}" if len(part) else ""
@@ -271,7 +273,7 @@ def main(asked: argparse.Namespace) -> None:
 
 #: Where else a constant stands, as in ``ABLATIONS``: imported, or as a default, and which.
 ELSEWHERE: dict[str, tuple[Any, ...]] = {
-    "SMALL": ("mcp.steps:SMALL",),
+    "SMALL": ("coulomb.steps:SMALL",),
     "WEIGHT": ("exact.refiner:WEIGHT",),
 }
 
@@ -283,7 +285,7 @@ def constants(modules: list[str]) -> Iterator[tuple[str, str, tuple[Any, ...], A
     """Module, name, place in tuples and value of each number that these modules name, and do not import."""
     for path in sorted((ROOT / "masonry_opt" / "methods").glob("*/*.py")):
         module, source = f"{path.parent.name}.{path.stem}", path.read_text()
-        if module.startswith(("exact.", "mcp.")) and module.startswith(tuple(modules)):
+        if module.startswith(("exact.", "coulomb.")) and module.startswith(tuple(modules)):
             of = vars(import_module(f"masonry_opt.methods.{module}"))
             for line in re.findall(r"^_?[A-Z][^=(\n]* = ", source, re.MULTILINE):
                 for name in re.findall(r"\b_?[A-Z][_A-Z]+\b", line):
@@ -332,8 +334,8 @@ def through_constants(asked: argparse.Namespace) -> None:
         *(scene for scene in small if assemble(scene).problem.joints <= 60),
     ]
     runs: dict[str, tuple[Callable[[Any], Measured], list[Any]]] = {
-        "_IN_SPACE": (partial(measured, name="mcp"), few[:1]),
-        "": (partial(measured, name="mcp"), few),
+        "_IN_SPACE": (partial(measured, name="coulomb"), few[:1]),
+        "": (partial(measured, name="coulomb"), few),
     }
     before = {part: [run(of) for of in chosen] for part, (run, chosen) in runs.items()}
     print("| constant | is | tried | answers | λ > 1e-6 | > 1e-3 | most | time × |\n" + "|---" * 8 + "|")

@@ -42,7 +42,7 @@ _NO_WORK_UP_TO, _RESTS_UP_TO = 8000, 500
 #: larger, ranges of a load factor are compared with more states of other mechanisms.
 NO_WORK = 1e-3
 
-_EXPECTED = "compliant"  #: The method whose answer is the incremental load factor.
+_INCREMENTAL = "incremental"  #: The method whose answer is the incremental load factor.
 
 #: Ways to give a live load, by dimension.
 _WAYS = {
@@ -67,9 +67,9 @@ class Session:
         """The method."""
         return self.how.chosen
 
-    def without_expected(self) -> "Session":
+    def without_incremental(self) -> "Session":
         """Return a session that does not compute the incremental load factor."""
-        return replace(self, how=replace(self.how, expected=False))
+        return replace(self, how=replace(self.how, incremental=False))
 
     def solve(
         self, scene: Scene, progress: Progress = lambda _: None, effort: Effort | None = None
@@ -108,10 +108,10 @@ class Session:
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
         """The solution of a scene that stands."""
-        problem, expected = assembly.problem, self._to_expect(assembly, effort)
+        problem, incremental = assembly.problem, self._to_expect(assembly, effort)
         effort.begins(f"method '{self.method.name}'")
-        task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, expected)
-        solution = replace(_found(self.method, task), expected=expected).accepted()
+        task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, incremental)
+        solution = replace(_found(self.method, task), incremental=incremental).accepted()
         solution = _judged(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
@@ -147,14 +147,14 @@ class Session:
     @property
     def _expects(self) -> bool:
         """Return True if the incremental load factor is computed in addition to the method's own."""
-        return self.how.expected and not self.method.associative and self.method.name != _EXPECTED
+        return self.how.incremental and not self.method.associative and self.method.name != _INCREMENTAL
 
     def _comes_to_rest(self, problem: Problem, effort: Effort) -> bool:
         """Whether forces with which contacts come to rest, where a push begins, carry the dead load. Asked of
         small scenes that are pushed; not of many, where forces kept of those before show it at once."""
         from masonry_opt.standing.diagnosis import DEAD_LOAD, carries
 
-        pushed = self._expects or self.method.name == _EXPECTED
+        pushed = self._expects or self.method.name == _INCREMENTAL
         small = problem.joints <= _RESTS_UP_TO and not problem.dilatancy_depends_on_stress
         if self.kept.keeps or not (pushed and small):
             return False
@@ -166,19 +166,19 @@ class Session:
         return True
 
     def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:
-        """What method "compliant" finds, or why it is not asked; None where nobody wants to know. Its steps
+        """What method "incremental" finds, or why it is not asked; None where nobody wants to know. Its steps
         and time stand apart from those of the method."""
         if not self._expects:
             return None
-        method, problem = METHODS[_EXPECTED], assembly.problem
-        none = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
+        method, problem = METHODS[_INCREMENTAL], assembly.problem
+        none = Solution(Status.SOLVER_FAILED, Kind.INCREMENTAL)
         if "dilatancy" in method.refuses and problem.dilatancy_depends_on_stress:
             return none.telling(reason(Code.DILATANCY_FALLS))
         if problem.joints > IncrementalSettings().most_joints:
-            return none.telling(reason(Code.NOT_EXPECTED, **size_of(problem)))
+            return none.telling(reason(Code.NOT_COMPUTED, **size_of(problem)))
         solver = find_solver(MATRICES, None)
         effort.uses(solver.name, "incremental analysis")
-        with effort.measure("expected"):
+        with effort.measure("incremental"):
             solution = _found(method, Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
         return _unless_it_falls(assembly, solution)
 
@@ -241,8 +241,8 @@ def _found(method: Method, task: Task) -> Solution:
     is looked for first if the incremental load factor is of such a collapse. The range of an incremental load
     factor is replaced by the exact load factor of such a collapse that lies in the range.
     """
-    before, expected = None, task.expected
-    if expected is None or not expected.has(Code.NO_WORK):
+    before, incremental = None, task.incremental
+    if incremental is None or not incremental.has(Code.NO_WORK):
         before = method.run(task)
         if _ends_without_work(task.problem, before):
             return _exact_without_work(task, method, before)
@@ -288,9 +288,9 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     """
     if problem.settled is not None or problem.statics_fix_forces:
         return True
-    expected = solution.expected
-    if expected is not None and expected.status in (Status.CONVERGED, Status.UNSTABLE):
-        return expected.status.usable
+    incremental = solution.incremental
+    if incremental is not None and incremental.status in (Status.CONVERGED, Status.UNSTABLE):
+        return incremental.status.usable
     if min(load_factor, solution.below_zero) > SMALLEST:
         return True
     return IncrementalAnalysis(problem).preload_forces is not None
@@ -304,26 +304,26 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
         from masonry_opt.methods.associative import with_associative
 
         solution = with_associative(task, solution)
-    expected = solution.expected
-    if expected is not None:
-        expected = replace(expected, associative=solution.associative_value)
-    solution = _unless_it_falls(assembly, replace(solution, expected=expected))
+    incremental = solution.incremental
+    if incremental is not None:
+        incremental = replace(incremental, associative=solution.associative_value)
+    solution = _unless_it_falls(assembly, replace(solution, incremental=incremental))
     if solution.load_factor is not None:
         return _with_few_starts(task.problem, _with_only_state(task.problem, solution))
     from masonry_opt.standing.existence import explained
 
     solution = explained(assembly, solution, task.solver, task.effort, by_statics)
-    if expected is None or expected.load_factor is None or not solution.proven_none:
+    if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
     # A load factor of elastic contacts that lock later is no collapse.
-    expected = replace(expected, found=Found(), status=solution.status, reasons=solution.reasons)
-    return replace(solution, expected=replace(expected, followed_to_end=False, peak=None))
+    incremental = replace(incremental, found=Found(), status=solution.status, reasons=solution.reasons)
+    return replace(solution, incremental=replace(incremental, followed_to_end=False, peak=None))
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
     """Return a solution that records if no other load factor above zero can be one of collapse."""
     load_factor = solution.load_factor
-    if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.COMPLIANT):
+    if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
     return replace(solution, is_only_state=is_only_load_factor(problem, load_factor))
 
@@ -336,12 +336,12 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     a search states the number of its starts.
     """
     starts = solution.starts
-    lowest, expected, associative = solution.load_factor, solution.expected, solution.associative
+    lowest, incremental, associative = solution.load_factor, solution.incremental, solution.associative
     if starts is None or starts >= SEARCH.few_starts or solution.has(Code.SEARCHED):
         return solution
-    if lowest is None or associative is None or expected is None or expected.load_factor is None:
+    if lowest is None or associative is None or incremental is None or incremental.load_factor is None:
         return solution
-    agree = same(lowest, expected.load_factor) and same(lowest, associative)
+    agree = same(lowest, incremental.load_factor) and same(lowest, associative)
     unique = problem.statics_fix_forces or np.array_equal(problem.dilatancy, problem.friction)
     if not agree or unique:
         return solution
@@ -355,7 +355,7 @@ def solve(
     model: str | None = None,
     solver: str | None = None,
     tolerance: float | None = None,
-    expected: bool = True,
+    incremental: bool = True,
     load_case: str | None = None,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
@@ -366,37 +366,43 @@ def solve(
     Parameters
     ----------
     scene: A scene, or the path of a case file.
-    method: "mcp" (the default: the lowest of a few exact collapse states of Coulomb friction; where dilatancy
-        falls with stress, the loop), "compliant" (the incremental load factor, at which equilibrium is lost
-        as the live load is raised from rest, with elastic contacts), "nonassociative" (Coulomb: the loop of
-        linear programs), "static" or "kinematic" (associative: one linear program), "mpec" (a local minimum
-        near the loop's load factor, by IPOPT), "refined" (lower exact states by linear programs, and by a
-        search if asked), or "global" (proven bounds of the least load factor, on small scenes).
-    model: Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo"; both are
-        there for "static", "kinematic" and "nonassociative". "mcp" and "compliant", which declare nothing,
-        take "matrices".
-    solver: For these three "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm"
-        (Pyomo's default for the loop), or any solver that CVXPY finds. The others bring their own.
-    tolerance: Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9). With
-        cones of friction in space the associative answer may be a state short of it: the reasons then say so.
-    expected: Whether Coulomb methods also compute the incremental load factor, by method "compliant" (up to
-        3000 joints, in space contact points).
-    load_case: Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves
-        all.
-    progress:
-        Called with every step of the method: :class:`~.answer.load_history.LoadStep`,
-        :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
-        :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
-    phases: Called with a few words as each phase begins, such as "finding joints" or "sub-problem 3".
-    **options:
-        The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
-        :class:`~.mpec.MpecOptions`, :class:`~.refined.RefinedOptions`,
-        :class:`~.bracket.bracket.GlobalOptions`.
+    method: Name of the method. Methods for joints with Coulomb friction, which do not open as they slide:
+
+        - "coulomb", the default: the lowest of several exact collapse states; the loop if dilatancy falls
+          with stress.
+        - "incremental": the load factor at which equilibrium is lost as the live load is raised from rest,
+          with elastic contacts.
+        - "nonassociative": the loop of linear programs by Gilbert, Casapulla and Ahmed (2006).
+        - "mpec": a local minimum near the load factor of the loop, by IPOPT.
+        - "global": the least load factor with a proven lower bound, on small scenes.
+
+        Methods of classical limit analysis, in which joints open as they slide: "static" and "kinematic", one
+        linear program each.
+    model: Modelling language: "cvxpy" (the default of methods that are declared in it), "pyomo" or
+        "matrices". Both languages declare "static", "kinematic" and "nonassociative". "coulomb" and
+        "incremental" take "matrices".
+    solver: For "static", "kinematic" and "nonassociative" one of "clarabel" (default with CVXPY), "highs"
+        (simplex; default with Pyomo), "highs-ipm" (default of the loop with Pyomo), or another solver that
+        CVXPY finds. The other methods have solvers of their own.
+    tolerance: Feasibility and gap tolerance of the solver, for the same three methods (default 1e-9). With
+        cones of friction in space the solver may miss the tolerance; the reasons of the result then say so.
+    incremental: True if Coulomb methods compute the incremental load factor too (up to 3000 joints, in space
+        contacts).
+    load_case: Name of a load case of the scene; needed if the scene has load cases. :func:`solve_cases`
+        solves all of them.
+    progress: Function that is called with each step of the method:
+        :class:`~.answer.load_history.LoadStep`, :class:`~.loop.run.Iteration` of the loop,
+        :class:`~.mpec.RelaxationStep`, :class:`~.coulomb.search.LowerState` of the search,
+        :class:`~.bracket.relaxation.BoundStep` of "global".
+    phases: Function that is called with a few words as each phase begins, such as "finding joints".
+    **options: Options of the method: fields of :class:`~.coulomb.method.CoulombOptions`,
+        :class:`~.incremental.method.IncrementalOptions`, :class:`~.loop.options.LoopOptions`,
+        :class:`~.mpec.MpecOptions`, :class:`~.bracket.bracket.GlobalOptions`.
 
     Returns
     -------
     Result
-        Whose ``status`` says whether there is a load factor.
+        Result of the analysis. Its ``status`` tells if there is a load factor.
 
     Raises
     ------
@@ -409,7 +415,9 @@ def solve(
     for name, given in (("progress", progress), ("phases", phases)):
         if not callable(given):
             raise OptionError(f"{name} must be a function (found {given!r})")
-    session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
+    session = prepare(
+        method, model=model, solver=solver, tolerance=tolerance, incremental=incremental, **options
+    )
     effort = Effort(phases)
     effort.begins("reading blocks")
     with effort.measure("scene"):
@@ -417,9 +425,11 @@ def solve(
     return session.solve(scene, progress, effort)
 
 
-def prepare(method: str = DEFAULT, *, keeps: bool = False, expected: bool = True, **options: Any) -> Session:
+def prepare(
+    method: str = DEFAULT, *, keeps: bool = False, incremental: bool = True, **options: Any
+) -> Session:
     """A session that solves scenes as :func:`solve` would, with its model, solver and tolerance among the
     options; it may keep geometry and compiled programs for scenes that differ in joint properties alone.
     Raises OptionError if one of these is unknown or not available, whatever the scene."""
     given = {name: options.pop(name, None) for name in ("model", "solver", "tolerance")}
-    return Session(HowToSolve(method, **given, expected=expected, options=options), Kept(keeps))
+    return Session(HowToSolve(method, **given, incremental=incremental, options=options), Kept(keeps))

@@ -11,7 +11,7 @@ Phases = Callable[[str], None]
 PARTS = (
     "scene",  # read the scene, find its joints, assemble the matrices
     "dead_load",  # decide whether the scene is stable under its dead load
-    "expected",  # compute the incremental load factor beside a Coulomb answer
+    "incremental",  # compute the incremental load factor beside a Coulomb answer
     "build",  # declare the model
     "compile",  # convert the model to solver data, or update the data
     "solve",  # the solver's own time

@@ -26,8 +26,17 @@ if TYPE_CHECKING:
 #: What ``as_dict`` tells first, in order; then block by block and joint by joint.
 _TOLD = (
     *("case", "load_case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind"),
-    *("crushing", "friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters"),
-    *("iterations", "lp_solves", "nlp_solves", "stationary", "expected", "end", "expected_reasons"),
+    *(
+        "crushing",
+        "friction_law",
+        "load_factor",
+        "lowest",
+        "tilt_angle",
+        "blocks",
+        "joints",
+        "flow_rule_matters",
+    ),
+    *("iterations", "lp_solves", "nlp_solves", "stationary", "incremental", "end", "incremental_reasons"),
     *("associative", "exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility"),
     *("largest_turn", "largest_shift", "size", "history"),
 )

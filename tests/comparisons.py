@@ -17,18 +17,20 @@ NAMES = BLOCKS, WALL = "gilbert/two_blocks", "ferris_tinloi/wall_1"
 _ENDS: dict[tuple[str, str], tuple[float | None, float, dict[str, Any]]] = {
     (BLOCKS, "static"): (0.25, 1.5, {}),
     (BLOCKS, "nonassociative"): (0.153, 2.5, {}),
-    (BLOCKS, "mcp"): (0.15, 0.5, {}),
+    (BLOCKS, "coulomb"): (0.15, 0.5, {}),
     (BLOCKS, "refined"): (0.15, 4.5, {"flow": 0.3}),
     (WALL, "static"): (0.64286, 1.5, {}),
     (WALL, "nonassociative"): (None, 60.0, {"ended": "time limit", "message": "over 60 s"}),
-    (WALL, "mcp"): (None, 3.5, {"status": "unstable under dead load", "message": "It falls. " * 30}),
+    (WALL, "coulomb"): (None, 3.5, {"status": "unstable under dead load", "message": "It falls. " * 30}),
     (WALL, "refined"): (0.63898, 5.5, {}),
 }
 
 
 def made_up() -> Comparison:
     """Two scenes and four methods: HiGHS takes twice Clarabel's time, and in the loop ends at 2 % more."""
-    planned = plan(["static", "nonassociative", "mcp", "refined"], ["cvxpy"], ["clarabel", "highs"], [1e-9])
+    planned = plan(
+        ["static", "nonassociative", "coulomb", "refined"], ["cvxpy"], ["clarabel", "highs"], [1e-9]
+    )
     rows = []
     for scene in NAMES:
         for pair in planned.pairs:

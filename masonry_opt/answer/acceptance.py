@@ -25,7 +25,7 @@ class Kind(StrEnum):
     RELAXED = "relaxed"
     #: The incremental load factor: an exact state, or the last equilibrium of the load history with the
     #: motion of the collapse. Of the latter the equilibrium alone must meet limits; the motion is shown.
-    COMPLIANT = "compliant"
+    INCREMENTAL = "incremental"
     #: A state of forces and a mechanism that meet every condition to rounding.
     EXACT = "exact"
 
@@ -59,7 +59,7 @@ LIMITS: dict[Kind, Limits] = {
     Kind.BARE_LOOP: Limits(1e-2, inf, 5e-2, 5e-2, work=5e-2, block=5e-2, joint=1.0),
     Kind.NEARLY_COMPLEMENTARY: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.RELAXED: Limits(1e-6, 1e-6, 1e-6, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
-    Kind.COMPLIANT: Limits(1e-6, 1e-6, inf, inf, work=inf, block=1e-3, joint=1e-3),
+    Kind.INCREMENTAL: Limits(1e-6, 1e-6, inf, inf, work=inf, block=1e-3, joint=1e-3),
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
 }
 

@@ -3,7 +3,7 @@
 import math
 from dataclasses import astuple, dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -20,6 +20,14 @@ from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+#: Present names of attributes of a result, by the names that they had in former versions.
+_FORMER_NAMES = {
+    "expected": "incremental",
+    "at_expected": "at_incremental",
+    "expected_reasons": "incremental_reasons",
+}
 
 
 @dataclass(frozen=True)
@@ -57,16 +65,19 @@ class Outcome:
     flow_rule_matters: False if the loop's associative start already obeys the joints' own flow rule.
     iterations: of the solver, summed.
     lp_solves, nlp_solves: linear or cone programs solved, and nonlinear ones (without the dead load's check).
-    stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
-        the solver could not tell for some; None for other methods.
-    expected: incremental load factor, by method "compliant": the largest of the load history in which the
-        live load is raised from rest, with elastic contacts. None where there is none, where it was not asked
-        for, and of an associative answer.
+    stationary: after a search (option ``search``): True if no mechanism that was tried at yield lowers λ,
+        False if the solver could not tell for some; None without a search.
+    lowest: load factor of the exact Coulomb collapse state, the lowest that the method found; None if its
+        state is not exact.
+    incremental: incremental load factor, by method "incremental": the largest load factor of the load
+        history in which the live load is raised from rest, with elastic contacts. None if there is none, if
+        it was not asked for, and for methods with associative flow.
     end: load factor at the end of the load history: the load that the scene carries once it moves on; None if
         the history was not followed to its end.
-    expected_reasons: codes that say how the load history ended, or why there is no incremental load factor.
-    at_expected: the result of the incremental collapse; seconds and solvers are of the whole analysis; None
-        if it was not asked for.
+    incremental_reasons: codes that tell how the load history ended, or why there is no incremental load
+        factor.
+    at_incremental: the result of the incremental collapse; seconds and solvers are of the whole analysis.
+        None if it was not asked for.
     associative: load factor with associative flow, which no Coulomb answer exceeds; None where unlimited.
     exact: whether all residuals under the joints' own flow rule, in space by the cone, are within the limits
         of exact answers.
@@ -102,13 +113,19 @@ class Outcome:
     stationary = Of[bool | None]("solution")
     bound = Of[float | None]("solution")
     end = Of[float | None]("solution")
-    expected = Of[float | None]("solution", "expected_value")
+    incremental = Of[float | None]("solution", "incremental_value")
     associative = Of[float | None]("solution", "associative_value")
     case = Of[str]("assembly.scene", "called")
 
     def __repr__(self) -> str:
         told = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"
         return f"{type(self).__name__}({told})"
+
+    def __getattr__(self, name: str) -> Any:
+        """Raise AttributeError. The error names the present name of an attribute that had a former one."""
+        if name in _FORMER_NAMES:
+            raise AttributeError(f"'{name}' is now called '{_FORMER_NAMES[name]}'")
+        raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
 
     @cached_property
     def joints(self) -> "pd.DataFrame":
@@ -166,14 +183,17 @@ class Outcome:
 
     @cached_property
     def history(self) -> "pd.DataFrame":
-        """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
-        (:class:`~.load_history.LoadStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
-        a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
+        """Return a row for each step of the method; empty for a single linear program.
+
+        A step is a sub-problem of the loop (:class:`~.loop.run.Iteration`), a load step
+        (:class:`~.load_history.LoadStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`), or a
+        lower state of the search (:class:`~.coulomb.search.LowerState`).
+        """
         return frames.history_frame(self.assembly, self.solution)
 
     @cached_property
     def curve(self) -> "pd.DataFrame | None":
-        """Load–displacement curve of the load history, if method "compliant" was asked for it; else None.
+        """Load–displacement curve of the load history, if method "incremental" was asked for it; else None.
 
         The load is raised from rest, so that the curve has jumps and no falling branches. A row is an
         equilibrium: ``load_factor``, ``displacement`` of the live load since the dead load (its work over its
@@ -213,17 +233,21 @@ class Outcome:
         return replace(found, clamped=tuple(clamped.tolist()))
 
     @property
-    def expected_reasons(self) -> tuple[Reason, ...]:
-        return self.at_expected.reasons if self.at_expected else ()
+    def incremental_reasons(self) -> tuple[Reason, ...]:
+        return self.at_incremental.reasons if self.at_incremental else ()
 
     @cached_property
-    def at_expected(self) -> Self | None:
-        if self.kind is Kind.COMPLIANT:
+    def at_incremental(self) -> Self | None:
+        if self.kind is Kind.INCREMENTAL:
             return self
-        if (found := self.solution.expected) is None:
+        if (found := self.solution.incremental) is None:
             return None
-        of = replace(self, method="compliant", model=MATRICES, solver="newton", solution=found)
+        of = replace(self, method="incremental", model=MATRICES, solver="newton", solution=found)
         return replace(of, iterations=len(found.history), lp_solves=0, nlp_solves=0)
+
+    @property
+    def lowest(self) -> float | None:
+        return self.load_factor if self.exact else None
 
     @cached_property
     def exact(self) -> bool:

@@ -87,7 +87,7 @@ class Code(StrEnum):
     UNBOUNDED = "unbounded"  # steps: of a load history that has no end
     UNDECIDED = "undecided"  # word, steps, looped: True if the loop found no collapse either
     DILATANCY_FALLS = "dilatancy falls"
-    NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for a load history
+    NOT_COMPUTED = "incremental not computed"  # joints, in space contacts: too many for a load history
     # draws: number of random stiffnesses, and of random self-stresses; stiffness, stress: the range of the
     # incremental load factors of each, or None; without: number of load histories that reached no end.
     SPREAD = "spread"
@@ -104,7 +104,7 @@ class Code(StrEnum):
     STATES_MET = "states met"
     FEW_STARTS = "few starts"  # candidates: starts after which all load factors agree
     SEARCHED = "searched"  # candidates, interrupted: whether by the user
-    NOT_REFINED = "not refined"
+    NOT_FOUND = "no exact state near the forces"
     NO_TIME = "no time"
 
     # The bracket.

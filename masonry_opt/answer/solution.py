@@ -36,11 +36,13 @@ class Solution:
     flow_rule_matters: bool = True  #: False if the associative answer already obeys the joints' own flow rule
     exact_end: bool = False  #: whether the loop ended with forces that obey the true law exactly
     history: tuple[Any, ...] = ()  #: one record a step of the method
-    stationary: bool | None = None  #: whether a refined state stays: no mechanism tried at yield lowers λ
+    stationary: bool | None = (
+        None  #: True if no mechanism that was tried at yield lowers λ; None if not known
+    )
     associative: float | None = None  #: λ with associative flow; None where unlimited, or not computed
     associative_ended: Status | None = None  #: how a program ended that was solved for it alone
-    #: What method "compliant" found beside, or why it was not asked; None if switched off, or a scene falls.
-    expected: "Solution | None" = None
+    #: Solution of method "incremental", or why it was not asked; None if switched off, or a scene falls.
+    incremental: "Solution | None" = None
     bound: float | None = None  #: lower bound of λ, of method "global"; the reasons list its assumptions
     bound_derived: bool = False  #: True if the bound assumes nothing
     #: Starts from which exact states were looked for; None of methods that do not look for several states.
@@ -81,14 +83,14 @@ class Solution:
         return self.load_factor if self.kind is Kind.ASSOCIATIVE else self.associative
 
     @property
-    def at_expected(self) -> "Solution | None":
+    def at_incremental(self) -> "Solution | None":
         """The solution of the incremental analysis: this one, or the one beside it; None without either."""
-        return self if self.kind is Kind.COMPLIANT else self.expected
+        return self if self.kind is Kind.INCREMENTAL else self.incremental
 
     @property
-    def expected_value(self) -> float | None:
+    def incremental_value(self) -> float | None:
         """Largest load factor of the load history; None if it was not computed or has no end."""
-        state = self.at_expected
+        state = self.at_incremental
         if state is None:
             return None
         return state.peak or state.load_factor
@@ -96,7 +98,7 @@ class Solution:
     @property
     def end(self) -> float | None:
         """Load factor at the end of the load history; None if the history was not followed to its end."""
-        state = self.at_expected
+        state = self.at_incremental
         return state.load_factor if state and state.followed_to_end else None
 
     def has(self, code: Code) -> bool:

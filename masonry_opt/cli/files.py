@@ -68,7 +68,7 @@ def export(given: Given, case: Path, file: Path, load_case: str | None = None) -
         refuse_unwritable(file, given.get("force", False))
         with waiting("export", kept="no file written") as work:
             steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
-            what = mo.solve(case, method, expected=False, load_case=load_case, **steps)
+            what = mo.solve(case, method, incremental=False, load_case=load_case, **steps)
     print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))
     if isinstance(what, mo.Result):
         print_warnings(what.warning_sentences)

@@ -14,10 +14,12 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import print_result, print_text, print_warnings
 
-_DRAWN = "least", "expected"  #: Load factors whose mechanism can be drawn.
+_DRAWN = "least", "incremental"  #: Load factors whose mechanism can be drawn.
 _SHOWN = "What a picture shows: mechanism, thrust, utilisation, curve."
 _HOW = "Also print how it was found: residuals, solvers, seconds."
-_WHOSE = "Mechanism that --plot draws: least (default: of the lowest found), expected (incremental collapse)."
+_WHOSE = (
+    "Mechanism that --plot draws: least (default: of the lowest found), incremental (incremental collapse)."
+)
 
 
 @command(
@@ -49,8 +51,10 @@ def solve(
     if mechanism not in (None, *_DRAWN):
         raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_DRAWN)}")
     method = METHODS.get(given.get("method", DEFAULT))
-    if mechanism == _DRAWN[1] and (not given.get("expected", True) or (method and method.associative)):
-        raise OptionError(f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-expected")
+    if mechanism == _DRAWN[1] and (not given.get("incremental", True) or (method and method.associative)):
+        raise OptionError(
+            f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-incremental"
+        )
     scene, drawing = as_scene(case, load_case), {"kind": "mechanism"} | drawing
     if plot is not None:  # refused now, not after the solve
         from masonry_opt.drawing.page import refuse_saving
@@ -58,7 +62,7 @@ def solve(
         refuse_saving(scene, plot, **drawing)
     options = given.rest(solve_scene)
     if drawing["kind"] == "curve" and not options.get("curve"):
-        raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")
+        raise OptionError("--plot-kind curve needs --method incremental and --option curve=true")
     with waiting(printable(case.name), quiet or json) as work, interrupts() as check_interrupt:
 
         def progress(step: Any) -> None:
@@ -86,7 +90,7 @@ def solve(
     elif result.status.usable:
         print_text(numeral(result.required(), ".10g"))
         print_warnings(answer.warning_sentences)
-    drawn = result.at_expected if mechanism == _DRAWN[1] else None
+    drawn = result.at_incremental if mechanism == _DRAWN[1] else None
     save(drawn or result, plot, drawing)
     if quiet:
         result.required()

@@ -57,7 +57,7 @@ _PAGE = "The page (.html). Default: CASE_report.html, here."
     mo.Capacity.check,
     mo.Capacity.save,
     labels=("", "", "With --spectrum", ""),
-    leave="model solver tolerance expected ultimate secant row",
+    leave="model solver tolerance incremental ultimate secant row",
     point=typer.Option(metavar="X,Y[,Z]", help=_OF_BLOCK, parser=_point),
     spectrum=typer.Option(metavar="FILE", help=_SPECTRUM),
     plot=PICTURE,
@@ -79,7 +79,7 @@ def capacity(
     periods = None if spectrum is None else _spectrum(spectrum)
     with waiting("capacity", json) as work:
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
-        onset = mo.solve(case, expected=False, **steps, **given.rest(mo.solve))
+        onset = mo.solve(case, incremental=False, **steps, **given.rest(mo.solve))
         work.phase("following the mechanism")
         found = mo.capacity(onset, **following)
     check = None if periods is None else found.check(periods, **checking)

@@ -264,7 +264,7 @@ def curve_picture(result: Outcome) -> Picture:
     """Draw λ over displacement. Raises OptionError if the result has no curve."""
     curve = result.curve
     if curve is None or curve.empty:
-        raise OptionError("there is no curve to draw: solve with method 'compliant' and option curve=True")
+        raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
     along = "displacement of the live load, in the closing of a mean joint under the dead load"
     with style():
         made, axes = curve_axes(result.assembly.scene, heading(result), along)

@@ -31,7 +31,7 @@ class Keyframes:
 
 def keyframes_of(result: Outcome) -> Keyframes | None:
     """Return the keyframes of a result's load history; None if it led to no load factor."""
-    state = result.at_expected
+    state = result.at_incremental
     if state is None or state.load_factor is None or state.solution.load_history is None:
         return None
     history, problem = state.solution.load_history, result.assembly.problem

@@ -235,7 +235,7 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
     for load_factor, (slide, part) in zip(frames.load_factor[1:], starts[1:], strict=True):
         new = begins(assembly.pairs_of(slide), assembly.pairs_of(part), load_factor)
         events.append(new or events[-1])
-    events[-1] = f"equilibrium is lost at λ = {numeral(result.expected or 0.0, '.3g')}: collapse"
+    events[-1] = f"equilibrium is lost at λ = {numeral(result.incremental or 0.0, '.3g')}: collapse"
     u, loads = (
         [float(f"{value:.4g}") for value in values] for values in (frames.displacement, frames.load_factor)
     )
@@ -244,7 +244,7 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
     scales = np.where(np.arange(motions.shape[-1]) < assembly.scene.dimension, 1, _TURN)
     whole = np.rint(motions * scales).astype(int).reshape(len(motions), -1)
     marks = [[each.colour, each.width, each.dashes] for each in history_marks(result)]
-    data = {"displacement": u, "load_factor": loads, "expected": result.expected}
+    data = {"displacement": u, "load_factor": loads, "incremental": result.incremental}
     data |= {"blocks": assembly.movable.tolist(), "motions": whole.tolist(), "scales": (1 / scales).tolist()}
     return data | {"marks": marks, "joints": joints, "events": events}
 

@@ -11,11 +11,11 @@ const loadHistory = (() => {
   const given = data.history;
   if (!given) return null;
   const slider = document.getElementById("loaded"), chart = document.querySelector(".chart");
-  const {displacement: us, load_factor: loads, expected} = given;
+  const {displacement: us, load_factor: loads, incremental} = given;
   const minus = (value) => String(+value.toPrecision(4)).replaceAll("-", "−");
-  const peak = minus(+expected.toPrecision(3));
+  const peak = minus(+incremental.toPrecision(3));
   const [left, top, right, bottom] = [Math.max(40, 8 + 7 * peak.length), 12, 328, 118];
-  const least = Math.min(0, ...loads, expected), most = Math.max(0, ...loads, expected);
+  const least = Math.min(0, ...loads, incremental), most = Math.max(0, ...loads, incremental);
   // Beyond the displacement at which λ is half its highest by the logarithm.
   const highest = Math.max(...loads.map(Math.abs)), half = Math.abs(us[loads.findIndex((load) => Math.abs(load) >= highest / 2)]) || 1;
   const scaled = (u) => Math.sign(u) * Math.log1p(Math.abs(u) / half);
@@ -32,10 +32,10 @@ const loadHistory = (() => {
   if (along(last) > along(ticks.at(-1)) + 45) ticks.push(+last.toPrecision(2));
   chart.innerHTML =
     `<path class="axes" d="M${left} ${top - 6}V${bottom}M${left} ${height(0)}H${right}${ticks.map((u) => `M${along(u)} ${bottom}v4`).join("")}"/>` +
-    `<path class="expected" d="M${left} ${height(expected)}H${right}"/>` +
+    `<path class="incremental" d="M${left} ${height(incremental)}H${right}"/>` +
     `<polyline points="${x.map((at, number) => `${at},${y[number]}`).join(" ")}"/>${dots}<circle class="at" r="5.5"/>` +
-    text(left - 5, height(expected) + 4, peak) + text(left - 5, height(0) + 4, 0) +
-    text(left - 5, (height(0) + height(expected)) / 2, "λ") + ticks.map((u) => text(along(u), bottom + 16, minus(u), along(u) > right - 20 ? "end" : "middle")).join("") +
+    text(left - 5, height(incremental) + 4, peak) + text(left - 5, height(0) + 4, 0) +
+    text(left - 5, (height(0) + height(incremental)) / 2, "λ") + ticks.map((u) => text(along(u), bottom + 16, minus(u), along(u) > right - 20 ? "end" : "middle")).join("") +
     text((left + right) / 2, bottom + 30, "displacement of the live load", "middle");
   const marker = chart.querySelector(".at");
 

@@ -69,7 +69,7 @@ def _global(assembly: Assembly) -> Declared:
             f"above {associative:g}: turn the live load round"
         )
     highest = a_little_above(associative)
-    known = solve(assembly.scene, "refined").solution.d
+    known = solve(assembly.scene).solution.d
     of = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if of.rates_derived else "is assumed"
     forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"

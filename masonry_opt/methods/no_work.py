@@ -92,7 +92,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         at = load_factor
         growing, rest = problem.live + share / at * problem.dead, (1 - share) * problem.dead
         moved = replace(problem, live=growing, dead=rest)
-        solution = run(replace(task, problem=moved, kept=Kept(), expected=None)).accepted()
+        solution = run(replace(task, problem=moved, kept=Kept(), incremental=None)).accepted()
         answer = solution.answer
         if answer is None:
             return None

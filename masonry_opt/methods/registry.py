@@ -29,10 +29,11 @@ _ALL = (
     Method("static", "associative:associative", associative=True),
     Method("kinematic", "associative:kinematic", associative=True),
     Method("nonassociative", "loop.nonassociative:nonassociative", "loop.options:LoopOptions", _OF_LOOP),
-    _lowest("mcp", "mcp.method:mcp", "mcp.method:McpOptions", _NEWTON, refuses=frozenset()),
-    _own("compliant", "incremental.method:incremental", "incremental.method:IncrementalOptions", _NEWTON),
+    _lowest(
+        "coulomb", "coulomb.method:coulomb", "coulomb.method:CoulombOptions", _NEWTON, refuses=frozenset()
+    ),
+    _own("incremental", "incremental.method:incremental", "incremental.method:IncrementalOptions", _NEWTON),
     _lowest("mpec", "mpec:mpec", "mpec:MpecOptions", _NONLINEAR),
-    _lowest("refined", "refined:refined", "refined:RefinedOptions", {"cvxpy": ("highs",)}),
     _lowest(
         "global", "bracket.bracket:global_search", "bracket.bracket:GlobalOptions", _PYOMO, refuses=_MOST
     ),
@@ -40,10 +41,27 @@ _ALL = (
 
 METHODS = {method.name: method for method in _ALL}
 
-DEFAULT = "mcp"  #: The method of whoever names none.
+DEFAULT = "coulomb"  #: The method of whoever names none.
+
+#: Present names of methods, by the names that they had in former versions.
+FORMER_METHODS = {
+    "mcp": "called 'coulomb'",
+    "compliant": "called 'incremental'",
+    "refined": "the option search=SECONDS of method 'coulomb'",
+}
 
 #: What is said with a method and is no option of it.
-_BESIDE = ("scene", "method", "model", "solver", "tolerance", "expected", "load_case", "progress", "phases")
+_BESIDE = (
+    "scene",
+    "method",
+    "model",
+    "solver",
+    "tolerance",
+    "incremental",
+    "load_case",
+    "progress",
+    "phases",
+)
 
 
 @dataclass(frozen=True)
@@ -57,12 +75,12 @@ class HowToSolve:
     model: str | None = None
     solver: str | None = None
     tolerance: float | None = None
-    expected: bool = True
+    incremental: bool = True
     options: Mapping[str, Any] = field(default_factory=dict)  #: the method's own, by name
 
     def __post_init__(self) -> None:
-        if not isinstance(self.expected, bool):
-            raise OptionError(f"expected must be True or False (found {self.expected!r})")
+        if not isinstance(self.incremental, bool):
+            raise OptionError(f"incremental must be True or False (found {self.incremental!r})")
         _ = self.chosen, self.own_options, self.engine
 
     def refuse_functions(self) -> None:
@@ -74,6 +92,8 @@ class HowToSolve:
     @cached_property
     def chosen(self) -> Method:
         """The method."""
+        if self.method in FORMER_METHODS:
+            raise OptionError(f"method '{self.method}' is now {FORMER_METHODS[self.method]}")
         if not isinstance(self.method, str) or self.method not in METHODS:
             raise OptionError(f"method '{self.method}' is unknown; choose from: {', '.join(METHODS)}")
         return METHODS[self.method]
@@ -84,6 +104,8 @@ class HowToSolve:
         method = self.chosen
         known = list(method.options.model_fields) if method.options else []
         for option in self.options:
+            if option == "expected":
+                raise OptionError("option 'expected' is now called 'incremental'")
             if option not in known:
                 raise OptionError(f"method '{method.name}' has no option '{option}'{_instead(option, known)}")
         try:

@@ -36,8 +36,8 @@ class Task:
     progress: Progress = lambda _: None
     #: Programs of earlier analyses, of problems that differ in the joints' law alone.
     kept: Kept = field(default_factory=Kept)
-    #: What method "compliant" found of the problem; None where it was not wanted.
-    expected: Solution | None = None
+    #: What method "incremental" found of the problem; None where it was not wanted.
+    incremental: Solution | None = None
 
     def with_options(self, options: Any, solver: Solver | None = None) -> "Task":
         """The same task for another method, its effort counted with this one's."""

@@ -30,8 +30,8 @@ _ENDS = {
 }
 #: Remark on an incremental load factor whose load history ended as usual.
 _LOST = "equilibrium is lost as the live load is raised from rest"
-#: Remark that follows where method "compliant" alone was asked.
-_LOWER_MAY_EXIST = "lower collapse states may exist (method 'refined' looks for them)"
+#: Remark that follows where method "incremental" alone was asked.
+_LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for them)"
 
 #: Meaning of a load factor of each name, in the words that studies of many results print below their numbers.
 _MEANINGS = {
@@ -64,10 +64,10 @@ def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
     lines = []
     if result.kind is Kind.ASSOCIATIVE:
         return () if result.load_factor is None else (_own_line(result),)
-    if result.load_factor is not None and result.kind is not Kind.COMPLIANT:
+    if result.load_factor is not None and result.kind is not Kind.INCREMENTAL:
         lines.append(_own_line(result))
     why_not = why_not_incremental(result)
-    if result.expected is not None:
+    if result.incremental is not None:
         lines.append(_incremental_line(result))
     elif why_not and result.load_factor is not None:
         lines.append(LoadFactorLine(INCREMENTAL, None, why_not))
@@ -79,8 +79,10 @@ def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
 def why_not_incremental(result: Outcome) -> str:
     """Return why there is no incremental load factor; "" if there is one, or the result's reasons say it."""
     codes = {said.code for said in result.reasons}
-    known = all(said.code in codes for said in result.expected_reasons)
-    return "" if known or result.expected is not None else message(result.expected_reasons, result.method)
+    known = all(said.code in codes for said in result.incremental_reasons)
+    return (
+        "" if known or result.incremental is not None else message(result.incremental_reasons, result.method)
+    )
 
 
 def load_factor_table(result: Outcome) -> str:
@@ -116,7 +118,7 @@ def own_name(result: Outcome) -> str:
     """Return the name of the method's own load factor."""
     if result.kind is Kind.ASSOCIATIVE:
         return ASSOCIATIVE
-    if result.kind is Kind.COMPLIANT:
+    if result.kind is Kind.INCREMENTAL:
         return INCREMENTAL
     if known_least(result):
         return LEAST
@@ -146,7 +148,7 @@ def known_least(result: Outcome) -> str:
         return "exact collapse state; proven: no state is lower"
     if result.solution.is_only_state and result.exact and not _falls_by_itself(result):
         return f"exact collapse state; {_ONLY}"
-    if not _flow_rule_is_associative(result) or result.kind is Kind.COMPLIANT:
+    if not _flow_rule_is_associative(result) or result.kind is Kind.INCREMENTAL:
         return ""
     if result.kind is not Kind.ASSOCIATIVE and not result.exact:
         return ""
@@ -190,23 +192,21 @@ def _associative_remark(result: Outcome) -> str:
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
         return f"{_UPPER_BOUND}; {exact}, {_not_proven(result)}"
-    may = (
-        "if joints slide without opening, collapse may come at a lower load factor (method 'mcp' computes it)"
-    )
-    return f"{_UPPER_BOUND}; {may}"
+    lower = "collapse may come at a lower load factor (method 'coulomb' computes it)"
+    return f"{_UPPER_BOUND}; if joints slide without opening, {lower}"
 
 
 def _incremental_line(result: Outcome) -> LoadFactorLine:
     """Return the row of the incremental load factor, which must not be None."""
     remark = _incremental_remark(result)
-    if result.kind is Kind.COMPLIANT:
+    if result.kind is Kind.INCREMENTAL:
         remark = f"{remark}; {_LOWER_MAY_EXIST}"
-    return LoadFactorLine(INCREMENTAL, result.expected, remark)
+    return LoadFactorLine(INCREMENTAL, result.incremental, remark)
 
 
 def _incremental_remark(result: Outcome) -> str:
     """Return how the load history ended, and how much of its largest load is left once blocks move."""
-    state = result.solution.at_expected
+    state = result.solution.at_incremental
     assert state is not None
     remark = next((words for code, words in _ENDS.items() if state.has(code)), _LOST)
     if state.has(Code.RANGE):
@@ -277,13 +277,13 @@ def search_remark(result: Outcome, states: str) -> str:
         return f": a longer search may find {states}"
     if result.assembly.problem.dilatancy_depends_on_stress:
         return ""
-    return f" (method 'refined' with search=10 looks for {states})"
+    return f" (option search=10 looks for {states})"
 
 
 def load_history_ends_lower(result: Outcome) -> bool:
     """Return True if the load history ends in a state with a lower load factor than the answer."""
-    end = result.expected if result.end is None else result.end
-    if end is None or result.load_factor is None or result.kind is Kind.COMPLIANT:
+    end = result.incremental if result.end is None else result.end
+    if end is None or result.load_factor is None or result.kind is Kind.INCREMENTAL:
         return False
     return end < result.load_factor and not same(end, result.load_factor)
 

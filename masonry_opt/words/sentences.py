@@ -192,7 +192,7 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
         "with associative flow, joints that dilate as they slide lock the blocks, which then carry any "
         "multiple of the live load; with the joints' own dilatancy the blocks can move"
     )
-    return locks if v["method"] in ("mcp", "refined") else f"{locks}: method 'mcp' looks for their collapse"
+    return locks if v["method"] == "coulomb" else f"{locks}: method 'coulomb' looks for their collapse"
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
@@ -200,10 +200,9 @@ def _undecided_history(v: dict[str, Any]) -> str:
     ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
     if v["looped"]:
         ended = f"{ended}, and the loop led to none"
-        searches = v["method"] == "refined"
-        return ended if searches else f"{ended}: method 'refined' with search=10 looks for one"
-    is_history_alone = v["method"] in ("", "compliant")
-    return f"{ended}: method 'mcp' looks for one in other ways" if is_history_alone else ended
+        return ended if v["searched"] else f"{ended}: option search=10 looks for one"
+    is_history_alone = v["method"] in ("", "incremental")
+    return f"{ended}: method 'coulomb' looks for one in other ways" if is_history_alone else ended
 
 
 def _bracket(v: dict[str, Any]) -> str:
@@ -360,8 +359,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "no collapse from rest: joints that press ever harder carry any multiple of the live load, proven in "
         f"{counted(v['steps'], 'step')}"
     ),
-    Code.NOT_EXPECTED: lambda v: (
-        f"not computed for {_joints_or_points(v)}: method 'compliant' computes it, and takes long"
+    Code.NOT_COMPUTED: lambda v: (
+        f"not computed for {_joints_or_points(v)}: method 'incremental' computes it, and takes long"
     ),
     Code.CURVE: lambda v: (
         f"load–displacement curve of a growing load, in {counted(v['states'], 'load step')}"
@@ -389,8 +388,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"lower states were searched for from {counted(v['candidates'], 'start')}"
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
-    Code.NOT_REFINED: "not refined: no exact state was found",
-    Code.NO_TIME: "not refined: the time was over before an exact state was found: raise 'search'",
+    Code.NOT_FOUND: "the search found no exact state",
+    Code.NO_TIME: "the time of the search was over before an exact state was found: raise 'search'",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",

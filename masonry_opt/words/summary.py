@@ -201,10 +201,10 @@ def _friction(result: Outcome) -> str:
     """Return which law limits friction in space, and at which points forces act."""
     if result.size.contacts is None:
         return ""
-    unlimited, expected = not len(result.assembly.problem.sliding), result.at_expected
+    unlimited, incremental = not len(result.assembly.problem.sliding), result.at_incremental
     said = [friction_law(result)] if unlimited or result.friction_law else []
-    if result.expected is not None and expected and expected.friction_law != result.friction_law:
-        said.append(f"incremental λ {friction_law(expected)}")
+    if result.incremental is not None and incremental and incremental.friction_law != result.friction_law:
+        said.append(f"incremental λ {friction_law(incremental)}")
     if result.load_factor is not None:
         said.append("forces act at contacts, the corners of joints")
     return "; ".join(said)
@@ -223,13 +223,17 @@ def _crushing(result: Outcome) -> str:
 def _reference(result: Outcome) -> str:
     """Return the case file's reference value for the method, and how far λ is from it.
 
-    For "mcp" this may be the value of the loop: both answer for Coulomb's joints. Without such a value the
-    associative reference value is compared with the associative λ. The text is empty for a load case: a case
+    For "coulomb" this may be the value of an MCP or of the loop: all answer for Coulomb's joints. Without such
+    a value the associative reference value is compared with the associative λ. The text is empty for a load case: a case
     file does not say of which one its values are.
     """
     if result.assembly.scene.load_case is not None:
         return ""
-    names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
+    names = {
+        "static": ["associative"],
+        "kinematic": ["associative"],
+        "coulomb": ["coulomb", "mcp", "nonassociative"],
+    }
     known = result.assembly.scene.reference
     name = next((name for name in names.get(result.method, [result.method]) if name in known), None)
     found, of, off = result.load_factor, "", ""

@@ -133,7 +133,7 @@ def test_every_program_is_told_and_begins_where_the_last_ended():
 def test_no_bound_exceeds_a_known_state():
     """The default ends in a state of its own, which the bracket has not seen."""
     scene = random_scene("stack", 1)
-    known, result = solved(scene, "mcp"), solved(scene, "global", time_limit=10.0)
+    known, result = solved(scene, "coulomb"), solved(scene, "global", time_limit=10.0)
     assert result.bound is not None
     assert result.bound <= known.load_factor * (1 + 1e-9)
     assert result.bound <= result.load_factor
@@ -168,7 +168,7 @@ def test_a_bound_without_a_state_is_no_answer(rough_start, failing):
 
 def test_forces_have_less_room_above_a_bound_and_every_known_state_keeps_its_own():
     scene = small_wall(3, 2)
-    states = [solved(scene, name) for name in ("static", "nonassociative", "mcp")]
+    states = [solved(scene, name) for name in ("static", "nonassociative", "coulomb")]
     problem, highest = states[0].assembly.problem, states[0].load_factor
     of = bounds_of(problem, highest, 100.0, Effort())
     lowest = 0.99 * min(state.load_factor for state in states)

@@ -5,8 +5,8 @@ import pytest
 from scenes import block_on_floor, overhanging, pressed_down, small_wall, solved, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.methods.mcp import method
-from masonry_opt.methods.mcp.steps import ExactFrom, FurtherStarts, Incremental, Loop
+from masonry_opt.methods.coulomb import method
+from masonry_opt.methods.coulomb.steps import ExactFrom, FurtherStarts, Incremental, Loop
 
 LOAD_HISTORY = "incremental analysis"
 FROM_HISTORY = "exact state from the incremental forces"
@@ -59,7 +59,7 @@ def test_the_technical_summary_lists_the_steps():
 def test_the_list_decides_what_is_done(monkeypatch, steps, load_factor):
     """A block of width 1 and height 2 tips at 0.5."""
     monkeypatch.setattr(method, "STEPS", steps)
-    result = mo.solve(block_on_floor(), expected=False)
+    result = mo.solve(block_on_floor(), incremental=False)
     assert result.load_factor == pytest.approx(load_factor, rel=1e-4)
     assert len(result.solution.log) == len(steps)
 

@@ -245,7 +245,7 @@ ATLAS: tuple[Entry, ...] = (
         *loops(20 / 10.5, "w / h", ("highs-ipm",)),
         *no_state("highs"),
         # A corner that bears nothing slides along in an exact state: no friction is at work in it.
-        Expectation("mcp", (1.7575, 20 / 10.5), "a state at 1.7575, or w / h"),
+        Expectation("coulomb", (1.7575, 20 / 10.5), "a state at 1.7575, or w / h"),
     ),
     entry(
         "μ large: wall 3",

@@ -86,7 +86,7 @@ def default(load_factor: float | tuple[float, float], source: str, only: bool = 
     if not (only or isinstance(load_factor, tuple)):
         load_factor = load_factor * (1 - LEAST), load_factor * (1 + PASS)
         source = f"{source}, to {100 * PASS:g} % above"
-    return Expectation("mcp", load_factor, source, exact=True)
+    return Expectation("coulomb", load_factor, source, exact=True)
 
 
 def references(
@@ -124,6 +124,6 @@ def every_method(expected: Status, why: Reason | None = None) -> tuple[Expectati
         *associative(**told),
         *loops(**told),
         Expectation(options=cohesive, **told),
-        *(Expectation(method, **told) for method in ("refined", "global", "mcp", "mpec")),
+        *(Expectation(method, **told) for method in ("refined", "global", "coulomb", "mpec")),
         Expectation("mpec", options=cold, **told),
     )

@@ -72,7 +72,7 @@ def test_a_state_below_the_best_is_marked(drawn):
 
 def test_without_a_yardstick_there_is_no_chart_of_accuracy():
     """None of a question of which no scene has one, and no panel of a scene that has none."""
-    rows = [line(scene=scene, method="mcp", load_factor=0.8) for scene in "ab"]
+    rows = [line(scene=scene, method="coulomb", load_factor=0.8) for scene in "ab"]
     assert charts(summary_of(rows, {}, {})) == []
     (drawing,) = charts(summary_of(rows, {}, {"a": BestKnown(0.8, "refined")}))
     assert {*drawing.chart.data["scene"]} == {"a"}
@@ -80,7 +80,7 @@ def test_without_a_yardstick_there_is_no_chart_of_accuracy():
 
 def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
     rows = [
-        line(scene="a", method="mcp", load_factor=0.8),
+        line(scene="a", method="coulomb", load_factor=0.8),
         line(scene="a", method="refined", load_factor=0.8008),
     ]
     summary = summary_of(rows, {}, {"a": BestKnown(0.8, "refined")})
@@ -120,7 +120,7 @@ def test_load_factors_are_those_of_the_frames(comparison):
     shown = cells(comparison)
     known = comparison.summary[comparison.summary["verdict"] == "certified"]
     lowest = known.groupby(["scene", "method"])["load_factor"].min()
-    assert {method for _, method in lowest.index} == {"static", "nonassociative", "mcp"}
+    assert {method for _, method in lowest.index} == {"static", "nonassociative", "coulomb"}
     for (scene, method), load_factor in lowest.items():
         question = "associative" if method == "static" else "Coulomb"
         said, _, _ = shown[scene, f"{question} λ, {method}"].partition(";")
@@ -136,7 +136,7 @@ def test_what_is_no_answer_says_why(comparison):
     verdicts = {
         (BLOCKS, "refined"): ("wrong", "flow"),
         (WALL, "nonassociative"): ("failed but said so", "time limit"),
-        (WALL, "mcp"): ("named correctly", "unstable under dead load"),
+        (WALL, "coulomb"): ("named correctly", "unstable under dead load"),
         (WALL, "refined"): ("wrong", "0.63898"),
     }
     for (scene, method), (verdict, word) in verdicts.items():
@@ -148,8 +148,8 @@ def test_what_is_no_answer_says_why(comparison):
 
 def test_without_an_associative_method_the_bounds_tell(comparison):
     plan = comparison.plan
-    coulomb = tuple(pair for pair in plan.pairs if pair.method == "mcp")
-    part = comparison.summary[comparison.summary["method"] == "mcp"]
+    coulomb = tuple(pair for pair in plan.pairs if pair.method == "coulomb")
+    part = comparison.summary[comparison.summary["method"] == "coulomb"]
     fewer = replace(comparison, plan=replace(plan, pairs=coulomb), summary=part)
     assert cells(fewer)[WALL, "associative λ, certified"] == "0.64286"
 

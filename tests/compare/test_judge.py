@@ -134,7 +134,7 @@ def test_complementarity_is_relative(scale):
 
 @pytest.mark.parametrize("status", [Status.JAMMED, Status.CYCLING, Status.SOLVER_FAILED])
 def test_a_proof_that_no_load_factor_exists_is_the_right_answer(status):
-    row = line(method="mcp", load_factor=None, status=status, existence=str(Existence.NO_STATE))
+    row = line(method="coulomb", load_factor=None, status=status, existence=str(Existence.NO_STATE))
     judged = judge(row, UNLIMITED, None)
     assert (judged["verdict"], judged["reason"]) == (NAMED, status)
     row |= {"existence": str(Existence.UNBOUNDED)}

@@ -32,13 +32,13 @@ def test_they_begin_at_rest_and_end_under_the_load_of_collapse(loaded):
 
 def test_at_the_end_blocks_move_by_the_mechanism_of_the_collapse(loaded):
     result, frames = loaded
-    step, mechanism = frames.d[-1] - frames.d[-2], result.at_expected.solution.d
+    step, mechanism = frames.d[-1] - frames.d[-2], result.at_incremental.solution.d
     assert step @ mechanism == pytest.approx(np.linalg.norm(step) * np.linalg.norm(mechanism))
 
 
 def test_joints_move_one_after_the_other_up_to_those_of_the_mechanism(loaded):
     result, frames = loaded
-    at_collapse = result.at_expected
+    at_collapse = result.at_incremental
     mechanism = joint_motion(at_collapse.assembly, at_collapse.solution)
     assert mechanism.slides.any()
     assert frames.has_slid[-1][mechanism.slides].all()
@@ -58,5 +58,5 @@ def test_the_first_joint_slides_under_the_load_by_hand():
 
 
 def test_a_scene_without_a_load_history_has_none():
-    assert keyframes_of(mo.solve(two_blocks(), expected=False)) is None
-    assert keyframes_of(mo.solve(two_blocks(), "compliant")).displacement[-1] > 0
+    assert keyframes_of(mo.solve(two_blocks(), incremental=False)) is None
+    assert keyframes_of(mo.solve(two_blocks(), "incremental")).displacement[-1] > 0

@@ -62,12 +62,12 @@ def run(*texts):
 def test_what_was_typed_is_passed_on_and_nothing_else():
     given = {"case": Path("a.toml")}
     assert run("a.toml")[1] == given
-    typed = "--ratio 1.5 --count 3 --deep --no-expected --layer a --layer b --live-layer a=1 --out there"
+    typed = "--ratio 1.5 --count 3 --deep --no-incremental --layer a --layer b --live-layer a=1 --out there"
     assert run("a.toml", *typed.split(), "--place", "3,4", "-o", "beta=.5")[1] == given | {
         "ratio": 1.5,
         "count": 3,
         "deep": True,
-        "expected": False,
+        "incremental": False,
         "layers": ["a", "b"],
         "live_layers": [("a", "1")],
         "out": Path("there"),

@@ -21,7 +21,7 @@ def cone_refiner(problem):
 
 @pytest.fixture(scope="module")
 def start():
-    return mo.solve(WALL, "compliant")
+    return mo.solve(WALL, "incremental")
 
 
 def test_it_ends_after_the_program_in_which_its_deadline_passes(watched, start):

@@ -51,13 +51,13 @@ def test_associative_load_factor_by_polygons_is_that_of_another_program(referenc
 def test_load_to_expect_is_that_of_contact_dynamics(reference):
     """Within 1 %; a load increment there is .3 % of the least. Rigid blocks in LMGC90 begin to leave within
     3.5 % of it. By the cone, exact: what blocks move on with for ever is a state of rigid ones."""
-    found = solved(reference.scene, "compliant")
-    assert found.expected == pytest.approx(reference.carried, rel=1e-2)
+    found = solved(reference.scene, "incremental")
+    assert found.incremental == pytest.approx(reference.carried, rel=1e-2)
     if reference.lmgc90 is not None:
-        assert found.expected == pytest.approx(reference.lmgc90, rel=3.5e-2)
-    if reference.expected is not None:
-        assert found.expected == pytest.approx(reference.expected, rel=2e-2)
-    assert found.expected < reference.associative + 1e-6
+        assert found.incremental == pytest.approx(reference.lmgc90, rel=3.5e-2)
+    if reference.incremental is not None:
+        assert found.incremental == pytest.approx(reference.incremental, rel=2e-2)
+    assert found.incremental < reference.associative + 1e-6
     if reference.blocks <= MOST:
         assert found.reasons[0].code is Code.COLLAPSE
         assert found.solution.answer.forms.friction is Cone
@@ -68,7 +68,7 @@ def test_load_to_expect_is_that_of_contact_dynamics(reference):
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= MOST))
 def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
     """At or below 1.10 times the lowest exact states that are known, and never the associative value."""
-    result = solved(reference.scene, expected=True)
+    result = solved(reference.scene, incremental=True)
     answer = result.solution.answer
     assert answer.forms.friction is Cone
     assert not answer.failing(Kind.NEARLY_COMPLEMENTARY)
@@ -77,7 +77,7 @@ def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
     assert result.associative == pytest.approx(reference.associative, abs=1e-5)
     if reference.wall.__name__ == "corner_wall":
         # Of these walls the flow rule decides: nothing associative is called Coulomb's.
-        assert result.load_factor < result.expected < 0.95 * result.associative
+        assert result.load_factor < result.incremental < 0.95 * result.associative
         assert result.exact
     if reference.least is not None:
         assert result.load_factor <= 1.10 * reference.least

@@ -26,7 +26,7 @@ def test_ctrl_c_ends_with_what_is_known(watched, press_ctrl_c, command, method, 
             press_ctrl_c(swallowed)
 
     solved = watched(CvxpyEngine, "solve", interrupted)
-    told = command.refused("solve", WALL_1, "--method", method, "--no-expected", code=130)
+    told = command.refused("solve", WALL_1, "--method", method, "--no-incremental", code=130)
     assert told.startswith("error: interrupted")
     assert words in told
     assert told.count("\n") == 1

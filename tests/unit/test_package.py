@@ -96,8 +96,8 @@ def copied(tmp_path):
 #: What takes seconds to import.
 DEAR = ("cvxpy", "pyomo", "casadi", "highspy", "matplotlib", "altair")
 
-#: Prints the modules imported after names, a linear program and method "mcp" were asked for, λ of the loop,
-#: and the folders of the package and its models.
+#: Prints the modules imported after names, a linear program and method "coulomb" were asked for, λ of the
+#: loop, and the folders of the package and its models.
 IN_A_CLONE = """
 import json, sys
 import masonry_opt as mo
@@ -105,7 +105,7 @@ def loaded():
     return sorted(sys.modules)
 mo.solve, mo.load, mo.save, mo.check, mo.Scene, mo.Result
 imported = [loaded()]
-for method in ("static", "mcp"):
+for method in ("static", "coulomb"):
     mo.solve("two_blocks.toml", method)
     imported.append(loaded())
 load_factor = mo.solve("two_blocks.toml", "nonassociative").load_factor

@@ -16,7 +16,7 @@ BY_CHORDS = [
     ("static", {"model": "pyomo"}),
     ("kinematic", {"model": "pyomo"}),
     ("nonassociative", {}),
-    ("mcp", {}),
+    ("coulomb", {}),
     ("refined", {}),
 ]
 
@@ -129,7 +129,7 @@ def test_strength_lowers_the_load_factor_towards_none(name):
 def test_a_push_and_the_loop_end_in_exact_states():
     scene = SCENES["column"]
     associative = solved(scene, "static", solver="highs").required()
-    for method in ("mcp", "nonassociative", "refined"):
+    for method in ("coulomb", "nonassociative", "refined"):
         result = solved(scene, method)
         assert result.required() <= associative * (1 + 1e-7)
         assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-8)
@@ -139,7 +139,7 @@ def test_a_push_and_the_loop_end_in_exact_states():
 def test_with_associative_flow_a_push_reproduces_the_chords_optimum():
     wall = small_wall(2, 2, friction=0.65, dilatancy=0.65, strength=8.0)
     chords = solved(wall, "static", solver="highs").required()
-    assert solved(wall, "mcp", descent=False).required() == pytest.approx(chords, rel=1e-8)
+    assert solved(wall, "coulomb", descent=False).required() == pytest.approx(chords, rel=1e-8)
 
 
 @pytest.mark.slow

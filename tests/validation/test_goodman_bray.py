@@ -123,7 +123,7 @@ def test_the_textbook_gives_an_exact_coulomb_state(path):
 
 
 def test_less_friction_needs_more_than_the_textbooks_bolt():
-    """Exact Coulomb states that hold only with larger bolts, by "mcp"; the associative bolt is the least
+    """Exact Coulomb states that hold only with larger bolts, by "coulomb"; the associative bolt is the least
     of all."""
     coulomb, associative = solved(SLOPE), solved(SLOPE, "static")
     assert coulomb.certificate.worst < 1e-8
@@ -135,8 +135,8 @@ def test_less_friction_needs_more_than_the_textbooks_bolt():
 def test_at_the_limiting_friction_a_bolt_is_needed_that_the_associative_state_does_not_need():
     """Where contacts give the slope comes to the textbook's 0.5 kN. Exact states near by need more; the
     associative one, no bolt, 142 kN to spare, is one of joints that do not dilate, too."""
-    result = solved(LIMITING, expected=True)
-    assert BOLT * (1 - result.expected) == pytest.approx(limit_equilibrium(0.7855)[0], abs=0.5)
+    result = solved(LIMITING, incremental=True)
+    assert BOLT * (1 - result.incremental) == pytest.approx(limit_equilibrium(0.7855)[0], abs=0.5)
     assert BOLT * (1 - result.associative) == pytest.approx(-142.13, abs=0.05)
     for each in (result, solved(LIMITING)):
         assert each.exact

@@ -88,7 +88,7 @@ for mu in sorted([*FRICTIONS, two_to_three + 1e-4, one_to_two - 1e-4, one_to_two
     moving = found.fails.result.joints
     slip, turn = moving["slip"].abs().max(), (moving["rotation"].abs() * moving["length"] / 2).max()
     thicker = opened(mu, 1.05 * found.value)
-    margins = [mo.solve(thicker, method).load_factor for method in ("static", "refined")]
+    margins = [mo.solve(thicker, method).load_factor for method in ("static", "coulomb")]
     mode = "I" if slip < 1e-5 * turn else "II" if turn > 1e-5 * slip else "III"
     rows.append((mu, mode, found.value, found.value / ARCH.radius, *margins))
 names = ["μ", "mode", "thickness (m)", "over radius", "margin, associative", "margin, Coulomb"]
@@ -115,11 +115,13 @@ axes.secondary_yaxis("right", functions=(lambda t: 10 * t, lambda t: t / 10)).se
 axes.legend()
 
 # The modes. Sliding does no work against the pressure: a load on the crown drives mode III.
-figure_mode_i = mo.solve(opened(0.5, 1.0002 * hinging), "nonassociative", expected=False, always=True).plot()
+figure_mode_i = mo.solve(
+    opened(0.5, 1.0002 * hinging), "nonassociative", incremental=False, always=True
+).plot()
 figure_mode_ii = mo.solve(opened(0.35, 1.05 * thinnest(ARCH, 0.35).value), "nonassociative").plot()
 crown, rougher = mo.PointLoad(voussoir=14, force=(0, -1)), two_to_three + 0.005
 pushed = ARCH.replace(point_loads=[crown], thickness=1.1 * thinnest(ARCH, rougher).value)
-sliding = mo.solve(scene(pushed, rougher), "nonassociative", expected=False, always=True)
+sliding = mo.solve(scene(pushed, rougher), "nonassociative", incremental=False, always=True)
 figure_mode_iii = sliding.plot()
 assert sliding.joints["rotation"].abs().max() < 1e-5 * sliding.joints["slip"].abs().max()
 figure  # noqa: B018

@@ -12,13 +12,13 @@ from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
+from masonry_opt.methods.coulomb.method import CoulombOptions, coulomb
 from masonry_opt.methods.exact.refiner import refiner_of
 from masonry_opt.methods.exact.search import lower_of
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
-from masonry_opt.methods.refined import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.registry import MATRICES, find_solver
 
 #: On scenes of more joints a bracket seldom closes, and this share of the time looks for a lower state first:
 #: it lowers the upper end, and with it what forces can be.
@@ -50,7 +50,7 @@ def global_search(task: Task) -> Solution:
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
     search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
-    start = refined(task.with_options(RefinedOptions(search=search)))
+    start = coulomb(task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None)))
     if start.interrupted:
         raise KeyboardInterrupt
     exact = start.is_exact(problem)

@@ -1,1 +1,1 @@
-"""Method "mcp", the default: the list of steps that look for the lowest exact collapse state."""
+"""Method "coulomb", the default: the list of steps that look for the lowest exact collapse state."""

@@ -85,10 +85,8 @@ def coulomb(task: Task) -> Solution:
         name = "start" if options.search is None else "search"
         falls = "does not know dilatancy that falls with stress"
         raise OptionError(f"option '{name}' {falls}: leave it out, or leave 'dilatancy_stress' out")
-    if options.start is None:
-        first = _run_steps(task, options)
-    else:
-        first = of_same_scene(options.start, task.problem)
+    start = options.start
+    first = _run_steps(task, options) if start is None else of_same_scene(start, task.problem)
     return _search_on(task, first, options) if searches else first
 
 

@@ -23,7 +23,7 @@ class CoulombRun:
     Attributes
     ----------
     seeks_lower: True if lower states are looked for once an exact state is known.
-    expected: the solution of the incremental analysis, once it is known.
+    incremental: the solution of the incremental analysis, once it is known.
     known: what is known of a scene without an exact state: the associative load factor, proofs.
     ended: the solution that ends the run without an exact state; None as long as steps go on.
     """
@@ -31,7 +31,7 @@ class CoulombRun:
     def __init__(self, task: Task, seeks_lower: bool) -> None:
         self.task, self.problem, self.effort = task, task.problem, task.effort
         self.seeks_lower = seeks_lower
-        self.expected: Solution | None = None
+        self.incremental: Solution | None = None
         self.known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
         self.ended: Solution | None = None
 
@@ -49,7 +49,7 @@ class CoulombRun:
     def answer(self) -> Answer | None:
         """The lowest state so far; None without one."""
         # Without a load history no step has looked for states.
-        return None if self.expected is None else self.states.answer
+        return None if self.incremental is None else self.states.answer
 
     @property
     def load_factor(self) -> float | None:
@@ -58,12 +58,12 @@ class CoulombRun:
             return self.ended.load_factor
         if self.answer is not None:
             return self.answer.load_factor
-        return None if self.expected is None else self.expected.expected_value
+        return None if self.incremental is None else self.incremental.incremental_value
 
     @property
     def exact_states(self) -> int:
         """Number of different exact states that were found so far."""
-        return 0 if self.expected is None else len(self.states.met.load_factors)
+        return 0 if self.incremental is None else len(self.states.met.load_factors)
 
     def recorded(self, status: Status) -> Solution:
         """Return the lowest state as a solution, with the numbers of starts and of states."""

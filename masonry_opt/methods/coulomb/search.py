@@ -100,7 +100,7 @@ class _Lowest:
         self.state: ExactState | None = None
         self.stationary: bool | None = None  #: True if nothing that was tried lowers it; None if not known
         self.interrupted = False  #: True if the user ended the search
-        self.missed = Code.NOT_REFINED  #: reason for having no state
+        self.missed = Code.NOT_FOUND  #: reason for having no state
         self.history: list[LowerState] = []
         self.met = Met()  #: states of all candidates
 
@@ -119,11 +119,20 @@ class _Lowest:
         self._task.progress(self.history[-1])
 
 
+def _without_state(first: Solution, missed: Code) -> Solution:
+    """Return the first solution with the reason for having found no state; it advises no search."""
+    reasons = (
+        replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
+        for said in first.reasons
+    )
+    return replace(first, reasons=tuple(reasons)).telling(reason(missed))
+
+
 def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder, searched: bool) -> Solution:
     """Return the lowest state as a solution, or the first solution if there is no state."""
     best = lowest.state
     if best is None:
-        return first.telling(reason(lowest.missed))
+        return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
     # Programs that begin anew from the first state may end above it.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None

@@ -9,13 +9,13 @@ from masonry_opt.answer.reasons import Code, Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.associative import associative, with_associative
+from masonry_opt.methods.coulomb.run import CoulombRun
 from masonry_opt.methods.exact.refiner import SMALL
 from masonry_opt.methods.exact.settings import SearchSettings
 from masonry_opt.methods.incremental.method import IncrementalOptions, incremental
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.mcp.run import CoulombRun
 from masonry_opt.methods.task import Task
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.standing.existence import existence
@@ -52,20 +52,20 @@ class Incremental:
 
     def run(self, run: CoulombRun) -> None:
         """Compute the load history, or take that of the task; end the run if the scene is unstable."""
-        task, expected = run.task, run.task.expected
-        if expected is None or not expected.history:
-            expected = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
+        task, found = run.task, run.task.incremental
+        if found is None or not found.history:
+            found = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
         else:
             # The load history of the incremental load factor is not computed again. Its solver and its steps
             # are those of this method too.
             run.effort.uses(task.solver.name, "incremental analysis")
-            run.effort.iterations += len(expected.history)
-            for step in expected.history:
+            run.effort.iterations += len(found.history)
+            for step in found.history:
                 task.progress(step)
-        run.expected = expected
-        run.known = replace(run.known, history=expected.history)
-        if expected.status is Status.UNSTABLE:
-            run.ended = replace(expected, kind=Kind.EXACT)
+        run.incremental = found
+        run.known = replace(run.known, history=found.history)
+        if found.status is Status.UNSTABLE:
+            run.ended = replace(found, kind=Kind.EXACT)
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,10 @@ class ExactFrom:
 
     def applies(self, run: CoulombRun) -> bool:
         """Return True if the forces are known, and from associative forces if there is no state yet."""
-        if run.expected is None:
+        if run.incremental is None:
             return False
         if self.start == "incremental":
-            return run.expected.answer is not None
+            return run.incremental.answer is not None
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
@@ -96,9 +96,9 @@ class ExactFrom:
         if self.start == "associative":
             self._run_from_associative(run)
             return
-        assert run.expected is not None
-        assert run.expected.answer is not None
-        run.states.near(run.expected.answer)
+        assert run.incremental is not None
+        assert run.incremental.answer is not None
+        run.states.near(run.incremental.answer)
 
     def _run_from_associative(self, run: CoulombRun) -> None:
         run.known = with_associative(run.task, run.known)
@@ -121,7 +121,7 @@ class FurtherStarts:
 
     def applies(self, run: CoulombRun) -> bool:
         """Return True if lower states are wanted, and the scene is small or in space."""
-        if run.expected is None or not run.seeks_lower:
+        if run.incremental is None or not run.seeks_lower:
             return False
         return run.problem.layout.round or run.problem.joints <= SMALL
 
@@ -155,7 +155,7 @@ class Loop:
         5. The loop ends with a load factor, or its load grows without end as statics allow: the loop's end.
         6. Neither the load history nor the loop comes to an end: no load factor.
         """
-        if run.expected is None:
+        if run.incremental is None:
             run.ended = self._solve(run)
             return
         run.ended = _end_without_loop(run) or self._end_by_loop(run)
@@ -176,9 +176,9 @@ class Loop:
 
 def _end_without_loop(run: CoulombRun) -> Solution | None:
     """Return the end of a run without an exact state, by cases 2 to 4 of the loop; None if none applies."""
-    assert run.expected is not None
+    assert run.incremental is not None
     found = run.known.infeasibility
-    grows = [said for said in run.expected.reasons if said.code is Code.UNBOUNDED]
+    grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
         return replace(run.known, status=Status.JAMMED, reasons=tuple(grows))
     lowest = run.states.met.lowest
@@ -191,7 +191,7 @@ def _end_without_loop(run: CoulombRun) -> Solution | None:
 
 
 def _undecided(run: CoulombRun, status: Status, looped: bool) -> Solution:
-    assert run.expected is not None
-    word = run.expected.values_of(Code.UNDECIDED).get("word", "no exact state lies nearby")
-    steps = len(run.expected.history)
-    return run.known.ended(status, Code.UNDECIDED, word=word, steps=steps, looped=looped)
+    assert run.incremental is not None
+    word = run.incremental.values_of(Code.UNDECIDED).get("word", "no exact state lies nearby")
+    steps = len(run.incremental.history)
+    return run.known.ended(status, Code.UNDECIDED, word=word, steps=steps, looped=looped, searched=False)

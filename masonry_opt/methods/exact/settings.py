@@ -56,5 +56,5 @@ class SearchSettings:
     load_deviation: float = 0.5
 
 
-#: Settings with their defaults, which the default method and ``refined`` use.
+#: Settings with their defaults, which the default method uses, with its search and without.
 SEARCH = SearchSettings()

@@ -1,4 +1,4 @@
-"""Method "compliant": the incremental load factor, at which equilibrium is lost as the live load is raised.
+"""Method "incremental": the incremental load factor, at which equilibrium is lost as the live load is raised.
 
 Coulomb's problem has many states. Elastic contacts and a load history from rest single one out. The analysis
 (:mod:`~masonry_opt.methods.incremental.analysis`) ends in one of four ways:
@@ -83,7 +83,7 @@ def incremental(task: Task) -> Solution:
 def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solution:
     """Return the solution of an analysis, by how it ended."""
     steps = len(result.history.steps)
-    solution = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
+    solution = Solution(Status.SOLVER_FAILED, Kind.INCREMENTAL)
     if result.end is End.UNSTABLE:
         falling = _falling_state(analysis)
         if falling is None:
@@ -133,7 +133,7 @@ def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
 
 
 def _undecided(result: IncrementalResult) -> dict[str, Any]:
-    return {"word": str(result.end), "steps": len(result.history.steps), "looped": False}
+    return {"word": str(result.end), "steps": len(result.history.steps), "looped": False, "searched": False}
 
 
 def _with_curve(solution: Solution) -> Solution:

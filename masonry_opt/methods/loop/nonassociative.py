@@ -69,7 +69,7 @@ def _with(last: Attempt, option: str, value: float | str) -> Attempt:
 
 
 #: What is tried after each way to fail, in this order, each entry once: what answers a scene of the failure
-#: atlas. (More small cohesion, or less, answered 3 of 193 scenes, all of which method "mcp" solves.)
+#: atlas. (More small cohesion, or less, answered 3 of 193 scenes, all of which method "coulomb" solves.)
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),

@@ -24,7 +24,7 @@ from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, 
 _SCENE_TIME = 120.0  #: Seconds that the bounds of a scene may take at least.
 #: Defaults: the methods that take seconds on a wall of Table 1, the solvers of the package, a loose tolerance
 #: and the package's own.
-METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
+METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
 SOLVERS = ("clarabel", "highs", "highs-ipm")
 TOLERANCES = (1e-6, 1e-9)
 OUT = Path("results/compare")  #: Folder of results and report.
@@ -151,7 +151,7 @@ def run_plan(
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
     if bare := sorted({*coulomb["scene"]} - {*best}):
-        why = "none is known, and no run searches for one; have 'refined' or 'mpec' among the methods"
+        why = "none is known, and no run searches for one; have 'coulomb' or 'mpec' among the methods"
         notes.append(f"no gap to a low exact state is given on {', '.join(bare)}: {why}")
     return judge.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted, warnings

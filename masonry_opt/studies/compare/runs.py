@@ -168,7 +168,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     is not timed: libraries load parts of themselves at the first use."""
     _take_one_core()
     # Without the incremental load factor: the time measured is the method's own.
-    chosen, own = asdict(pair) | {"expected": False}, METHODS[pair.method].options
+    chosen, own = asdict(pair) | {"incremental": False}, METHODS[pair.method].options
     limited = own and "time_limit" in own.model_fields
     options: dict[str, Any] = {"time_limit": _OWN_LIMIT * time_limit} if limited else {}
     with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):

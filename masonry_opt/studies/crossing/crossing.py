@@ -69,7 +69,7 @@ def crossing(
     phases: Called with a few words as each phase of the first solve begins, such as "finding joints".
     """
     session = prepare(method, **options)
-    many = session.without_expected()
+    many = session.without_incremental()
     scene = as_scene(scene, load_case)
     scene.in_plane()  # which refuses solids
     ways, left_out = _ways(scene, axles)
@@ -112,7 +112,7 @@ def crossing(
     default, no_default = None, ""
     if proves and not interrupted:
         try:
-            default = prepare(DEFAULT).without_expected().solve(at_worst)
+            default = prepare(DEFAULT).without_incremental().solve(at_worst)
         except (KeyboardInterrupt, MasonryError) as error:
             no_default = str(error) or "interrupted"
     try:

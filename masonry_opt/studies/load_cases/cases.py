@@ -30,7 +30,7 @@ from masonry_opt.words.names import warning_lines
 from masonry_opt.words.terminal import frame_text
 
 _BAR, _LETTERS = 0.09, 24  #: Height of a bar over the width of the axes; most letters of a name beside one.
-COLUMNS = ("load_factor", "status", "expected", "associative", "exact")  #: What a table says of results.
+COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")  #: What a table says of results.
 _APART = 1e-4  #: Load factors no farther from λ than this are not drawn beside it.
 EVERY, _MOST = 15.0, 3600  #: Degrees between directions in plan, and the most directions.
 
@@ -48,7 +48,7 @@ class Cases(StudyAnswer):
     ----------
     results: :class:`Result` of each, by its name.
     table: one row a case: ``load_case``, ``live`` (what λ scales), ``load_factor`` (NaN without one),
-        ``status``, ``expected``, ``associative``, ``exact``.
+        ``status``, ``incremental``, ``associative``, ``exact``.
     governing: name of the first case that falls under its dead loads, else of that with the least load
         factor; None where there is neither.
     usable: whether all have a load factor.
@@ -72,7 +72,7 @@ class Cases(StudyAnswer):
     def table(self) -> pd.DataFrame:
         results = self.results.values()
         rows = [self._apart(of) | {name: getattr(of, name) for name in COLUMNS} for of in results]
-        numbers = dict.fromkeys(("load_factor", "expected", "associative"), "float64")
+        numbers = dict.fromkeys(("load_factor", "incremental", "associative"), "float64")
         return pd.DataFrame(rows).astype(numbers | {"status": "str"})
 
     told = table
@@ -118,7 +118,7 @@ class Cases(StudyAnswer):
         return printable(f"{of.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _told(self, results: Iterable[str]) -> str:
-        table = frame_text(self.table.rename(columns={"expected": INCREMENTAL}), "").strip("\n")
+        table = frame_text(self.table.rename(columns={"incremental": INCREMENTAL}), "").strip("\n")
         return printable("\n\n".join([self._said(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:
@@ -167,7 +167,7 @@ class Directions(Cases):
     ----------
     results: :class:`Result` of each earthquake, by its words: "at 15° in plan", ...
     table: one row an earthquake: ``direction``, ``vertical``, ``load_factor`` (NaN without one), ``status``,
-        ``expected``, ``associative``, ``exact``.
+        ``incremental``, ``associative``, ``exact``.
     governing, usable, summary, details: as of :class:`Cases`.
     """
 
@@ -196,7 +196,7 @@ class Directions(Cases):
             shown = {"load_factor": f"λ ({drawn.method})"}
             ratios = table["vertical"].unique()
             if len(ratios) == 1:
-                shown |= {"expected": "incremental", "associative": "associative"}
+                shown |= {"incremental": "incremental", "associative": "associative"}
             looks = zip(itertools.cycle(SERIES), itertools.product(ratios, shown.items()), strict=False)
             for colour, (ratio, (column, words)) in looks:
                 rows = table[table["vertical"] == ratio]

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
-from masonry_opt.studies.many.runs import EXPECTED, HEAT_MAP, at_least, chart_names, ends
+from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 
 #: Colour and mark of each mechanism. Joints have the same in pictures.
 _LOOKS = {
@@ -45,7 +45,7 @@ _LABEL = "load factor λ"  #: The axis of load factors.
 _MARGIN = 24  #: Pixels above and below the values, for those off the axis and for runs without a load factor.
 _SHOWN = 15  #: Most numbers drawn that are shown, those that matter most.
 #: The loads that a sample tells of, with how names of their columns begin; and their colours.
-_LOADS = {"lowest found": "", "incremental": EXPECTED}
+_LOADS = {"lowest found": "", "incremental": INCREMENTAL_COLUMN}
 _COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])
 #: Entry of the legend, and notes.
 _OFF, _RING, _DASHED = "off the axis: λ as written", "ringed: smallest", "dashes: incremental λ"
@@ -63,10 +63,13 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
 
 def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     """λ against one number: a line, or of two numbers a line for each value of the second; else points."""
-    far = off_axis(np.r_[frame["load_factor"], frame["expected"]])
+    far = off_axis(np.r_[frame["load_factor"], frame["incremental"]])
     off, failed = far[: len(frame)], frame["load_factor"].isna()
     on_axis = ~failed & ~off
-    expected, same = frame["expected"].mask(far[len(frame) :]), frame["expected"].equals(frame["load_factor"])
+    incremental, same = (
+        frame["incremental"].mask(far[len(frame) :]),
+        frame["incremental"].equals(frame["load_factor"]),
+    )
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES
@@ -84,18 +87,18 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         line=series,
         series=series.mask(failed, status).mask(off, _OFF),
         λ=frame["load_factor"],
-        expected=expected,
+        incremental=incremental,
         least=least_ones & (least_ones.sum() < frame["load_factor"].count()),
     )
-    known, beside = marks[on_axis], marks[expected.notna() & (not same)]
+    known, beside = marks[on_axis], marks[incremental.notna() & (not same)]
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
-    scale = alt.Scale(domain=ends(np.r_[known["λ"], expected]), nice=False, zero=False, padding=_MARGIN)
+    scale = alt.Scale(domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_MARGIN)
     # Without a format Vega writes as many digits as its own ticks would need: .32 and .28 as 0.3.
     upwards = {"scale": scale, "axis": alt.Axis(title=_LABEL, format=".6~g", labels=len(known) > 0)}
     y = alt.Y("λ:Q", **upwards)
     colours, shapes = (alt.Scale(domain=[*looks], range=[*of]) for of in zip(*looks.values(), strict=True))
     found = alt.Chart(known).encode(x=x, y=y)
-    dashed = alt.Chart(beside).encode(x=x, y=alt.Y("expected:Q", **upwards))
+    dashed = alt.Chart(beside).encode(x=x, y=alt.Y("incremental:Q", **upwards))
     stroke: Any = alt.Stroke("line:N", scale=colours) if lines else alt.value(_DARK)
     if lines or len(names) == 1:
         layers = [found.mark_line(strokeWidth=1.2).encode(stroke=stroke)]
@@ -166,7 +169,7 @@ def _label(name: str) -> str:
 
 def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
     """Return rows of the lowest λ, then of the incremental λ if known and different; ``of`` names them."""
-    key, *names = (name for name in map(str, frame) if not name.startswith(EXPECTED))
+    key, *names = (name for name in map(str, frame) if not name.startswith(INCREMENTAL_COLUMN))
     found, beside = (frame[[key, *(begin + name for name in names)]] for begin in _LOADS.values())
     beside = beside.set_axis([key, *names], axis=1)
     parts = [found] if found.equals(beside) else [found, beside]

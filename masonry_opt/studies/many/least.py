@@ -218,7 +218,7 @@ def least(
     lower, upper: Ends of the search. The scene must fail at ``lower`` and hold at ``upper``.
     load: Load factor to be carried, as ``method`` finds it. Without it live loads are ignored.
     method, **options: As of :func:`~masonry_opt.analysis.solve`, ``model`` and ``solver`` too; only with
-        ``load``. ``expected`` is False unless given: the search asks for λ of the method alone.
+        ``load``. ``incremental`` is False unless given: the search asks for λ of the method alone.
     tolerance: Distance of the two ends of the answer, relative to their value.
     samples: Number of evenly spread values tried first. If they show several thresholds, the uppermost is
         taken and the others are in ``contradictions``. Nothing is known between these values.
@@ -256,7 +256,7 @@ class _Search:
         if load is None and (options or method != DEFAULT):
             named = ", ".join(options) or f"method '{method}'"
             raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
-        self.session = prepare(method, keeps=True, **({"expected": False} | options))
+        self.session = prepare(method, keeps=True, **({"incremental": False} | options))
         if not callable(make):
             needed = "a function of the value, such as lambda t: mo.Scene(...)"
             raise OptionError(f"the scene must be {needed} (found {make!r})")

@@ -103,7 +103,7 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> dict
     beside = f" ({_named(fixed)})" if fixed else ""
     sentence = (
         f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "
-        f"{numeral(second[name], 'g')}{beside}: {reason} (method 'refined' with search=10 looks for it)"
+        f"{numeral(second[name], 'g')}{beside}: {reason} (option search=10 looks for it)"
     )
     return study_warning(
         StudyCode.FALLS_WITH_STRENGTH,

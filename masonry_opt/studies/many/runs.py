@@ -48,7 +48,7 @@ COLUMNS = {
     **dict.fromkeys(("which", "status", "reason"), "object"),
     **dict.fromkeys(("any_load", "exact"), "boolean"),
     "states": "Int64",
-    **dict.fromkeys(("expected", "spread_lower", "spread_upper", "associative"), "float64"),
+    **dict.fromkeys(("incremental", "spread_lower", "spread_upper", "associative"), "float64"),
     **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), "float64"),
     "mechanism": "object",
     **dict.fromkeys(("slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
@@ -60,7 +60,9 @@ COLUMNS = {
 #: looks unintended in its scene.
 RUN_COLUMNS = COLUMNS | {"state_from": "object", "warnings": "object"}
 
-EXPECTED = "expected_"  #: Begins names of a sample's columns that tell of the incremental load factor.
+INCREMENTAL_COLUMN = (
+    "incremental_"  #: Begins names of a sample's columns that tell of the incremental load factor.
+)
 #: Names of mechanisms by the one thing that joints do in them, beside coming apart.
 _NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
 _LEAST = 0.02  #: Least length of an axis, over the largest load factor: less would magnify rounding.
@@ -238,7 +240,7 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
     how, folder = study.how, output.folder
     head = {
         "scene": "" if study.scene is None else _of_scene(study.scene),
-        "method": digest((how.method, how.model, how.solver, how.tolerance, how.expected)),
+        "method": digest((how.method, how.model, how.solver, how.tolerance, how.incremental)),
         "options": digest(sorted(how.options.items())),
         "versions": digest(versions()),
         "columns": digest(sorted(RUN_COLUMNS)),
@@ -308,7 +310,7 @@ def columns(result: Result) -> dict[str, Any]:
         "any_load": solution.carries_any_load,
         "exact": result.exact,
         "states": solution.exact_states,
-        "expected": solution.expected_value,
+        "incremental": solution.incremental_value,
         "spread_lower": min(ends, default=None),
         "spread_upper": max(ends, default=None),
         "associative": solution.associative_value,

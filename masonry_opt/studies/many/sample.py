@@ -20,7 +20,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.run_warnings import is_limit
 from masonry_opt.studies.many.runs import (
-    EXPECTED,
+    INCREMENTAL_COLUMN,
     RunProgress,
     Study,
     StudyOutput,
@@ -90,10 +90,10 @@ class Sample(StudyAnswer):
         return self._of_runs("load_factor")
 
     @property
-    def expected(self) -> np.ndarray:
+    def incremental(self) -> np.ndarray:
         """Incremental load factor of each run, as ``load_factors``; NaN where it is known of none."""
-        known = self._counting["expected"].notna().any()
-        return self._of_runs("expected") if known else np.full(len(self._counting), np.nan)
+        known = self._counting["incremental"].notna().any()
+        return self._of_runs("incremental") if known else np.full(len(self._counting), np.nan)
 
     @property
     def _counting(self) -> pd.DataFrame:
@@ -114,7 +114,7 @@ class Sample(StudyAnswer):
     ) -> pd.DataFrame:
         """Return a number of the load factors with its limits, and those of the incremental load factors."""
         columns: dict[str, Any] = {key: along}
-        for begin, values in (("", self.load_factors), (EXPECTED, self.expected)):
+        for begin, values in (("", self.load_factors), (INCREMENTAL_COLUMN, self.incremental)):
             told = 3 * (np.nan,) if np.isnan(values).all() else of(values)
             columns |= zip((begin + name, begin + "lower", begin + "upper"), told, strict=True)
         return pd.DataFrame(columns)
@@ -147,8 +147,8 @@ class Sample(StudyAnswer):
     @property
     def counted(self) -> str:
         """Return how many runs there are, and how many of them have no load factor, in words."""
-        known = self._counting["expected"].notna().any()
-        unexpected = known & np.isfinite(self.load_factors) & np.isnan(self.expected)
+        known = self._counting["incremental"].notna().any()
+        unexpected = known & np.isfinite(self.load_factors) & np.isnan(self.incremental)
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
@@ -163,7 +163,7 @@ class Sample(StudyAnswer):
         self, probabilities: Sequence[float] = (0.05, 0.5, 0.95), confidence: float = CONFIDENCE
     ) -> pd.DataFrame:
         """Quantiles of the load factor: ``probability``, ``value``, ``lower``, ``upper``; of the
-        incremental load factor: ``expected_value``, ``expected_lower``, ``expected_upper``.
+        incremental load factor: ``incremental_value``, ``incremental_lower``, ``incremental_upper``.
 
         The limits are two of the ordered load factors, whose ranks are quantiles of the binomial distribution
         (n, p): on either side half of what the confidence leaves. A limit is NaN where there are too few runs
@@ -187,7 +187,7 @@ class Sample(StudyAnswer):
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Probability of collapse at load factors: ``load``, ``probability``, ``lower``, ``upper``;
-        by the incremental load factor ``expected_probability``, ``expected_lower``, ``expected_upper``.
+        by the incremental load factor ``incremental_probability``, ``incremental_lower``, ``incremental_upper``.
 
         It is the share of the decided runs whose load factor does not exceed them. The limits are Clopper &
         Pearson's, the lower one as if no undecided run had collapsed, the upper one as if all had. By default
@@ -197,7 +197,7 @@ class Sample(StudyAnswer):
         """
         _refuse_shares(confidence=[confidence])
         if loads is None:
-            found = np.unique(np.r_[self.load_factors, self.expected])
+            found = np.unique(np.r_[self.load_factors, self.incremental])
             found = found[np.isfinite(found)]
             least, greatest = ends(found)
             aside = 0.05 * (greatest - least) if len(found) else 0.0
@@ -218,7 +218,7 @@ class Sample(StudyAnswer):
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Spearman's rank correlation of the load factor with each number drawn, strongest first:
         ``parameter``, ``rank_correlation``, ``lower``, ``upper``; of the incremental load factor
-        ``expected_rank_correlation``, ``expected_lower``, ``expected_upper``. NaN where the load, or the
+        ``incremental_rank_correlation``, ``incremental_lower``, ``incremental_upper``. NaN where the load, or the
         number, is the same in all runs. Loads that differ by rounding have one rank; undecided runs
         have none.
 
@@ -284,7 +284,7 @@ class Sample(StudyAnswer):
                 falls = f"the load factor falls as {parameter} grows"
                 by = f"rank correlation {numeral(correlation, '+.3f')}"
                 reason = "more of it weakens the scene, or lower states were missed where there is less"
-                sentence = f"{falls} ({by}): {reason} (method 'refined' with search=10 looks for them)"
+                sentence = f"{falls} ({by}): {reason} (option search=10 looks for them)"
                 values = {"parameter": parameter, "rank_correlation": correlation}
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
@@ -321,7 +321,7 @@ class Sample(StudyAnswer):
         told["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)
         lower, upper = self.table["spread_lower"], self.table["spread_upper"]
         if lower.notna().any():
-            share = ((upper - lower) / self.table["expected"]).median()
+            share = ((upper - lower) / self.table["incremental"]).median()
             within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
             by = f"by {share:.1%} (median) with other stiffness of contacts and self-stress"
             told["spread"] = f"the incremental λ of a run {by}, in all {within}"
@@ -354,9 +354,12 @@ def _told(row: Mapping[Any, Any], name: str, spec: str) -> str:
             return numeral(value, spec)
         return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
 
-    told = (map(said, (row[of + column] for column in (name, "lower", "upper"))) for of in ("", EXPECTED))
+    told = (
+        map(said, (row[of + column] for column in (name, "lower", "upper")))
+        for of in ("", INCREMENTAL_COLUMN)
+    )
     found, beside = (f"{value} ({lower} to {upper})" for value, lower, upper in told)
-    if math.isnan(row[EXPECTED + name]):
+    if math.isnan(row[INCREMENTAL_COLUMN + name]):
         return found
     return f"{found}; incremental {'the same' if beside == found else beside}"
 

@@ -54,7 +54,7 @@ def sweep(
 
     Runs that differ only in limits of forces, such as the strength of a tie, share exact states. The lowest
     state of another run replaces a higher answer if the run's own matrices certify it as exact. This holds
-    for methods that look for the lowest state: "mcp", "refined", "mpec" and "global".
+    for methods that look for the lowest state: "coulomb", "mpec" and "global".
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def sweep(
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
         ``which`` (name of this load factor, such as "lowest found" or "associative"), ``status``, ``reason``
         (code), ``any_load`` (whether the scene carries any load; of a Coulomb method,
-        proven), ``exact``, ``states`` (number of different exact states met), ``expected`` (NaN where it is
+        proven), ``exact``, ``states`` (number of different exact states met), ``incremental`` (NaN where it is
         switched off), ``spread_lower`` and ``spread_upper`` (of incremental load factors, with ``spread``),
         ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
         ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"

@@ -38,7 +38,7 @@ from masonry_opt.words.sentences import numeral
 #: Columns of a table of reactions, beside the end.
 _COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
 #: Printed names of the kinds of results.
-KIND_NAMES = {"coulomb": "Coulomb", "expected": INCREMENTAL, "associative": ASSOCIATIVE}
+KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": ASSOCIATIVE}
 _WRITTEN = 12  #: Joints at which a picture has numbers, and what it says of them.
 _NOTE = "Numbers at joints: how wide they open, or slide (s), per unit of the support's movement"
 _WAY = "way in which the support moves"  #: What a legend says of the arrows on supports.
@@ -66,25 +66,25 @@ class Bound:
         """Kind of the result that ``reaction`` belongs to, a key of ``results``; None without a reaction.
 
         The method asked comes first. Where it finds no exact state on this side of rest, the incremental
-        analysis ("expected") answers, as where all exact states lie across rest.
+        analysis ("incremental") answers, as where all exact states lie across rest.
         """
         if self.result.load_factor is not None:
             return next(iter(self.results))
-        return None if self.expected is None else "expected"
+        return None if self.incremental is None else "incremental"
 
     @property
     def reaction(self) -> float | None:
         """Reaction by the method asked, or by the incremental analysis (see ``answered_by``)."""
         own = self.result.load_factor
-        return self.expected if own is None else self._reaction(own)
+        return self.incremental if own is None else self._reaction(own)
 
     @property
-    def expected(self) -> float | None:
+    def incremental(self) -> float | None:
         """Incremental reaction of a scene at rest whose supports then move.
 
         It is None of an associative answer, or if no preload was found.
         """
-        return self._reaction(self.result.expected)
+        return self._reaction(self.result.incremental)
 
     @property
     def associative(self) -> float | None:
@@ -99,7 +99,7 @@ class Bound:
     @property
     def reaction_at_end(self) -> float | None:
         """Reaction at the end of the load history, or the incremental one if it was not followed so far."""
-        return self.expected if self.result.end is None else self._reaction(self.result.end)
+        return self.incremental if self.result.end is None else self._reaction(self.result.end)
 
     @property
     def unlimited(self) -> bool:
@@ -108,10 +108,10 @@ class Bound:
 
     @property
     def results(self) -> dict[str, Result]:
-        """Results by kind: "coulomb" and "expected", where asked for, and "associative"."""
+        """Results by kind: "coulomb" and "incremental", where asked for, and "associative"."""
         if self.result is self.with_associative:
             return {"associative": self.result}
-        found = {"coulomb": self.result, "expected": self.result.at_expected}
+        found = {"coulomb": self.result, "incremental": self.result.at_incremental}
         return {kind: of for kind, of in found.items() if of} | {"associative": self.with_associative}
 
     @cached_property
@@ -124,7 +124,7 @@ class Bound:
         results = self.results.items()
         # The incremental reaction may be a peak of the load history, above that of the final state.
         by_kind = {kind: self._reaction(of.load_factor) for kind, of in results}
-        by_kind |= {"expected": self.expected}
+        by_kind |= {"incremental": self.incremental}
         rows = (
             (kind, by_kind[kind], str(of.status), self._certainty(kind, of), _moving(of))
             for kind, of in results
@@ -146,8 +146,8 @@ class Bound:
 
         The load factor pushes the support away from its reaction at rest: a lower one is nearer to that.
         """
-        if kind == "expected":
-            return "" if self.expected is None else "equilibrium is lost as the support moves on from rest"
+        if kind == "incremental":
+            return "" if self.incremental is None else "equilibrium is lost as the support moves on from rest"
         if result.load_factor is None:
             return ""
         if kind == "associative":
@@ -209,7 +209,7 @@ class Settlement(StudyAnswer):
     @property
     def table(self) -> pd.DataFrame:
         """A row for each end and kind of flow: ``end`` ("least", "greatest"), ``kind`` ("coulomb",
-        "expected", "associative"), ``reaction`` (NaN where there is none), ``status``, ``certainty`` (what is
+        "incremental", "associative"), ``reaction`` (NaN where there is none), ``status``, ``certainty`` (what is
         known of the reaction), ``moves`` (names of blocks, fastest first)."""
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
         return pd.DataFrame(rows, columns=["end", *_COLUMNS]).astype({"reaction": float})
@@ -269,7 +269,7 @@ class Settlement(StudyAnswer):
         own = ("case", "supports", "direction", "turns", "method", "at_rest")
         told: dict[str, Any] = {name: getattr(self, name) for name in own}
         told |= {"status": str(self.status), "usable": self.usable}
-        numbers = ("reaction", "answered_by", "expected", "associative", "across_rest", "unlimited")
+        numbers = ("reaction", "answered_by", "incremental", "associative", "across_rest", "unlimited")
         for name in ("least", "greatest"):
             end = self.ends.get(name)
             told[name] = end and {key: getattr(end, key) for key in numbers} | {
@@ -388,7 +388,7 @@ def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -
 def _words(end: Bound) -> str:
     """Return an end in words: its reaction, what is known of it, and the reactions of other kinds."""
     by_kind = {row["kind"]: row for row in end.rows()}
-    others = [kind for kind in ("expected", "associative") if kind != end.answered_by and kind in by_kind]
+    others = [kind for kind in ("incremental", "associative") if kind != end.answered_by and kind in by_kind]
     told = [
         f"{KIND_NAMES[kind]} {numeral(by_kind[kind]['reaction'], '.6g')}: {by_kind[kind]['certainty']}"
         for kind in others
@@ -402,7 +402,7 @@ def _reaction(end: Bound) -> str:
     if end.reaction is None:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")
-    if end.answered_by == "expected":
+    if end.answered_by == "incremental":
         by = "by the incremental analysis: no exact collapse state was found on this side of rest"
         return f"{value} {by}"
     name = ASSOCIATIVE

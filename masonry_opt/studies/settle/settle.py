@@ -82,7 +82,7 @@ def settle(
     effort.begins("reaction at rest")
     rest = _at_rest(held.problem, settling.problem, problem.B.shape[1])
     if rest is None:
-        session = session.without_expected()
+        session = session.without_incremental()
         begins = _ends_by_statics(settling.problem, pushed_back.problem)[::-1]
     else:
         begins = [rest, rest]

@@ -117,7 +117,7 @@ def test_the_scale_keeps_its_label_beside_slender_scenes(height):
 
 @pytest.fixture(scope="module")
 def curved():
-    return mo.solve(two_blocks(), "compliant", curve=True)
+    return mo.solve(two_blocks(), "incremental", curve=True)
 
 
 def test_a_curve_is_drawn_with_its_load_factor_and_the_first_joints_that_move(curved):

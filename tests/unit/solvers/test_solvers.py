@@ -101,10 +101,10 @@ def test_changed_shear_limits_are_those_of_a_newly_declared_model(language, form
 
 
 def test_the_solver_asked_for_does_everything_that_it_can():
-    result = mo.solve(WALLS[0], "nonassociative", solver="highs", expected=False)
+    result = mo.solve(WALLS[0], "nonassociative", solver="highs", incremental=False)
     assert result.solver == "highs"
     assert result.solvers == {"dead load": ["highs"], "sub-problems": ["highs"], "exact end": ["highs"]}
-    of_pyomo = mo.solve(two_blocks(), "nonassociative", model="pyomo", expected=False)
+    of_pyomo = mo.solve(two_blocks(), "nonassociative", model="pyomo", incremental=False)
     assert of_pyomo.solver == "highs-ipm"
     assert of_pyomo.solvers == {purpose: ["highs-ipm"] for purpose in result.solvers}
 
@@ -130,7 +130,7 @@ def test_methods_say_which_solver_did_what(method):
     assert result.solvers == {purpose: [solver] for purpose, solver in expected.items()}
     assert result.as_dict()["solvers"] == result.solvers
     assert result.as_dict()["model"] == result.model == DECLARED[method]
-    assert result.at_expected.model == "matrices"
+    assert result.at_incremental.model == "matrices"
 
 
 def test_a_program_that_is_out_of_time_is_not_begun_again(watched):

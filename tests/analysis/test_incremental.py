@@ -38,7 +38,7 @@ def column() -> mo.Scene:
 @pytest.fixture
 def asked(watched):
     """The tasks that a load history was asked for, but the default's own, which is bound before."""
-    import_module("masonry_opt.methods.mcp.method")
+    import_module("masonry_opt.methods.coulomb.method")
     return watched(incremental_method, "incremental")
 
 
@@ -49,43 +49,46 @@ def asked(watched):
 )
 def test_where_forces_are_determinate_all_three_are_one(scene, by_hand):
     result = mo.solve(scene)
-    three = [result.load_factor, result.expected, result.associative]
+    three = [result.load_factor, result.incremental, result.associative]
     assert three == pytest.approx([by_hand] * 3, rel=1e-6)
-    assert result.expected_reasons[0].code is Code.COLLAPSE
+    assert result.incremental_reasons[0].code is Code.COLLAPSE
 
 
 def test_on_a_wall_it_is_what_method_compliant_finds():
-    result, alone = solved(WALLS[0], expected=True), solved(WALLS[0], "compliant")
-    assert result.expected == result.end == alone.load_factor == alone.expected == alone.end
-    assert result.expected_reasons == alone.reasons
-    assert result.load_factor * (1 - 1e-6) <= result.expected < result.associative
-    state = result.at_expected
-    assert (state.kind, state.load_factor) == (Kind.COMPLIANT, alone.load_factor)
+    result, alone = solved(WALLS[0], incremental=True), solved(WALLS[0], "incremental")
+    assert result.incremental == result.end == alone.load_factor == alone.incremental == alone.end
+    assert result.incremental_reasons == alone.reasons
+    assert result.load_factor * (1 - 1e-6) <= result.incremental < result.associative
+    state = result.at_incremental
+    assert (state.kind, state.load_factor) == (Kind.INCREMENTAL, alone.load_factor)
     assert state.associative == result.associative
     pd.testing.assert_frame_equal(state.joints, alone.joints, check_exact=True)
-    assert (state.iterations, alone.at_expected) == (alone.iterations, alone)
+    assert (state.iterations, alone.at_incremental) == (alone.iterations, alone)
 
 
 @pytest.mark.slow
 def test_blocks_move_on_under_a_lower_load():
     """The largest load is that of explicit dynamics to a hundredth (test_method.py)."""
     result = mo.solve(random_scene("tessellation", 910061))
-    assert result.expected == pytest.approx(0.320973, rel=3e-3)
-    assert result.end < 0.5 * result.expected < result.associative
-    assert result.at_expected.exact
-    assert (result.at_expected.load_factor, result.at_expected.expected) == (result.end, result.expected)
+    assert result.incremental == pytest.approx(0.320973, rel=3e-3)
+    assert result.end < 0.5 * result.incremental < result.associative
+    assert result.at_incremental.exact
+    assert (result.at_incremental.load_factor, result.at_incremental.incremental) == (
+        result.end,
+        result.incremental,
+    )
     assert f"λ = {result.end:.6g} is left once the blocks move" in result.summary
 
 
 @pytest.mark.slow
 def test_blocks_that_move_on_without_load_leave_the_largest_load():
-    result = mo.solve(random_scene("tessellation", 910020), "compliant")
+    result = mo.solve(random_scene("tessellation", 910020), "incremental")
     assert (result.load_factor, result.end) == (None, None)
-    assert 0.07 < result.expected < result.associative
+    assert 0.07 < result.incremental < result.associative
     assert "nothing is left once the blocks move" in result.summary
 
 
-@pytest.mark.parametrize("method", ["mcp", "nonassociative", "mpec", "refined", "global"])
+@pytest.mark.parametrize("method", ["coulomb", "nonassociative", "mpec", "refined", "global"])
 def test_every_coulomb_method_tells_it_and_its_answer_is_the_same(method, asked):
     """It is asked for once, whatever methods are asked on the way.
 
@@ -95,15 +98,15 @@ def test_every_coulomb_method_tells_it_and_its_answer_is_the_same(method, asked)
     steps, without = [], []
     result = mo.solve(two_blocks(), method, progress=steps.append)
     assert len(asked) == 1
-    off = mo.solve(two_blocks(), method, expected=False, progress=without.append)
+    off = mo.solve(two_blocks(), method, incremental=False, progress=without.append)
     assert len(asked) == 1
-    assert (off.expected, off.at_expected, off.expected_reasons) == (None, None, ())
-    assert result.expected == pytest.approx(solved(two_blocks(), "compliant").expected, rel=1e-9)
-    assert off.seconds["expected"] == 0 < result.seconds["expected"]
+    assert (off.incremental, off.at_incremental, off.incremental_reasons) == (None, None, ())
+    assert result.incremental == pytest.approx(solved(two_blocks(), "incremental").incremental, rel=1e-9)
+    assert off.seconds["incremental"] == 0 < result.seconds["incremental"]
     for name in ("load_factor", "exact", "associative"):
         assert getattr(result, name) == pytest.approx(getattr(off, name), rel=1e-12)
     assert len(steps) == len(without)
-    if method in ("mcp", "refined", "global"):
+    if method in ("coulomb", "refined", "global"):
         return
     for name in ("iterations", "lp_solves", "nlp_solves"):
         assert getattr(result, name) == getattr(off, name)
@@ -114,7 +117,7 @@ def test_every_coulomb_method_tells_it_and_its_answer_is_the_same(method, asked)
 @pytest.mark.parametrize("method", ["static", "kinematic"])
 def test_of_an_associative_answer_it_is_not_asked(method, asked):
     result = mo.solve(two_blocks(), method)
-    assert (result.expected, result.at_expected, asked) == (None, None, [])
+    assert (result.incremental, result.at_incremental, asked) == (None, None, [])
 
 
 def comb(number: int) -> mo.Block:
@@ -127,17 +130,17 @@ def comb(number: int) -> mo.Block:
 
 def test_where_there_is_none_the_reason_says_why(asked):
     endless = mo.solve(pressed_down())
-    assert endless.expected is None
-    assert endless.expected_reasons == tuple(endless.at_expected.solution.reasons)
-    assert endless.at_expected.load_factor is None
+    assert endless.incremental is None
+    assert endless.incremental_reasons == tuple(endless.at_incremental.solution.reasons)
+    assert endless.at_incremental.load_factor is None
     floor = mo.Block(name="floor", vertices=rectangle(-1, 41 * 151, -1, 0), fixed=True)
     combs = [comb(number) for number in range(151)]
     large = mo.solve(mo.Scene(joints={"friction": 0.6}, blocks=[*combs, floor]), "nonassociative")
-    assert (large.expected, len(asked)) == (None, 1)
-    assert values_of(large.at_expected, Code.NOT_EXPECTED) == {"joints": 151 * 20}
+    assert (large.incremental, len(asked)) == (None, 1)
+    assert values_of(large.at_incremental, Code.NOT_COMPUTED) == {"joints": 151 * 20}
     stressed = small_wall(dilatancy=0.2, dilatancy_stress=(0.1, 1.0))
     falling = mo.solve(stressed, "nonassociative")
-    assert [reason.code for reason in falling.expected_reasons] == [Code.DILATANCY_FALLS]
+    assert [reason.code for reason in falling.incremental_reasons] == [Code.DILATANCY_FALLS]
     assert len(asked) == 1
 
 
@@ -148,14 +151,17 @@ def test_an_associative_load_factor_that_is_none_is_looked_for_once(watched, cer
     """
     certificates(1.0)
     solved = watched(associative, "associative")
-    result = mo.solve(confined(0.5)(CASES), expected=False)
+    result = mo.solve(confined(0.5)(CASES), incremental=False)
     assert (result.associative, len(solved)) == (None, 1)
     assert not result.solution.proven_none
 
 
 def test_the_command_tells_it_and_leaves_it_out(command, tmp_path):
-    said = [command.json("solve", TWO_BLOCKS, flag)["expected"] for flag in ("--expected", "--no-expected")]
-    assert said == [pytest.approx(solved(two_blocks(), "compliant").expected, rel=1e-9), None]
+    said = [
+        command.json("solve", TWO_BLOCKS, flag)["incremental"]
+        for flag in ("--incremental", "--no-incremental")
+    ]
+    assert said == [pytest.approx(solved(two_blocks(), "incremental").incremental, rel=1e-9), None]
     mo.save(pressed_down(), case := tmp_path / "pressed.toml")
     command("solve", case, code=1)
 
@@ -164,21 +170,21 @@ def test_the_command_tells_it_and_leaves_it_out(command, tmp_path):
 def test_the_command_draws_the_mechanism_of_either(command, tmp_path):
     """Wall 1 comes to another mechanism as its load is raised from rest."""
     pages = {}
-    for which in ("least", "expected"):
+    for which in ("least", "incremental"):
         page = tmp_path / f"{which}.html"
         command("solve", WALLS[0], "--plot", page, "--mechanism", which)
         pages[which] = page.read_text("utf-8")
-    solved(WALLS[0], expected=True).at_expected.save(alone := tmp_path / "alone.html")
-    assert pages["expected"] == alone.read_text("utf-8") != pages["least"]
+    solved(WALLS[0], incremental=True).at_incremental.save(alone := tmp_path / "alone.html")
+    assert pages["incremental"] == alone.read_text("utf-8") != pages["least"]
 
 
 @pytest.mark.parametrize(
     "options",
     [
-        ["--mechanism", "expected"],
+        ["--mechanism", "incremental"],
         ["--plot", "a.png", "--mechanism", "most"],
-        ["--plot", "a.png", "--mechanism", "expected", "--no-expected"],
-        ["--plot", "a.png", "--mechanism", "expected", "--method", "static"],
+        ["--plot", "a.png", "--mechanism", "incremental", "--no-incremental"],
+        ["--plot", "a.png", "--mechanism", "incremental", "--method", "static"],
     ],
 )
 def test_a_mechanism_that_cannot_be_drawn_is_refused_before(command, asked, options):
