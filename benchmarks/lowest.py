@@ -92,7 +92,7 @@ def measured(family: str, kind: str, seed: int, scene: mo.Scene, asked: argparse
     if result.load_factor is None:
         return row
     if asked.search:
-        row["search"] = lowest_of(scene, "refined", search=float(asked.search))
+        row["search"] = lowest_of(scene, "coulomb", search=float(asked.search))
     if asked.orders and family == "plane":
         rng = np.random.default_rng(seed)
         orders = [rng.permutation(len(scene.blocks)) for _ in range(asked.orders)]

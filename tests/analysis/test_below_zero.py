@@ -36,7 +36,7 @@ ARCH = near_the_least_friction("arch", 600032, 0.26197)
 
 
 @pytest.mark.parametrize(
-    "method", ["coulomb", *(pytest.param(method, marks=pytest.mark.slow) for method in ("refined", "global"))]
+    "method", ["coulomb", *(pytest.param(method, marks=pytest.mark.slow) for method in ("global",))]
 )
 def test_a_state_below_zero_is_told_beside_the_load_at_which_a_scene_that_rests_collapses(method):
     """Which is the associative one here. The MPEC ends in the state below zero."""

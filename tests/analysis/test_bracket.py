@@ -12,7 +12,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import bracket
 from masonry_opt.methods.bracket.relaxation import BoundStep, bounds_of, distances, relaxed, tightened
-from masonry_opt.methods.refined import Refinement
+from masonry_opt.methods.coulomb.search import LowerState
 from masonry_opt.problem.assembly import assemble
 
 WEDGES = CASES / "livesley" / "wedges.toml"
@@ -106,7 +106,7 @@ def test_an_answer_that_exceeds_the_assumed_forces_is_not_bounded():
 
 def test_a_search_that_is_interrupted_ends_the_bracket_too():
     def interrupt(step):
-        if isinstance(step, Refinement):
+        if isinstance(step, LowerState):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -144,7 +144,7 @@ def rough_start(monkeypatch):
     """Of a bracket of the wedges: the loop's state, whose sliding contracts a little."""
     loop = mo.solve(WEDGES, "nonassociative")
     assert loop.certificate.flow > 1e-5
-    monkeypatch.setattr(bracket, "refined", lambda _: loop.solution)
+    monkeypatch.setattr(bracket, "coulomb", lambda _: loop.solution)
 
 
 def test_a_start_that_is_not_exact_is_replaced_by_the_state_of_a_program(rough_start):

@@ -38,7 +38,7 @@ def test_two_blocks_by_hand(none):
         assert least * (1 - 1e-3) <= result.load_factor <= 0.25 * (1 + 1e-6)
 
 
-@pytest.mark.parametrize("method", ["mpec", "refined", "global"])
+@pytest.mark.parametrize("method", ["mpec", "coulomb", "global"])
 def test_methods_with_fixed_dilatancy_refuse_it(method):
     with pytest.raises(mo.OptionError, match=f"'{method}'.*'nonassociative'"):
         solved(with_law(two_blocks(), 0.1, 0.2), method)

@@ -88,7 +88,7 @@ def test_blocks_that_move_on_without_load_leave_the_largest_load():
     assert "nothing is left once the blocks move" in result.summary
 
 
-@pytest.mark.parametrize("method", ["coulomb", "nonassociative", "mpec", "refined", "global"])
+@pytest.mark.parametrize("method", ["coulomb", "nonassociative", "mpec", "global"])
 def test_every_coulomb_method_tells_it_and_its_answer_is_the_same(method, asked):
     """It is asked for once, whatever methods are asked on the way.
 
@@ -106,7 +106,7 @@ def test_every_coulomb_method_tells_it_and_its_answer_is_the_same(method, asked)
     for name in ("load_factor", "exact", "associative"):
         assert getattr(result, name) == pytest.approx(getattr(off, name), rel=1e-12)
     assert len(steps) == len(without)
-    if method in ("coulomb", "refined", "global"):
+    if method in ("coulomb", "global"):
         return
     for name in ("iterations", "lp_solves", "nlp_solves"):
         assert getattr(result, name) == getattr(off, name)

@@ -22,7 +22,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
 
 FRICTION = 0.5
-COULOMB = ("coulomb", "incremental", "refined", "nonassociative", "mpec", "global")
+COULOMB = ("coulomb", "incremental", "nonassociative", "mpec", "global")
 
 
 def scene(*blocks: mo.Block | mo.Solid, **joints: float) -> mo.Scene:

@@ -29,8 +29,8 @@ def visited(result):
 def test_a_search_ends_where_it_was_to_come():
     """Wall 5's first state is at 0.20863, its second below 0.208: the search looks no further than the first
     that will do, however long it might."""
-    first = mo.solve(WALL_5, "refined", search=600.0, until=0.209)
-    second = mo.solve(WALL_5, "refined", search=600.0, until=0.208)
+    first = mo.solve(WALL_5, "coulomb", search=600.0, until=0.209)
+    second = mo.solve(WALL_5, "coulomb", search=600.0, until=0.208)
     assert len(first.history) == 1
     assert first.load_factor > 0.208
     assert (second.history["load_factor"].iloc[:-1] > 0.208).all()
@@ -39,7 +39,7 @@ def test_a_search_ends_where_it_was_to_come():
 
 
 def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
-    long, short = (mo.solve(small_wall(), "refined", search=seconds, seed=3) for seconds in (0.4, 0.2))
+    long, short = (mo.solve(small_wall(), "coulomb", search=seconds, seed=3) for seconds in (0.4, 0.2))
     common = min(len(long.history), len(short.history))
     assert visited(long)[:common] == visited(short)[:common]
     assert long.load_factor <= short.load_factor
@@ -47,7 +47,7 @@ def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
 
 def test_a_search_stopped_at_any_time_has_a_whole_answer():
     seconds = 0.02
-    result = mo.solve(small_wall(), "refined", search=seconds)
+    result = mo.solve(small_wall(), "coulomb", search=seconds)
     assert result.status is mo.Status.CONVERGED
     assert result.kind in (Kind.EXACT, Kind.NEARLY_COMPLEMENTARY)
     assert result.certificate.worst < (EXACT if result.kind is Kind.EXACT else 1e-6)

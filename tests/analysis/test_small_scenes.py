@@ -148,7 +148,7 @@ def test_of_random_scenes_one_in_a_hundred_ends_above_the_lowest_state_known():
             if not 3 <= sum(not block.fixed for block in scene.blocks) <= 10:
                 continue
             found = solved(scene)
-            lowest = mo.solve(scene, "refined", search=1).load_factor
+            lowest = mo.solve(scene, "coulomb", search=1).load_factor
             if lowest is not None:
                 above.append(found.required() / lowest - 1)
     assert len(above) > 12

@@ -94,7 +94,7 @@ def references(
 ) -> tuple[Expectation, ...]:
     """The refinement, the MPEC warm and cold, and the bracket (``proven`` or not; None: not asked)."""
     runs = [
-        Expectation("refined", load_factor, source),
+        Expectation("coulomb", load_factor, source),
         Expectation("mpec", load_factor, source, tolerance=MPEC),
         Expectation("mpec", load_factor, source, tolerance=MPEC, options={"start": "cold"}),
     ]
@@ -124,6 +124,6 @@ def every_method(expected: Status, why: Reason | None = None) -> tuple[Expectati
         *associative(**told),
         *loops(**told),
         Expectation(options=cohesive, **told),
-        *(Expectation(method, **told) for method in ("refined", "global", "coulomb", "mpec")),
+        *(Expectation(method, **told) for method in ("coulomb", "global", "mpec")),
         Expectation("mpec", options=cold, **told),
     )

@@ -31,7 +31,7 @@ CONFINED, REFUSED = {"associative": Status.LOCKED, "Coulomb": "answer"}, {"assoc
     [
         (CONFINED, "static", [Status.LOCKED, Status.UNLIMITED, "answer"], [NAMED, WRONG, WRONG]),
         (CONFINED, "static", [Status.SOLVER_FAILED], [FAILED]),
-        (CONFINED, "refined", ["answer", Status.UNSTABLE, Status.CYCLING], [CERTIFIED, WRONG, FAILED]),
+        (CONFINED, "coulomb", ["answer", Status.UNSTABLE, Status.CYCLING], [CERTIFIED, WRONG, FAILED]),
         (REFUSED, "static", ["refused", "answer"], [NAMED, WRONG]),
     ],
 )

@@ -79,7 +79,7 @@ def test_everything_admissible_is_planned_at_every_tolerance():
 @pytest.mark.parametrize(
     ("method", "models", "pair"),
     [
-        ("refined", ["pyomo"], Pair("refined", "cvxpy", "highs", None)),
+        ("mpec", ["cvxpy"], Pair("mpec", "pyomo", "casadi", None)),
         ("coulomb", ["cvxpy", "pyomo"], Pair("coulomb", "matrices", "newton", None)),
     ],
 )
@@ -125,10 +125,10 @@ KNOWN = {"made/up": BestKnown(0.16, "by hand")}
 
 
 def exact(**known):
-    return line(**({"method": "refined"} | known))
+    return line(**({"method": "mpec"} | known))
 
 
-@pytest.mark.parametrize("method", ["refined", "coulomb"])
+@pytest.mark.parametrize("method", ["mpec", "coulomb"])
 def test_a_lower_exact_state_is_kept_with_its_method(method):
     found = lowest_exact([exact(method=method, load_factor=0.15)], KNOWN)
     assert found == {"made/up": BestKnown(0.15, method)}

@@ -174,7 +174,7 @@ def test_steps_are_told_as_they_are_made_and_are_the_rows_of_the_history():
     assert any(history["begins_to_open"])
 
 
-@pytest.mark.parametrize("method", ["coulomb", "refined", "incremental"])
+@pytest.mark.parametrize("method", ["coulomb", "incremental"])
 def test_an_interrupt_goes_through(method):
     def interrupt(step):
         if step.iteration == 3:

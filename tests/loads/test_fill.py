@@ -186,7 +186,7 @@ def retaining(push, friction, **keys):
         ("kinematic", {"solver": "highs"}),
         ("nonassociative", {"solver": "highs"}),
         ("coulomb", {}),
-        ("refined", {}),
+        ("coulomb", {"search": 0.2}),
     ],
 )
 @pytest.mark.parametrize("push", [-1.0, 1.0])

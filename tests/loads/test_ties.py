@@ -12,10 +12,7 @@ from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
 
-METHODS = (
-    *("static", "kinematic", "nonassociative", "coulomb", "incremental"),
-    pytest.param("refined", marks=pytest.mark.slow),
-)
+METHODS = (*("static", "kinematic", "nonassociative", "coulomb", "incremental"),)
 TO_THE_LEFT = {"A": {"live": (-1.0, 0.0)}}
 #: Of a closed form: what solvers leave of a load factor.
 CLOSE = 1e-7

@@ -271,7 +271,7 @@ def test_a_sample_is_written_and_told(case, tmp_path, command):
         ("--vary", "joints.friction=0.3,0.4", "--seed", "0"),
         ("--vary", "joints.friction=0.3,0.4", "--by", "course"),
         ("--vary", "joints.friction=0.3,0.4", "-o", "out=elsewhere"),
-        ("--sample", "joints.friction=normal:1:0.01", "--method", "refined", "-o", "seed=1"),
+        ("--sample", "joints.friction=normal:1:0.01", "--method", "coulomb", "-o", "seed=1"),
     ],
 )
 def test_what_is_wrong_with_the_command_is_said(case, asked, tmp_path, command):

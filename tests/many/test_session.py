@@ -21,7 +21,7 @@ def with_joints(scene, **joints):
     return scene.model_copy(update={"joints": mo.JointDefaults(**joints)})
 
 
-@pytest.mark.parametrize("method", ["static", "kinematic", "coulomb", "refined", "nonassociative"])
+@pytest.mark.parametrize("method", ["static", "kinematic", "coulomb", "nonassociative"])
 def test_a_scene_is_answered_as_if_alone(method):
     session = prepare(method, keeps=True)
     for friction in FRICTIONS:

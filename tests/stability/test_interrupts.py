@@ -47,7 +47,7 @@ def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(watched, press_ctrl_c
 
     watched(import_module("masonry_opt.cli.solve"), "left_by", interrupted)
     wall_5 = CASES / "ferris_tinloi" / "wall_5.toml"
-    answer = command.json("solve", wall_5, "--method", "refined", "-o", "search=60")
+    answer = command.json("solve", wall_5, "--method", "coulomb", "-o", "search=60")
     assert answer["load_factor"] < 0.2138
     (searched,) = [said for said in answer["reasons"] if said["code"] == "searched"]
     assert searched["interrupted"]

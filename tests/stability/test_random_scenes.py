@@ -80,7 +80,7 @@ def test_refined_is_exact_and_below_the_loop_and_the_loop_below_associative(kind
     associative = solved(scene, "static").load_factor
     if associative is None:
         return
-    loop, refined = solved(scene, "nonassociative"), solved(scene, "refined")
+    loop, refined = solved(scene, "nonassociative"), solved(scene, "coulomb")
     if loop.load_factor is None:
         assert loop.status in LOOP_GIVES_UP
         assert loop.reasons
@@ -101,7 +101,7 @@ def test_refined_is_exact_and_below_the_loop_and_the_loop_below_associative(kind
     if loop.load_factor is not None:
         if (kind, seed) not in ANOTHER_VALLEY:
             assert refined.load_factor <= loop.load_factor * (1 + NEARLY) + RANDOM
-        from_loop = mo.solve(scene, "refined", start=loop)
+        from_loop = mo.solve(scene, "coulomb", start=loop)
         assert from_loop.load_factor <= loop.load_factor * (1 + NEARLY) + RANDOM
 
 

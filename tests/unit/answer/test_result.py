@@ -157,7 +157,7 @@ def test_same_is_symmetric_and_relative_from_a_hundredth_on(size):
     assert [is_lower(size, size + share * LOWER * unit) for share in (-1.1, 0.9, 1.1)] == [False, False, True]
 
 
-@pytest.mark.parametrize("method", ["coulomb", "static", "nonassociative", "refined"])
+@pytest.mark.parametrize("method", ["coulomb", "static", "nonassociative"])
 def test_a_state_has_one_certificate(method, watched):
     """However often it is judged, compared and shown. (On small scenes several starts end in one state.)"""
     certified = watched(answer, "certify")

@@ -15,7 +15,7 @@ OUT_OF_RANGE = [
     )),
     *(("coulomb", "descent", value) for value in ("no", 1)),
     ("incremental", "curve", 1),
-    *(("refined", "search", value) for value in (0, -1.0, "10", float("inf"))),
+    *(("coulomb", "search", value) for value in (0, -1.0, "10", float("inf"))),
     ("mpec", "epsilon", 1e-10),
 ]  # fmt: skip
 
@@ -42,16 +42,18 @@ NOT_TAKEN = [
     *(({"model": model}, ["matrices", model, "static", "kinematic"]) for model in ("cvxpy", "pyomo")),
     ({"method": "incremental", "model": "pyomo"}, ["matrices", "pyomo", "static"]),
     *(({"method": method, "model": "cvxpy"}, ["pyomo"]) for method in ("mpec", "global")),
-    ({"method": "refined", "model": "pyomo"}, ["cvxpy"]),
     (STATIC | {"model": "matrices"}, ["cvxpy, pyomo", "matrices", "coulomb", "incremental"]),
     ({"tolerance": 1e-6}, ["'tolerance'", "static", "kinematic", "nonassociative"]),
-    ({"method": "refined", "tolerance": 1e-6}, ["'tolerance'"]),
-    ({"method": "refined", "until": 0.21}, ["'search'"]),
+    ({"until": 0.21}, ["'search'"]),
     ({"method": "incremental", "give": 0.1}, ["'give'", "curve, spread, settings"]),
     ({"curve": True}, ["coulomb", "'curve'", "incremental"]),
     (STATIC | NEWTON, ["coulomb"]),
-    *(({"method": name} | NEWTON, []) for name in ("kinematic", "mpec", "refined", "global")),
+    *(({"method": name} | NEWTON, []) for name in ("kinematic", "mpec", "global")),
     (LOOP | NEWTON, []),
+    ({"method": "mcp"}, ["'mcp'", "'coulomb'"]),
+    ({"method": "compliant"}, ["'compliant'", "'incremental'"]),
+    ({"method": "refined"}, ["'refined'", "search=SECONDS", "'coulomb'"]),
+    ({"expected": False}, ["'expected'", "'incremental'"]),
 ]  # fmt: skip
 
 

@@ -153,7 +153,7 @@ OF_PRODUCTS = UNCRUSHED | {
 @cache
 def exact_state(name):
     """An exact Coulomb state of a scene."""
-    result = mo.solve(OF_PRODUCTS[name], "refined")
+    result = mo.solve(OF_PRODUCTS[name], "coulomb")
     assert result.kind is Kind.EXACT
     problem, found = result.assembly.problem, result.solution
     return problem, State(found.load_factor, found.q, found.d, problem.rates(found.d, problem.dilatancy))

@@ -111,15 +111,15 @@ def test_the_solver_asked_for_does_everything_that_it_can():
 
 #: By method: in what it is declared, and which solver does what. The loop, with which the MPEC begins, is
 #: declared in CVXPY.
-DECLARED = {"mpec": "pyomo", "refined": "cvxpy", "global": "pyomo"}
+DECLARED = {"mpec": "pyomo", "coulomb": "matrices", "global": "pyomo"}
 DOES = {
     "mpec": dict.fromkeys(("sub-problems", "exact end", "associative"), "clarabel")
     | {"relaxation": "casadi"},
-    "refined": {"associative": "clarabel", "refinement": "highs"},
+    "coulomb": {"associative": "clarabel", "refinement": "highs"},
     "global": {"load factor": "clarabel", "refinement": "highs"}
     | {"bounds": "highs", "products": "highs-ipm"},
 }
-for _method in ("refined", "global"):
+for _method in ("coulomb", "global"):
     DOES[_method] |= {"random forces": "highs"}
 
 

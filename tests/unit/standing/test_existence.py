@@ -34,7 +34,7 @@ from masonry_opt.standing.existence import Cuts, existence
 #: Pushed along and, 1.5 times as hard, down, on a floor of friction 2: it would slide at λ = 2 (1 + 1.5 λ).
 PUSHED = block_on_floor(width=4.0, height=1.0, friction=2.0, live=(1.0, -1.5))
 
-COULOMB = ["coulomb", "nonassociative", "refined", "global"]
+COULOMB = ["coulomb", "nonassociative", "global"]
 
 
 def plug(lean: float, live: tuple[float, float], friction: float = 0.5) -> mo.Scene:

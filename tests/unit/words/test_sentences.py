@@ -63,13 +63,13 @@ def test_every_code_has_a_sentence(code):
 
 #: Codes that only these methods end with, or that stand beside the answers of these methods alone.
 ONLY_OF = {
-    Code.NOT_COMPUTED: {"coulomb", "refined", "nonassociative", "mpec", "global"},
+    Code.NOT_COMPUTED: {"coulomb", "nonassociative", "mpec", "global"},
     Code.NOT_HINGING: {"coulomb"},
     Code.NO_EXACT_STATE: {"global"},
-    Code.NO_TIME: {"refined"},
+    Code.NO_TIME: {"coulomb"},
     Code.NOTHING_SOLVED: {"mpec"},
     Code.FORCES_UNDECIDED: set(),
-    Code.DILATANCY_LOCKS: {"static", "kinematic", "nonassociative", "coulomb", "refined"},
+    Code.DILATANCY_LOCKS: {"static", "kinematic", "nonassociative", "coulomb"},
     Code.SOLVER_STOPPED: {"static", "kinematic", "nonassociative", "coulomb"},
 }
 
