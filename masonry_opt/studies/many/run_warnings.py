@@ -1,6 +1,6 @@
 """Warnings of a study of many runs, each sentence once.
 
-They name inputs that look unintended, and load factors that fall as strength or friction grows.
+Warnings name inputs that look unintended, and load factors that fall as a strength or friction grows.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,23 +14,25 @@ from masonry_opt.answer.thresholds import same
 from masonry_opt.errors import counted
 from masonry_opt.words.sentences import numeral, sentences
 
-#: Last words of the names of numbers that limit forces. A state in which such a limit is not reached is also
-#: a state of every greater limit.
+#: Last words of the names of numbers that limit forces. A state that does not reach such a limit is also a
+#: state of a scene with a greater limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
 #: Code of the warning that a load factor falls as a limit of forces grows.
 FALLS_WITH_STRENGTH = "falls with strength"
-_MOST_NAMED = 3  #: Values that tell two runs apart, at most; the others are counted.
+_MOST_NAMED = 3  #: Largest number of values that a sentence lists; the others are counted.
 
 Row = Mapping[str, Any]  #: Columns of a run by name, and what :func:`recorded_warnings` adds.
 Point = Mapping[str, float]  #: Values of a run by name.
 
 
 def recorded_warnings(warnings: Sequence[Reason]) -> dict[str, Any]:
-    """Return the warnings of a run as columns: one text, and the codes and sentences that
-    :func:`warnings_of_rows` reads."""
-    told = sentences(warnings)
-    codes = [str(warning.code) for warning in warnings]
-    return {"warnings": "; ".join(told), "warned": [list(each) for each in zip(codes, told, strict=True)]}
+    """Return the warnings of a run as two columns.
+
+    ``warnings`` is a text. ``warned`` has pairs of code and sentence for :func:`warnings_of_rows`.
+    """
+    texts = sentences(warnings)
+    pairs = [[str(warning.code), text] for warning, text in zip(warnings, texts, strict=True)]
+    return {"warnings": "; ".join(texts), "warned": pairs}
 
 
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, str]]:
@@ -44,29 +46,31 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
     for index, row in enumerate(rows):
         for code, sentence in row.get("warned") or ():
             sentences_by_code.setdefault(code, set()).add(sentence)
-            if (runs := runs_by_code.setdefault(code, []))[-1:] != [index]:
+            runs = runs_by_code.setdefault(code, [])
+            if index not in runs[-1:]:
                 runs.append(index)
     for code, runs in runs_by_code.items():
-        told = [sentence for of, sentence in rows[runs[0]]["warned"] if of == code]
-        everywhere = len(runs) == len(rows) and len(sentences_by_code[code]) == len(told)
-        if everywhere:
-            yield {"sentence": "; ".join(told), "code": code}
+        texts = [sentence for other_code, sentence in rows[runs[0]]["warned"] if other_code == code]
+        in_all_runs = len(runs) == len(rows) and len(sentences_by_code[code]) == len(texts)
+        if in_all_runs:
+            yield {"sentence": "; ".join(texts), "code": code}
             continue
         others = f" and {counted(len(runs) - 1, 'more run')}" if len(runs) > 1 else ""
-        sentence = f"{'; '.join(told)} (at {_named(points[runs[0]])}{others})"
+        sentence = f"{'; '.join(texts)} (at {_named(points[runs[0]])}{others})"
         yield {"sentence": sentence, "code": code}
 
 
 def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str]) -> Iterator[dict[str, str]]:
     """Yield a record for each friction, cohesion or strength with which the lowest load factor falls.
 
-    The load factors compared are those of one value and of the next greater one, with all other varied
-    numbers equal. The sentence names the largest fall.
+    Runs are compared that differ by one step of this number, with all other varied numbers equal. The
+    sentence names the largest fall.
     """
     for name in filter(is_limit, names):
         others = [other for other in names if other != name]
-        if fall := _largest_fall(frame, name, others):
-            yield {"sentence": fall, "code": FALLS_WITH_STRENGTH}
+        sentence = _largest_fall(frame, name, others)
+        if sentence:
+            yield {"sentence": sentence, "code": FALLS_WITH_STRENGTH}
 
 
 def is_limit(name: str) -> bool:
@@ -75,8 +79,7 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return the values of the other of two runs that differ from those of the first, such as "tie.strength =
-    40"."""
+    """Return the values of ``other`` that differ from those of ``run`` as text: "tie.strength = 40"."""
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
@@ -105,6 +108,7 @@ def _largest_fall(frame: pd.DataFrame, name: str, others: Sequence[str]) -> str:
 
 
 def _named(point: Point) -> str:
-    told = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
-    more = f" and {counted(len(told) - _MOST_NAMED, 'more value')}" if len(told) > _MOST_NAMED else ""
-    return ", ".join(told[:_MOST_NAMED]) + more
+    """Return the first values of a run as text, and the number of the other values."""
+    values = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
+    more = f" and {counted(len(values) - _MOST_NAMED, 'more value')}" if len(values) > _MOST_NAMED else ""
+    return ", ".join(values[:_MOST_NAMED]) + more
