@@ -28,7 +28,7 @@ from masonry_opt.methods.registry import METHODS
 Function = Callable[..., Any]
 T = TypeVar("T")
 
-#: Parameters that become no option: every command asks for the subject of its functions itself.
+#: Names of parameters that become no option, because every command defines its own argument for them.
 _SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
 #: Types of options by annotation; others are text.
 _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
@@ -124,6 +124,7 @@ def command(
     infos = _SHARED | asked
 
     def decorator(own: Function) -> typer.Typer:
+        """Return the typer app of a function."""
         options = dict(inspect.signature(own, eval_str=True).parameters)
         del options[next(iter(options))]  # the first parameter takes the Given
         for name, parameter in options.items():
@@ -140,6 +141,7 @@ def command(
                 options[name] = _option(parameter, info, bool(parsers[name]), not labels)
 
         def run(ctx: typer.Context, **typed: Any) -> None:
+            """Call the function with the arguments that were typed."""
             given = Given()
             given.called = {str(option.name): option.opts[-1] for option in ctx.command.params}
             for name in [name for name in parsers if name in typed]:
@@ -237,11 +239,11 @@ def waiting(line: str) -> Iterator[Callable[[str], None]]:
             raise InterruptedByUserError("interrupted: nothing was found") from None
 
 
-def save(found: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
+def save(answer: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
     """Save the picture of an answer to a file, if a file is given."""
     if plot is not None:
         with writing(plot):
-            found.save(plot, **drawing)
+            answer.save(plot, **drawing)
 
 
 @contextlib.contextmanager
@@ -253,11 +255,13 @@ def interrupts() -> Iterator[Callable[[], None]]:
     pressed = False
 
     def remember(*_: object) -> None:
+        """Handle Ctrl-C."""
         nonlocal pressed
         pressed = True
         raise KeyboardInterrupt
 
     def check() -> None:
+        """Raise KeyboardInterrupt if Ctrl-C was pressed."""
         if pressed:
             raise KeyboardInterrupt
 

@@ -45,7 +45,7 @@ _IN = "Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl)."
 
 @command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
 def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Prints how many there are, and what looks unintended. Without --load-case loads are drawn as given."""
+    """Print the numbers of blocks and joints, and warnings. Without --load-case loads are drawn as given."""
     force = given.pop("force", False)
     refuse_picture(file, force)
     scene = as_scene(case, load_case)
@@ -64,7 +64,7 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     file=typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json)."),
 )
 def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written."""
+    """Print the files written. The names of the rows and columns of a .nl file are in .row and .col files."""
     exported: mo.Scene | mo.Result = as_scene(case, load_case)
     method = given.pop("method", None) if file.suffix.lower() in SOLID_ENDS else None
     if method:

@@ -66,10 +66,10 @@ def _vary(text: str) -> tuple[str, list[float]]:
     out=typer.Option(help="Folder of the table and charts."),
 )
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
-    """Writes a table (runs.csv) and charts; of drawn values also what they say of the load factor.
+    """Write a table (runs.csv) and charts; for drawn values also statistics of the load factor.
 
-    An interrupted sweep goes on where it stopped. Exit code 0: done, whatever the runs found; 1: no run was
-    solved, and the message says why; 130: interrupted; 2: wrong case file, name or option.
+    An interrupted sweep continues where it stopped. Exit code 0: done; 1: no run was solved, and the message
+    says why; 130: interrupted; 2: wrong case file, name or option.
     """
     vary, drawn = given.pop("vary", None), given.pop("distributions", None)
     if bool(vary) == bool(drawn):

@@ -200,7 +200,7 @@ def settle(
 
 @command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_PAGE))
 def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
-    """Solves all load cases unless one is named, and moves the axles, if there are any.
+    """Solve all load cases unless one is named, and move the axles, if there are any.
 
     Exit code 0: there are load factors; 1: one is missing, and the page says why; 2: wrong case file or
     option; 130: interrupted, and no page written.

@@ -307,7 +307,7 @@ class MovedBlocks:
         return np.asarray(((first - second) * frame).sum(axis=-1))
 
     def after(
-        self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum
+        self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the corners that still touch in the motion of an optimum, and the joints that slide.
 
@@ -316,14 +316,14 @@ class MovedBlocks:
         a force or does not open. A corner that slips less, as on surveyed blocks, still touches unless it
         opens by more than friction times its slip.
         """
-        opening, slip = self.relative(poses, found.motion)
-        speed = self._fastest_of_blocks(poses, found.motion) or 1.0
+        opening, slip = self.relative(poses, optimum.motion)
+        speed = self._fastest_of_blocks(poses, optimum.motion) or 1.0
         friction = np.where(np.isfinite(self.joints.friction), self.joints.friction, 0.0)
         opens = opening > _OPENING_TOLERANCE * speed
         lifts = opening - friction[:, None] * np.abs(slip) > _OPENING_TOLERANCE * speed
         slips = touch & (np.abs(slip) > SLIDES * speed)
         stays = touch & ~lifts & ~slips
-        slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & found.pressed)
+        slides = (slips & ~opens).any(axis=1) | (slips.any(axis=1) & ~stays.any(axis=1) & optimum.pressed)
         return stays, slides
 
 

@@ -294,12 +294,12 @@ class HingingPath:
             raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
         self.steps.append(Step(stretch.poses, self.unit * float(stretch.point[-1]), touch, event))
 
-    def _opened(self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum) -> np.ndarray:
+    def _opened(self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum) -> np.ndarray:
         """Return the corners that still touch in the motion of an optimum, shape (joints, 2).
 
         The path ends if a joint slides in this motion, or if no corner opens.
         """
-        stays, slides = self.blocks.after(touch, poses, found)
+        stays, slides = self.blocks.after(touch, poses, optimum)
         if slides.any():
             raise _PathEnded(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
         if (stays == touch).all():
@@ -381,7 +381,7 @@ class HingingPath:
         return self._event(ahead), ahead
 
     def _event(self, ahead: _Stretch) -> _PathEvent | None:
-        """Return the event that a state lies beyond; None if the state is admissible.
+        """Return the event that must have happened before a state; None if the state is admissible.
 
         Events are tested in this order: λ < 0; a hinged joint has rotated beyond closing; blocks overlap;
         no admissible forces balance the loads, so that a joint opens. The path ends if the last test fails.

@@ -91,16 +91,17 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
 
     A scene whose content has changed has no entry. Raises CaseError if the file has another form.
     """
-    registry, found = folder / "best_known.toml", dict[str, BestKnown]()
+    registry = folder / "best_known.toml"
+    best: dict[str, BestKnown] = {}
     try:
         entries = tomllib.loads(registry.read_text("utf-8")) if registry.exists() else {}
         for scene in scenes:
             entry = entries.get(f"{scene.name}.toml")
             if entry is not None and entry["content"] == scene.content:
-                found[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
+                best[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CaseError(f"{registry}: needs content, load_factor and method of each scene: {error}") from None
-    return found
+    return best
 
 
 def chart_name(question: str) -> str:

@@ -84,14 +84,14 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
     return tuple(scenes.values())
 
 
-def checked(found: CaseScene) -> CaseScene:
+def checked(scene: CaseScene) -> CaseScene:
     """Return a scene with its warnings.
 
     Raises CaseError if no method can solve it: joints are wrong, or moving axles are the only live load.
     """
-    assembly = assemble(load(found.path))
+    assembly = assemble(load(scene.path))
     refuse_without_live_load(assembly)
-    return replace(found, warnings=sentences(warnings_of(assembly, None)))
+    return replace(scene, warnings=sentences(warnings_of(assembly, None)))
 
 
 def content_of(scene: Scene) -> str:

@@ -81,7 +81,7 @@ def crossing(
     session = prepare(method, **options)
     scene = as_scene(scene, load_case)
     scene.in_plane()  # raises OptionError for solids
-    ways, left_out = _ways(scene, axles)
+    ways, left_out = _passages(scene, axles)
     cases = tuple(passage.case for passage in ways[0] if passage.case)
     answer = partial(Crossing, cases=cases, left_out=left_out)
     effort = Effort()
@@ -185,7 +185,7 @@ def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
-def _ways(scene: Scene, axles: _AxlesArgument) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
+def _passages(scene: Scene, axles: _AxlesArgument) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
     """Return the passages, and the names of the load cases that leave the axles out.
 
     The passages are lists: one list for each group and direction, with one passage for each load case.

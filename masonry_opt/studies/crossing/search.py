@@ -31,7 +31,8 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
 SolveLive = Callable[[np.ndarray], Solution]  #: Function that returns the answer under a live load, (3b,).
-#: Distance from a break of the road, over its length, at which loads are taken: they may jump at the break.
+#: Distance from a break of the road, over the length of the road, at which loads are evaluated. At the break
+#: itself loads may jump.
 _BREAK_DISTANCE = 1e-9
 #: Loads below this share of the largest entry of the live load are rounding errors.
 _LOAD_TOLERANCE = 1e-7

@@ -114,10 +114,12 @@ class Threshold(StudyAnswer):
 
     @property
     def _kind(self) -> str:
+        """Kind of the threshold, as printed."""
         return "least" if self.least else "greatest"
 
     @property
     def _measure(self) -> str:
+        """Name of the number of a trial, as printed."""
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
@@ -369,6 +371,7 @@ class _Search:
         size = max(1.0, abs(self.required))
 
         def excess(value: float) -> float:
+            """Return the number of a trial in excess of the required number, bounded and never zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
             # Brent's method needs finite values, and would end with one end only at a value of zero.

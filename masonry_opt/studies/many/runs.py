@@ -62,9 +62,8 @@ RUN_COLUMNS = COLUMNS | {"state_from": "object", "warnings": "object"}
 EXPECTED = "expected_"  #: Prefix of the columns of a sample that concern the incremental load factor.
 #: Name of a mechanism in which joints move in one way only, apart from separating.
 _MECHANISM_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
-_LEAST_AXIS = (
-    0.02  #: Least length of an axis over the largest load factor; less would magnify rounding errors.
-)
+#: Least length of an axis, over the largest load factor; a shorter axis would magnify rounding errors.
+_LEAST_AXIS = 0.02
 RunProgress = Callable[[int, int], None]  #: Called with the number of finished runs and of all runs.
 _TABLE = "runs.csv"  #: Name of the table of runs in the folder of a study.
 #: Advice if the table of a folder must not be replaced.

@@ -153,6 +153,7 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
         raise OptionError(f"the function of the scene takes other arguments: {error}") from None
 
     def make(values: Mapping[str, float]) -> Scene:
+        """Return the scene of values by name."""
         scene = function(**values)
         if not isinstance(scene, Scene):
             raise OptionError(f"the function must return a Scene (found {type(scene).__name__})")

@@ -108,7 +108,7 @@ def settle(
         """Return the limit reaction in one sense of motion, from a start with its forces, if known."""
         dead = freed.problem.dead - sign * start * freed.problem.live
         preloaded = replace(freed, problem=replace(freed.problem, dead=dead, settled=settled))
-        results = [one.push(preloaded, lambda _: None, Effort(phases)) for one in sessions]
+        results = [method.push(preloaded, lambda _: None, Effort(phases)) for method in sessions]
         return Bound(results[0], results[-1], start=unit * start, per_load_factor=-sign * unit)
 
     at_rest = None if rest is None else unit * rest[0]
