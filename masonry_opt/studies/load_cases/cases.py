@@ -180,6 +180,9 @@ class Cases(StudyAnswer):
 class Directions(Cases):
     """Results of a scene for earthquakes from all sides; load factors are seismic coefficients.
 
+    The table has the columns ``direction`` and ``vertical`` in place of ``load_case`` and ``live``. Other
+    attributes are those of :class:`Cases`.
+
     Attributes
     ----------
     results: :class:`Result` of each earthquake, by its text: "at 15° in plan", ...
