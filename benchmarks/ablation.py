@@ -248,7 +248,7 @@ def lost(before: list[Measured], after: list[Measured]) -> str:
     answers = sum(new.value is not None for _, new in pairs) - sum(old.value is not None for old, _ in pairs)
     exact = sum(new.exact for new in after) - sum(old.exact for old in before)
     expected = sum(new.expected for new in after) - sum(old.expected for old in before)
-    told = [f"answers {answers:+d}", f"exact {exact:+d}", f"to expect {expected:+d}"]
+    told = [f"answers {answers:+d}", f"exact {exact:+d}", f"incremental {expected:+d}"]
     for word, part in (("higher", 100 * change[change > SAME]), ("lower", -100 * change[change < -SAME])):
         by = f" by {part.mean():.2g} %, at most {part.max():.2g}" if len(part) else ""
         told.append(f"λ {word} {len(part)}{by}")

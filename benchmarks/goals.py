@@ -4,10 +4,10 @@
     python benchmarks/goals.py --stones --small 125
     python benchmarks/goals.py --draw build/goals.csv
 
-Rubble walls of so many stones, and small random scenes of the four kinds of tests/atlas: how many have a load
-to expect, proven by a ray or that of a load that grew; how many a state, and how exact; what ended without
-one; and processor time over the associative program's, scene by scene in one run. With --lines each scene
-adds a line to a file; --draw makes build/sizes.png of the rubble walls in such files.
+Rubble walls of so many stones, and small random scenes of the four kinds of tests/atlas: how many have an
+incremental load factor, of a ray or of a load that grew; how many have a lowest state, and how exact it is;
+what ended without a state; and processor time over the associative program's, scene by scene in one run. With
+--lines each scene adds a line to a file; --draw makes build/sizes.png of the rubble walls in such files.
 """
 
 import argparse
@@ -66,16 +66,16 @@ def line(name: str, stones: int, seed: int, scene: mo.Scene) -> dict[str, Any]:
     codes = [said.code for said in result.expected_reasons]
     sure, off = EXPECTED
     if result.expected is not None:
-        to_expect = sure if Code.RAY in codes else off
+        incremental = sure if Code.RAY in codes else off
     else:
-        to_expect = f"none: {', '.join(codes) or result.status}"
+        incremental = f"none: {', '.join(codes) or result.status}"
     return {
         "scenes": name,
         "stones": stones,
         "seed": seed,
         "joints": result.size.joints,
         "state": how_exact(result),
-        "to_expect": to_expect,
+        "incremental": incremental,
         "load_factor": result.load_factor,
         "expected": result.expected,
         "associative": result.associative,
@@ -98,9 +98,9 @@ def scenes(asked: argparse.Namespace) -> Iterator[tuple[str, int, int, mo.Scene]
 def tell(lines: pd.DataFrame) -> None:
     """Print a line a set of scenes."""
     for name, of in lines.groupby("scenes", sort=False):
-        states, expected = (of[column].value_counts().to_dict() for column in ("state", "to_expect"))
+        states, expected = (of[column].value_counts().to_dict() for column in ("state", "incremental"))
         ratio = of["seconds"] / of["static_seconds"]
-        print(f"{name} ({len(of)}): {states}; to expect: {expected};", end=" ")
+        print(f"{name} ({len(of)}): {states}; incremental: {expected};", end=" ")
         print(f"time × {ratio.median():.1f}, half {ratio.quantile(0.25):.1f} to", end=" ")
         print(f"{ratio.quantile(0.75):.1f}, at most {ratio.max():.0f}")
 
@@ -111,7 +111,7 @@ def draw(lines: pd.DataFrame, file: Path) -> None:
     by_size = rubbles.groupby("stones")
     names = [f"{size:,}\n({len(of)})" for size, of in by_size]
     figure, (expected, states, times) = plt.subplots(1, 3, figsize=(10, 4.4), layout="constrained")
-    for axes, column, colours in ((expected, "to_expect", EXPECTED), (states, "state", STATES)):
+    for axes, column, colours in ((expected, "incremental", EXPECTED), (states, "state", STATES)):
         shares = 100 * by_size[column].value_counts(normalize=True).unstack(fill_value=0.0)
         _stack(axes, names, shares.reindex(columns=list(colours), fill_value=0.0), colours)
     expected.set_title("an incremental load factor")

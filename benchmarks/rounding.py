@@ -4,8 +4,8 @@ block.
     python benchmarks/rounding.py --first 710000 --walls 50 --copies 10
     python benchmarks/rounding.py --without-level
 
-Prints a row a wall: how many of original and copies have a λ, and by how much these differ; the same of loads
-to expect.
+Prints a row for each wall: how many of the original and its copies have a load factor, and by how much these
+load factors differ; then both for the incremental load factor.
 """
 
 import argparse
@@ -37,7 +37,7 @@ def main() -> None:
     asked = parser.parse_args()
     if asked.without_level:
         push._LEVEL = inf
-    print("seed,λ found,apart,expected,apart", flush=True)
+    print("seed,lowest,apart,incremental,apart", flush=True)
     for seed in range(asked.first, asked.first + asked.walls):
         wall = random_scene("wall", seed)
         results = [mo.solve(scene) for scene in (wall, *(moved(wall, copy) for copy in range(asked.copies)))]

@@ -119,7 +119,7 @@ def associative(_: argparse.Namespace) -> None:
 def walls(asked: argparse.Namespace) -> None:
     """Method compliant and the default, with what their states leave of complementarity."""
     head(
-        *("wall", "blocks", "μ", "associative", "to expect", "steps", "s", "default", "steps", "s"),
+        *("wall", "blocks", "μ", "associative", "incremental", "steps", "s", "default", "steps", "s"),
         *("complementarity", "over the lowest known", "how they ended"),
     )
     scenes = [("corner", corner_wall, n, size) for n, size in CORNERS.items()]
@@ -151,7 +151,7 @@ def codes(result: mo.Result) -> str:
 def sides(asked: argparse.Namespace) -> None:
     """λ by polygons below λ by cones, and the time of each without assembly, all by Clarabel; the load to
     expect by as many sides."""
-    head("blocks", "μ", "sides", "associative", "below cones, %", "s", "to expect", "steps", "s")
+    head("blocks", "μ", "sides", "associative", "below cones, %", "s", "incremental", "steps", "s")
     drawn: dict[tuple[int, float], dict[int, tuple[float, float]]] = {}
     own = matrices.SIDES
     for blocks, friction in itertools.product((20, 42, 100), (0.6, 0.4)):
@@ -258,7 +258,7 @@ def verdict(static: mo.Result, result: mo.Result) -> str:
 
 def vaults(_: argparse.Namespace) -> None:
     """Barrels of 199 stones, pushed along, across or both ways, from an OBJ of three decimals to the page."""
-    head("thickness", "μ", "pushed", "read, s", "solve, s", "page, s", "λ", "to expect", "associative")
+    head("thickness", "μ", "pushed", "read, s", "solve, s", "page, s", "λ", "incremental", "associative")
     for thickness, friction, live in (
         (0.35, 0.4, (1.0, 0.0, 0.0)),
         (0.35, 0.4, (0.7, 0.7, 0.0)),

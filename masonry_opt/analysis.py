@@ -12,6 +12,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import moving_names
+from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.reasons import Code, Status, reason, size_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO, same
@@ -280,7 +281,7 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
         expected = replace(expected, associative=solution.associative_value)
     solution = _unless_it_falls(assembly, replace(solution, expected=expected))
     if solution.load_factor is not None:
-        return _with_few_starts(task.problem, solution)
+        return _with_few_starts(task.problem, _with_only_state(task.problem, solution))
     from masonry_opt.standing.existence import explained
 
     solution = explained(assembly, solution, task.solver, task.effort, by_statics)
@@ -289,6 +290,14 @@ def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     # A load factor of elastic contacts that lock later is no collapse.
     expected = replace(expected, found=Found(), status=solution.status, reasons=solution.reasons)
     return replace(solution, expected=replace(expected, followed_to_end=False, peak=None))
+
+
+def _with_only_state(problem: Problem, solution: Solution) -> Solution:
+    """Return a solution that records if no other load factor above zero can be one of collapse."""
+    load_factor = solution.load_factor
+    if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.COMPLIANT):
+        return solution
+    return replace(solution, is_only_state=is_only_load_factor(problem, load_factor))
 
 
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:

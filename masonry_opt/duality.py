@@ -69,24 +69,25 @@ class DualityReport:
     def __str__(self) -> str:
         agree = "agree" if self.passed else "do NOT agree: see differences and residuals below"
         middle = numeral(float(self.table["load_factor"].median()), ".7f")
+        apart = self.table["difference"].max()
         lines = [
             "static and kinematic, CVXPY and Pyomo " + agree,
-            f"associative load factor {middle}, to {self.table['difference'].max():.1e}",
+            f"associative load factor {middle} (largest relative difference {apart:.1e})",
             *([f"joints crush by {BY_CHORDS}"] if self.crushing else []),
             *([f"friction {self.friction}"] if self.friction else []),
             *(f"fill {said}" for said in self.fills),
         ]
         if self.cones and self.friction:
             (gap, missed), by_cone = self._beside_cones, numeral(self.cones[0], ".7f")
-            held = f"by the cone {by_cone}, static and kinematic to {gap:.1e}"
-            lines.append(f"{held}; the polygon has {missed:.2%} less")
-        lines += ["", frame_text(self.table, "each with what is left of its conditions")]
+            with_cone = f"with the cone λ = {by_cone} (static and kinematic differ by {gap:.1e})"
+            lines.append(f"{with_cone}; the polygon gives {missed:.2%} less")
+        lines += ["", frame_text(self.table, "residuals of each solution (0 is exact)")]
         lines += [f"warning: {sentence}" for sentence in self.warning_sentences]
         return printable("\n".join(lines)).rstrip("\n")
 
 
 def check(scene: Scene | str | Path) -> DualityReport:
-    """Solve the associative problem four ways and hold the answers against each other.
+    """Solve the associative problem in four ways and compare the answers.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ class Result(Outcome):
 
     @cached_property
     def message(self) -> str:
-        return message(self.reasons)
+        return message(self.reasons, self.method)
 
     @property
     def size(self) -> Size:

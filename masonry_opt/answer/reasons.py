@@ -19,8 +19,8 @@ class Status(StrEnum):
     UNSTABLE = "unstable under dead load"
     STANDS = "stands under dead load"
     UNLIMITED = "unlimited: the live load cannot cause collapse"
-    LOCKED = "unlimited: dilatancy locks the blocks"
-    JAMMED = "unlimited: joints press ever harder"
+    LOCKED = "unlimited with associative flow: dilatancy locks the blocks"
+    JAMMED = "no limit was found: joints press ever harder"
     BELOW_ZERO = "no collapse state above zero was found"
     SOLVER_FAILED = "solver failed"
 
@@ -31,7 +31,10 @@ class Status(StrEnum):
 
     @property
     def unlimited(self) -> bool:
-        """Whether the method ended with a load that has no limit; a method's end alone proves nothing."""
+        """True if the method found no limit of the live load.
+
+        UNLIMITED is proven. LOCKED is proven of associative flow alone, and JAMMED of no flow rule.
+        """
         return self in (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
     @property
@@ -140,7 +143,8 @@ class Code(StrEnum):
     IDLE_SUPPORTS = "idle supports"  # blocks
     HELD_BY_CLAMPING = "held by clamping"  # pairs
     FAR_AWAY = "far away"  # blocks, distance, size: of the rest
-    # blocks, ratio: of the first one's weight per area to the median of all; per: "volume" in space.
+    # blocks; ratio: of the first one's unit weight to the median of all; median; per_area: True if unit
+    # weights are per area, as in the plane without a thickness
     WEIGHTS_DIFFER = "weights differ"
     # fill: number of the fill, from 1; backing: True if the unit weight is that of its backing; unit_weight;
     # beside: what it is compared with, "blocks" or "fill"; other: the unit weight of the latter.
@@ -148,7 +152,8 @@ class Code(StrEnum):
     # kind: "tie" or "prop", name, key: "strength" or "prestress", value; weight: of a median block, or if the
     # value is larger of all dead loads.
     STRENGTH_DIFFERS = "strength differs"
-    SMALL_GAPS = "small gaps"  # pairs: of blocks; widths: of the gap of each
+    # pairs: of blocks; widths: of the gap of each; tolerance: closes all gaps and aligns their joints
+    SMALL_GAPS = "small gaps"
     # pairs: of blocks, at joints that alignment turned; turn: the largest, in radians; tolerance
     ALIGNED = "aligned"
     # pairs: of blocks, at joints nearly parallel to others; angle: the largest; tolerance: that aligns them

@@ -38,19 +38,20 @@ _OUTSIDE = 0.02
 
 _ROUNDING = 1e-9  #: Share of a block's weight up to which a difference of forces is rounding.
 
-#: By dimension: blocks that meet without a joint, and what their weights are per, beside areas.
+#: Warning of blocks that meet without a joint, by dimension.
 _MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
-_PER = {2: {}, 3: {"per": "volume"}}
 
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
-    """What looks unintended in a scene and, if given, its solution, as codes with values."""
+    """Return what looks unintended in a scene and, if given, its solution, as codes with values."""
+    of_wedges = tuple(wedges(assembly, solution))
     return (
         *_joints(assembly),
         *_idle_supports(assembly),
         *_clamping(assembly, solution),
+        *_small_gaps(assembly, of_wedges),
         *_blocks(assembly),
-        *wedges(assembly, solution),
+        *of_wedges,
         *_bearing_corners(assembly, solution),
         *_loads(assembly),
         *_far_away(assembly),
@@ -74,9 +75,16 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
-    """Fixed blocks without a joint to a block that can move, on which no fill lies either."""
+    """Return a warning that names the supports that hold nothing, if there are any.
+
+    A support holds something if it has a joint to a movable block, fill lies on it, or a tie or prop ends
+    in it.
+    """
     idle = np.ones(len(assembly.scene.blocks), dtype=bool)
     idle[[piece.block for piece in assembly.filled_pieces]] = False
+    idle[[action.block for force in assembly.limited for action in force.actions if action.block >= 0]] = (
+        False
+    )
     idle[assembly.movable] = idle[assembly.joints.first] = idle[assembly.joints.second] = False
     return [reason(Code.IDLE_SUPPORTS, blocks=assembly.names(np.flatnonzero(idle)))] if idle.any() else []
 
@@ -92,12 +100,23 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
     return [reason(Code.HELD_BY_CLAMPING, pairs=assembly.pairs_of(clamped[supports]))]
 
 
+def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
+    """Return a warning that names pairs of blocks across small gaps, the widest gap first.
+
+    The tolerance that the warning names also aligns the joints that warnings of wedges name.
+    """
+    joints = assembly.joints
+    gaps = dict(sorted(joints.gaps.items(), key=lambda gap: -gap[1]))
+    if not gaps:
+        return []
+    pairs = [assembly.names(np.array(pair)) for pair in gaps]
+    aligning = [said.values["tolerance"] for said in of_wedges if said.code is Code.NEARLY_PARALLEL]
+    tolerance = max([joints.joining_tolerance, *aligning])
+    return [reason(Code.SMALL_GAPS, pairs=pairs, widths=list(gaps.values()), tolerance=tolerance)]
+
+
 def _blocks(assembly: Assembly) -> Iterator[Reason]:
-    """Blocks that nearly touch, widest gap first; that meet corner on corner (in space with an edge too),
-    where no joint of each holds it; and solids whose faces were given turned this way and that."""
-    if gaps := dict(sorted(assembly.joints.gaps.items(), key=lambda gap: -gap[1])):
-        near = [assembly.names(np.array(pair)) for pair in gaps]
-        yield reason(Code.SMALL_GAPS, pairs=near, widths=list(gaps.values()))
+    """Yield warnings of blocks that meet without a normal, and of solids with faces turned either way."""
     if meeting := [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]:
         yield reason(_MEETING[assembly.scene.dimension], pairs=meeting)
     if len(mixed := assembly.geometry.mixed):
@@ -180,7 +199,7 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _weights(assembly: Assembly) -> list[Reason]:
-    """Weights per area, or volume, and forces over weights, that look like those of other units."""
+    """Return warnings of unit weights, and of forces over weights, that look like those of other units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     weight = weights(scene, assembly.geometry, movable)
     density = _unit_weights(assembly)
@@ -190,7 +209,9 @@ def _weights(assembly: Assembly) -> list[Reason]:
     median = _lower_median(density[heavy])
     ratio = np.where(heavy, density / median, 1.0)
     most = (_OTHER_UNITS, _OTHER_UNITS)
-    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, median=median, **_PER[scene.dimension])
+    has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
+    per_area = scene.dimension == 2 and not has_thickness
+    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, median=median, per_area=per_area)
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))

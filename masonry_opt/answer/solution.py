@@ -59,7 +59,8 @@ class Solution:
     exact_states: int | None = None  #: number of different exact states found from these starts
     #: Load factor, zero or below, of an exact state found besides the answer; infinite without such a state.
     below_zero: float = inf
-    is_only_state: bool = False  #: True if equilibrium alone fixes all forces, so that no other state exists
+    #: True if no other load factor above zero can be one of collapse, as equilibrium alone fixes all forces.
+    is_only_state: bool = False
     interrupted: bool = False  #: True if the user ended the method, so that a longer run may find a lower λ
     #: True if the load history was followed to its end: blocks move on for ever, or λ stays constant.
     followed_to_end: bool = False

@@ -10,25 +10,27 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.geometry import TOLERANCE_OVER_ERROR
 from masonry_opt.scene.rows import combine, lengths
 
 #: Largest angle, in radians, between joints that are nearly parallel. A larger value would name the joints of
 #: fine arches: in a ring of 200 voussoirs they are 0.016 apart. A smaller one would miss rough drawings.
-_NEARLY = 0.01
+_NEARLY_PARALLEL_ANGLE = 0.01
 
 #: Angle, in radians, up to which joints are parallel but for rounding. A larger value hides wedges.
-_PARALLEL = 1e-9
+_PARALLEL_ANGLE = 1e-9
 
 #: Turn of a joint, in radians, from which a warning names it: a millimetre a metre, as stones are cut. A
 #: larger value hides real wedges that a large tolerance makes parallel; a smaller one warns more often.
-_REAL = 1e-3
+_NAMED_TURN = 1e-3
 
 #: Share of the friction limit from which a joint is about to slide. A smaller value names joints that carry
 #: less; a larger one misses joints at the limit in answers of interior-point solvers.
-_AT_LIMIT = 0.999
+_SHARE_OF_FRICTION_LIMIT = 0.999
 
-#: Joints of a block above which its joints are not compared: a support under very many blocks.
-_MOST_JOINTS = 300
+#: Joints of a block above which its joints are not compared with each other, as of a support under very many
+#: blocks. A larger value takes more memory; a smaller one misses wedges of blocks with many joints.
+_MOST_JOINTS_COMPARED = 300
 
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
@@ -36,8 +38,8 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)
-    if turned.max(initial=0.0) > _REAL:
-        worst = np.flatnonzero(turned > _REAL)
+    if turned.max(initial=0.0) > _NAMED_TURN:
+        worst = np.flatnonzero(turned > _NAMED_TURN)
         worst = worst[np.argsort(-turned[worst], kind="stable")]
         values = {"turn": float(turned[worst[0]]), "tolerance": assembly.geometry.tolerance}
         yield reason(Code.ALIGNED, pairs=assembly.pairs_of(worst), **values)
@@ -50,11 +52,11 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
-    # The smaller accuracy of the two counts: then either joint may turn by the whole angle between them.
-    least = np.minimum(joints.accuracy[one], joints.accuracy[other])
-    needed = assembly.geometry.tolerance * angle / least
+    # The error of a corner that turns the shorter of the two joints by the angle between them.
+    error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
+    tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), joints.joining_tolerance)
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
-    values = {"angle": float(angle[0]), "tolerance": float(needed.max())}
+    values = {"angle": float(angle[0]), "tolerance": tolerance}
     yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)
 
 
@@ -75,7 +77,7 @@ def _at_friction_limit(assembly: Assembly, solution: Solution) -> np.ndarray:
         shear = np.hypot.reduce(np.abs(problem.shears(solution.q)), axis=0)[sliding]
         pressed = n[sliding] > IDLE * np.abs(n).max(initial=0.0)
         limit = problem.friction * n[sliding] + problem.cohesion
-        limited[sliding] = pressed & (shear >= _AT_LIMIT * limit)
+        limited[sliding] = pressed & (shear >= _SHARE_OF_FRICTION_LIMIT * limit)
     return assembly.most_of_joints(limited).astype(bool)
 
 
@@ -87,12 +89,12 @@ def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, 
     block, joint = block[order], joint[order]
     count = np.bincount(block, minlength=len(assembly.scene.blocks))
     first = np.cumsum(count) - count
-    asked = assembly.movable[count[assembly.movable] <= _MOST_JOINTS]
+    asked = assembly.movable[count[assembly.movable] <= _MOST_JOINTS_COMPARED]
     _, one, other = combine(first[asked], count[asked], first[asked], count[asked])
     one, other = joint[one], joint[other]
     pairs = np.unique(np.column_stack([one, other])[one < other], axis=0)
     one, other = pairs.reshape(-1, 2).T
     along = (joints.normal[one] * joints.normal[other]).sum(axis=1)
     angle = lengths(joints.normal[one] - along[:, None] * joints.normal[other])
-    near = (angle > _PARALLEL) & (angle < _NEARLY)
+    near = (angle > _PARALLEL_ANGLE) & (angle < _NEARLY_PARALLEL_ANGLE)
     return one[near], other[near], angle[near]

@@ -23,7 +23,7 @@ _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "repor
 #: Help of each command, in the order of the list of commands.
 COMMANDS = {
     "solve": "Find the load factor at which CASE collapses, of all its load cases unless one is named.",
-    "check": "Hold static against kinematic and CVXPY against Pyomo on CASE.",
+    "check": "Cross-check the static and kinematic formulations, and CVXPY against Pyomo.",
     "draw": "Draw CASE to FILE before solving it: blocks, supports, joints found, small gaps, loads.",
     "export": "Write the program that a method declares for CASE to FILE, for other solvers; or solids, for "
     "others.",

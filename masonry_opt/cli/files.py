@@ -126,7 +126,9 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         raise OptionError(f"{already}: {as_it_is}, or draw its blocks to an OUT that ends in .dxf")
     for name in ("friction", "unit_weight"):
         if name not in given:
-            raise OptionError(f"a drawing says nothing of it: give {given.called[name]}")
+            raise OptionError(
+                f"{drawing}: a drawing has no {name.replace('_', ' ')}: give {given.called[name]}"
+            )
     if suffix not in _READERS:
         ends = f".dxf, {', '.join(MESHES)}, or .json for COMPAS data"
         raise OptionError(f"{drawing}: what is converted ends in {ends}")

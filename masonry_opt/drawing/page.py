@@ -256,7 +256,7 @@ _WIDTH = 560  #: Width of the picture at most, in pixels.
 def notebook_html(result: Outcome) -> str:
     """Load factor, status, picture and certificate of a result, as HTML that stands by itself."""
     elements = result_elements(result)
-    status = text(": ".join(filter(None, (result.status, message(result.reasons)))))
+    status = text(": ".join(filter(None, (result.status, message(result.reasons, result.method)))))
     lines = [f"<b>{text(elements.title)}</b>", f'<span style="font-size:1.4em">{headline(result)}</span>']
     lines += [status, load_factor_rows(result)]
     lines += [f"Warning: {text(words)}" for words in sentences(result.warnings)]

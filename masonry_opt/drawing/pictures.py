@@ -75,7 +75,8 @@ def doubts(assembly: Assembly) -> Iterator[str]:
     """Sentences on blocks that touch nothing, which no analysis takes, and on what looks unintended."""
     scene, joints = assembly.scene, assembly.joints
     try:
-        refuse_floating(scene, assembly.geometry, joints.first, joints.second, joints.gaps)
+        joined = joints.first, joints.second
+        refuse_floating(scene, assembly.geometry, joined, joints.gaps, joints.joining_tolerance)
     except CaseError as error:
         yield str(error)
     yield from sentences(warnings_of(assembly, None))

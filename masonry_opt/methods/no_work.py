@@ -16,13 +16,14 @@ They may be all that drives the mechanism, as where a fill pushes aside a stack 
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from math import inf, nan
+from math import inf, isfinite, nan
 from typing import Any
 
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.answer.answer import Answer
+from masonry_opt.answer.only_state import is_only_load_factor
 from masonry_opt.answer.reasons import LOAD_FACTORS, Code, Status, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import APART, ZERO
@@ -105,9 +106,8 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
             solution = _as_of_scene(solution, found, alike, at, share)
             solution = replace(solution, associative=upper, associative_ended=Status.OPTIMAL)
-            fixed = problem.statics_fix_forces
-            no_work = reason(Code.NO_WORK, fixed=fixed, against=work < -APART)
-            return replace(solution, is_only_state=fixed).telling_first(no_work)
+            is_only = is_only_load_factor(problem, load_factor)
+            return solution.telling_first(reason(Code.NO_WORK, fixed=is_only, against=work < -APART))
     return None
 
 
@@ -167,6 +167,7 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     solution = replace(solution, bound=None, bound_derived=False, history=history)
     below_zero = inf
     if any(said.code is Code.BELOW_ZERO for said in reasons):
-        below_zero = of_scene(vars(solution), ("below_zero",))["below_zero"]
+        value = of_scene(vars(solution), ("below_zero",))["below_zero"]
+        below_zero = value if isfinite(value) else inf
     solution = replace(solution, below_zero=below_zero, followed_to_end=False, peak=None)
     return replace(solution, status=Status.CONVERGED, reasons=tuple(reasons), found=found)

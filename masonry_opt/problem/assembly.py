@@ -96,7 +96,8 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _OF_GEOMETRY):
         return None
     joints, before = assembly.joints, assembly.problem
-    joints = replace(joints, **joint_properties(scene, joints.first, joints.second))
+    ends, gaps = (joints.first, joints.second), (joints.gaps, joints.joining_tolerance)
+    joints = replace(joints, **joint_properties(scene, *ends, *gaps))
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _OF_LOADS):
         return _assembled(scene, assembly.geometry, joints, assembly.filled_pieces, before.matrices)
     problem = replace(before, law=_law(scene, joints, assembly.limited, before.force_unit))

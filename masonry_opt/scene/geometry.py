@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 import shapely
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, rounded_up
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.outlines import sides_of
 from masonry_opt.scene.rows import bounds
@@ -20,7 +20,15 @@ RELATIVE_TOLERANCE = 1e-6  #: Lengths below it, over the diagonal round the mova
 #: rounding.
 NEAR_MISS = 1e-2
 _NEAR_TOLERANCES = 3  #: So are those within so many tolerances: coordinates are off by a little more.
+#: Tolerance over the error of a corner from which on the alignment makes joints parallel. Two sides that meet
+#: may each be off by the error. A smaller value leaves some wedges; a larger one aligns more than is needed.
+TOLERANCE_OVER_ERROR = 3.0
 STRAIGHT = 0.1  #: Share of the tolerance within which corners lie on the outline without them.
+
+
+def set_tolerance(tolerance: float) -> str:
+    """Return the advice of messages to set a tolerance, in two digits rounded up."""
+    return f"set 'tolerance' to {rounded_up(tolerance, 2)}"
 
 
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:

@@ -155,11 +155,17 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
 def locking_joints(
     problem: Problem, status: Status, q: np.ndarray | None, solver: Solver, effort: Effort
 ) -> np.ndarray:
-    """Indices of the joints that keep the live load from causing collapse, most important first; empty if
-    the solver fails. Locked: those that slide in the mechanism under the joints' own flow rule, by how far
-    they cannot open as associative flow demands. Unlimited, jammed: those that carry the live load alone,
-    largest normal force first, with shear limited by dilatancy or by friction; if none can in a jammed scene,
-    those that carry most in ``q``."""
+    """Return indices of the joints that keep the live load from causing collapse, most important first.
+
+    - LOCKED: joints that slide in a mechanism of the joints' own flow rule, ordered by how far they cannot
+      open as associative flow demands.
+    - UNLIMITED: joints that carry the live load alone, with shear limited by dilatancy or else by friction,
+      the largest normal force first.
+    - JAMMED: joints that carry the live load alone, with shear limited by friction; without such forces, the
+      joints that carry most in ``q``.
+
+    No index is returned if the solver fails, or for other statuses.
+    """
     none = np.array([], dtype=int)
     if status is Status.LOCKED:
         d = None
@@ -171,18 +177,29 @@ def locking_joints(
         cannot_open = np.abs(problem.at_points(departure)).max(axis=0)
         amount = np.where(problem.slip_speed(d) > SLIDES * np.abs(d).max(), cannot_open, 0.0)
     elif status in (Status.UNLIMITED, Status.JAMMED):
-        slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
-        loaded = _of_live_load(problem.by_cone, slope)
-        carrying = CvxpyStanding(loaded, ShearLimits.true(loaded))
-        if has_optimum(carrying.program, in_cvxpy(solver, loaded.by_friction.conic), effort, DIAGNOSIS):
-            q = carrying.statics.forces()[1]
-        elif status is Status.UNLIMITED or q is None:
+        slopes = [problem.dilatancy, problem.friction] if status is Status.UNLIMITED else [problem.friction]
+        carrying = (_carrying_live_load(problem, slope, solver, effort) for slope in slopes)
+        forces = next((found for found in carrying if found is not None), None)
+        if forces is None and status is Status.JAMMED:
+            forces = q
+        if forces is None:
             return none
-        amount = np.abs(problem.normal_forces(q))
+        amount = np.abs(problem.normal_forces(forces))
     else:
         return none
     order = np.argsort(-amount, kind="stable")
     return order[amount[order] > max(NAMED * amount.max(), DRIVES)]
+
+
+def _carrying_live_load(
+    problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
+) -> np.ndarray | None:
+    """Return forces (3c,) that carry the live load alone, with shear limits of a slope (k,); None without."""
+    loaded = _of_live_load(problem.by_cone, slope)
+    carrying = CvxpyStanding(loaded, ShearLimits.true(loaded))
+    if not has_optimum(carrying.program, in_cvxpy(solver, loaded.by_friction.conic), effort, DIAGNOSIS):
+        return None
+    return carrying.statics.forces()[1]
 
 
 def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:

@@ -264,6 +264,6 @@ def _as_proven(solution: Solution, found: InfeasibilityCertificate) -> Solution:
         return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
     if found.existence is Existence.NO_STATE:
         why = reason(Code.NO_COLLAPSE, static_cuts=found.static_cuts, kinematic_cuts=found.kinematic_cuts)
-        return replace(solution, status=Status.JAMMED).telling_first(why)
+        return replace(solution, status=Status.UNLIMITED).telling_first(why)
     unbounded = found.existence is Existence.UNBOUNDED
     return solution.telling(reason(Code.CARRIES_ANY)) if unbounded else solution

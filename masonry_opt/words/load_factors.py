@@ -46,6 +46,9 @@ _MEANINGS = {
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
 }
 
+#: Remark on a load factor if equilibrium alone fixes all forces (see :mod:`masonry_opt.answer.only_state`).
+_ONLY = "equilibrium alone fixes all forces, so no other λ above zero is possible"
+
 _NAME_WIDTH = 15  #: Columns of the table for names; the longest name has 13 letters.
 
 
@@ -81,7 +84,7 @@ def why_not_incremental(result: Outcome) -> str:
     """Return why there is no incremental load factor; "" if there is one, or the result's reasons say it."""
     codes = {said.code for said in result.reasons}
     known = all(said.code in codes for said in result.expected_reasons)
-    return "" if known or result.expected is not None else message(result.expected_reasons)
+    return "" if known or result.expected is not None else message(result.expected_reasons, result.method)
 
 
 def load_factor_table(result: Outcome) -> str:
@@ -145,8 +148,8 @@ def known_least(result: Outcome) -> str:
     """Return why no state has a lower load factor than the answer; "" where that is not known."""
     if result.solution.has(Code.PROVEN) and not _falls_by_itself(result):
         return "exact collapse state; proven: no state is lower"
-    if result.solution.is_only_state and result.exact:
-        return "exact collapse state; equilibrium alone fixes all forces, so there is no other state"
+    if result.solution.is_only_state and result.exact and not _falls_by_itself(result):
+        return f"exact collapse state; {_ONLY}"
     if not _flow_rule_is_associative(result) or result.kind is Kind.COMPLIANT:
         return ""
     if result.kind is not Kind.ASSOCIATIVE and not result.exact:
@@ -253,7 +256,9 @@ def _starts(result: Outcome) -> str:
 def _lower_states(result: Outcome) -> list[str]:
     """Return what is proven, searched or known of states below the answer, a phrase each."""
     known = list(sentences([said for said in result.reasons if said.code in _BOUNDS]))
-    if not known:
+    if result.solution.is_only_state:
+        known = [_ONLY]
+    elif not known:
         few_starts = [said for said in result.reasons if said.code is Code.FEW_STARTS]
         known = [*sentences(few_starts), _not_proven(result)]
     if load_history_ends_lower(result):
@@ -268,6 +273,8 @@ def _not_proven(result: Outcome) -> str:
         return "not proven least: the search was interrupted"
     if result.solution.has(Code.SEARCHED):
         return "not proven least: a longer search may find lower ones"
+    if result.assembly.problem.dilatancy_depends_on_stress:
+        return "not proven least"
     return "not proven least (method 'refined' with search=10 looks for lower ones)"
 
 

@@ -1,4 +1,8 @@
-"""Sentences from reason codes: the one place that writes how an analysis ended, and what looks unintended."""
+"""Sentences from reason codes: the one place that writes how an analysis ended, and what looks unintended.
+
+Sentences that advise another method or option depend on the method that ended, so that no advice is
+impossible or followed already. Reasons without a method get advice that names the method too.
+"""
 
 from collections.abc import Callable, Sequence
 from math import inf, radians, tan
@@ -8,6 +12,7 @@ from masonry_opt.answer.reasons import Code, Reason, Status
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.faces import CHORDS, MISSED, Layout
+from masonry_opt.scene.geometry import set_tolerance
 from masonry_opt.words.names import blocks, do, pairs, verb
 
 _FIXED = 1e10  #: From here on seven decimals are more digits than a double has.
@@ -29,21 +34,51 @@ _RESIDUALS = {"work": "work of forces out of balance", "block": "equilibrium of 
 _RESIDUALS |= {"joint": "yield of one joint"}
 
 _OF_JOINTS = {
-    Status.LOCKED: "the joints that slide there and have no room to open",
-    Status.UNLIMITED: "the joints that carry it",
-    Status.JAMMED: "the joints whose normal forces grow most",
+    Status.LOCKED: "joints that slide but cannot open as associative flow demands",
+    Status.UNLIMITED: "joints that carry the live load",
+    Status.JAMMED: "joints whose normal forces grow most",
+}
+
+#: Methods whose user chooses the solver.
+_SOLVER_IS_CHOSEN = frozenset({"static", "kinematic", "nonassociative"})
+
+#: Remedies of the loop in words, by the option of the loop that they change.
+_REMEDIES = {
+    "sub_problems": "sub-problems solved accurately",
+    "alpha": "a smaller slope of the shear limits",
+    "beta": "more damping of the normal forces",
+    "start": "a first sub-problem whose joints have cohesion in place of friction",
+    "solver": "another solver",
 }
 
 
-def message(reasons: Sequence[Reason]) -> str:
-    """Sentence of how an analysis ended."""
-    return "; ".join(sentences(reasons))
+def message(reasons: Sequence[Reason], method: str = "") -> str:
+    """Return how an analysis by a method ended, as one sentence; see :func:`sentences`."""
+    return "; ".join(sentences(reasons, method))
 
 
-def sentences(reasons: Sequence[Reason]) -> tuple[str, ...]:
-    """Each reason in words."""
-    told = ((_SENTENCES[reason.code], reason.values) for reason in reasons)
-    return tuple(said.format(**v) if isinstance(said, str) else said(v) for said, v in told)
+def sentences(reasons: Sequence[Reason], method: str = "") -> tuple[str, ...]:
+    """Return a sentence for each reason.
+
+    ``method`` is the name of the method that ended for these reasons; "" if it is not known.
+    """
+    return tuple(_sentence(reason, method) for reason in reasons)
+
+
+def _sentence(reason: Reason, method: str) -> str:
+    made, values = _SENTENCES[reason.code], {**reason.values, "method": method}
+    return made.format(**values) if isinstance(made, str) else made(values)
+
+
+def _by_loop(v: dict[str, Any], advice: str) -> str:
+    """Return advice for the loop; a user of another method is told to take the loop first."""
+    return advice if v["method"] == "nonassociative" else f"take method 'nonassociative' and {advice}"
+
+
+def _try_another_solver(v: dict[str, Any]) -> str:
+    if not v["method"] or v["method"] in _SOLVER_IS_CHOSEN:
+        return "try another solver"
+    return "try method 'nonassociative', whose solver can be chosen"
 
 
 def numeral(value: float, spec: str) -> str:
@@ -105,10 +140,10 @@ def _wedged(v: dict[str, Any]) -> str:
 
 def _undecided(v: dict[str, Any]) -> str:
     undecided = "whether the scene stands under its dead load could not be decided"
-    check = "try another solver, or a little more friction"
+    check = f"{_try_another_solver(v)}, or a little more friction"
     if v["ratio"] > _VERY_DIFFERENT:
         check = f"one block's dead load is {v['ratio']:.0e} times another's, so check units and weights"
-    return f"{undecided}: neither forces nor a mechanism were borne out ('{v['word']}'); {check}"
+    return f"{undecided}: neither forces nor a mechanism were verified ('{v['word']}'); {check}"
 
 
 def _other_contacts(v: dict[str, Any]) -> str:
@@ -129,8 +164,9 @@ def _not_certified(v: dict[str, Any]) -> str:
         "the live load drives nothing" if value == inf else f"{_RESIDUALS.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
     )
-    found = f"the answer found, {numeral(v['load_factor'], '.6g')}, is not borne out by its certificate"
-    return f"{found} ({left}): try another solver, and look for weights or lengths of very different size"
+    found = f"the load factor {numeral(v['load_factor'], '.6g')} is not verified by its certificate"
+    sizes = "look for weights or lengths of very different size"
+    return f"{found} ({left}): {_try_another_solver(v)}, and {sizes}"
 
 
 def _on_the_way(v: dict[str, Any]) -> str:
@@ -143,10 +179,45 @@ def _on_the_way(v: dict[str, Any]) -> str:
     return said
 
 
+def _repeats(v: dict[str, Any]) -> str:
+    every = counted(v["period"], "sub-problem")
+    repeats = f"the loop repeats itself every {every}, between load factors {_between(v)}"
+    if v["exact"]:
+        return f"{repeats}, and this state is exact"
+    advice = _by_loop(v, "lower 'beta'")
+    return f"{repeats}: {advice}"
+
+
 def _began_again(v: dict[str, Any]) -> str:
-    remedies = ", then with ".join(v["remedies"])
-    words = f"the first run ended '{v['first']}', so the loop began again with {remedies}"
-    return f"{words}: in vain" if v["in_vain"] else words
+    remedies = ", then with ".join(map(_remedy, v["remedies"]))
+    words = f"the first run of the loop ended '{v['first']}', so the loop was run again with {remedies}"
+    return f"{words}; no run came to an end" if v["in_vain"] else words
+
+
+def _remedy(changed: str) -> str:
+    """Return a changed option of the loop, such as "beta=0.3", in words."""
+    option = changed.partition("=")[0]
+    return f"{_REMEDIES[option]} ({changed})"
+
+
+def _dilatancy_locks(v: dict[str, Any]) -> str:
+    locks = (
+        "with associative flow, joints that dilate as they slide lock the blocks, which then carry any "
+        "multiple of the live load; with the joints' own dilatancy the blocks can move"
+    )
+    return locks if v["method"] in ("mcp", "refined") else f"{locks}: method 'mcp' looks for their collapse"
+
+
+def _push_stopped(v: dict[str, Any]) -> str:
+    ended = (
+        f"the load history from rest led to no collapse state ({v['word']}; {counted(v['steps'], 'step')})"
+    )
+    if v["looped"]:
+        ended += ", and the loop led to none"
+        return (
+            ended if v["method"] == "refined" else f"{ended}: method 'refined' with search=10 looks for one"
+        )
+    return f"{ended}: method 'mcp' looks for one in other ways" if v["method"] in ("", "compliant") else ended
 
 
 def _bracket(v: dict[str, Any]) -> str:
@@ -186,8 +257,9 @@ def _rounded(value: float) -> str:
 
 def _weights_differ(v: dict[str, Any]) -> str:
     own, median = _rounded(v["ratio"] * v["median"]), _rounded(v["median"])
-    said = f"the weight per {v.get('per', 'area')} of {blocks(v['blocks'])} is {own}"
-    return f"{said}, the median of all blocks {median}: give weights and lengths in one unit each"
+    quantity = "weight per area" if v["per_area"] else "unit weight"
+    said = f"the {quantity} of {blocks(v['blocks'])} is {own}"
+    return f"{said}, the median of all blocks is {median}: give weights and lengths in one unit each"
 
 
 def _fill_weight_differs(v: dict[str, Any]) -> str:
@@ -217,18 +289,19 @@ def _where(v: dict[str, Any]) -> str:
 def _small_gaps(v: dict[str, Any]) -> str:
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     return (
-        f"blocks face each other across a small gap and do not touch along it: {pairs(v, wide)}; if they "
-        f"should, raise 'tolerance' to {rounded_up(max(v['widths']), 2)}"
+        "blocks face each other across a small gap, which carries no force and may change λ a lot: "
+        f"{pairs(v, wide)}; if they should touch, {set_tolerance(v['tolerance'])}, which closes the gaps and "
+        "makes nearly parallel joints parallel"
     )
 
 
 def _corners_bear(v: dict[str, Any]) -> str:
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
-    where = f"at {pairs(v)} that may bring down what no load does here"
+    where = f"crushing at {pairs(v)} may cause a collapse that no load causes here"
     if forces:
-        where = f"at collapse these press with the force told, {pairs(v, forces)}"
+        where = f"at collapse they press with the forces in brackets, {pairs(v, forces)}"
     limits = "'strength' limits no force where a corner stands on an edge"
-    return f"{limits}, and crushing there is not looked at: {where}"
+    return f"{limits}, so check by hand that these corners do not crush: {where}"
 
 
 #: By code: a text with values in braces, or what makes one of the values.
@@ -247,23 +320,20 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.STOPPED_SHORT: (
         "the solver stopped short of its tolerance ('{word}'): the certificate says what is left"
     ),
-    Code.SOLVER_STOPPED: "the solver stopped with '{word}': try another solver",
-    Code.DILATANCY_LOCKS: (
-        "sliding joints that dilate jam the blocks, so that they carry any multiple of the live "
-        "load; without dilatancy they can move: method 'mcp' shows whether they do"
-    ),
+    Code.SOLVER_STOPPED: lambda v: f"the solver stopped with '{v['word']}': {_try_another_solver(v)}",
+    Code.DILATANCY_LOCKS: _dilatancy_locks,
     Code.NO_MECHANISM: (
         "no mechanism lets the live load do work, so the scene carries any multiple of it: "
         "check the direction of 'live' and which blocks carry it"
     ),
     Code.NO_COLLAPSE: lambda v: (
-        "proven: no load factor λ ≥ 0 exists, since of every mechanism that lets the live load do work some "
-        f"faces cannot come to yield together ({counted(v['static_cuts'], 'such set')} of faces, and "
-        f"{counted(v['kinematic_cuts'], 'set')} of which one must move, leave no choice)"
+        "proven: no load factor λ ≥ 0 exists; in every mechanism in which the live load does work, some "
+        f"moving joints cannot yield together ({counted(v['static_cuts'], 'set')} of yield conditions that "
+        f"exclude each other and {counted(v['kinematic_cuts'], 'set')} of which one must move prove it)"
     ),
     Code.CARRIES_ANY: (
-        "statics carry any multiple of the live load, but a mechanism exists: that there is no load factor "
-        "is not proven"
+        "proven: forces within friction carry any multiple of the live load; not proven: that no collapse "
+        "state exists, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
         f"by self-stress that no load causes, these joints carry the live load in both directions: {pairs(v)}"
@@ -274,46 +344,39 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "once the live load, which "
         + ("resists it" if v["against"] else "does no work in it")
         + ", has taken enough pressure off the joints"
-        + ("; equilibrium alone fixes all forces, so there is no other load factor" if v["fixed"] else "")
+        + ("; equilibrium alone fixes all forces, so no other λ above zero is possible" if v["fixed"] else "")
     ),
     Code.NOT_CERTIFIED: _not_certified,
     Code.ABOVE_ASSOCIATIVE: "ended {by:.1e} above the associative bound, reported here",
-    Code.FLOW_RULE_IDLE: (
-        "the associative answer already obeys the joints' own flow rule (option 'always' looks for a lower "
-        "one all the same)"
+    Code.FLOW_RULE_IDLE: lambda v: (
+        "the associative answer already obeys the joints' own flow rule; to look for a lower one, "
+        + _by_loop(v, "set option 'always'")
     ),
     Code.STILL_CHANGES: lambda v: (
-        f"λ still changes after {counted(v['count'], 'sub-problem')}, of late between "
-        f"{_between(v)}: raise 'max_iterations', or lower 'beta'"
+        f"λ still changes after {counted(v['count'], 'sub-problem')}, lately between {_between(v)}: "
+        + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
     ),
     Code.GROWS: lambda v: (
-        f"the load factor grows without end ({v['load_factor']:.3g} after "
-        f"{counted(v['count'], 'sub-problem')}) as sliding ceases to contract: joints that press ever harder "
-        "hold the blocks, and real ones would crush or break first; check the direction of 'live', and "
-        "supports and friction of the joints named"
+        f"the loop found no limit: λ is {v['load_factor']:.3g} after {counted(v['count'], 'sub-problem')} "
+        "and grows on, because joints that press ever harder hold the blocks; real joints would crush first: "
+        "check the direction of 'live', the supports and the friction"
     ),
-    Code.REPEATS: lambda v: (
-        f"the loop repeats itself every {counted(v['period'], 'sub-problem')}, between load factors "
-        f"{_between(v)}" + (", and this state is exact" if v["exact"] else ": lower 'beta'")
+    Code.REPEATS: _repeats,
+    Code.SUB_PROBLEM_FAILED: lambda v: (
+        f"sub-problem {v['number']} ended with '{v['word']}': {_try_another_solver(v)}"
     ),
-    Code.SUB_PROBLEM_FAILED: "sub-problem {number} ended with '{word}': try another solver",
-    Code.SUB_PROBLEM_EMPTY: (
-        "sub-problem {number} has no equilibrium state: contacts that lost their normal force "
-        "have locked; use an interior-point solver, or lower 'alpha'"
+    Code.SUB_PROBLEM_EMPTY: lambda v: (
+        f"sub-problem {v['number']} has no equilibrium state, because contacts that lost their normal force "
+        "have locked: " + _by_loop(v, "lower 'alpha', or choose an interior-point solver")
     ),
     Code.BEGAN_AGAIN: _began_again,
     Code.LEAST_BORNE_OUT: lambda v: (
-        "none of the load factors met is borne out by its own state"
+        "no load factor of a sub-problem is verified by its own state"
         if v["load_factor"] is None
-        else f"the lowest load factor met that its own state bears out is {numeral(v['load_factor'], '.6g')}"
+        else f"the lowest load factor that its own state verifies is {numeral(v['load_factor'], '.6g')}"
     ),
-    Code.PUSH_STOPPED: lambda v: (
-        f"the load history from rest led to no collapse state ({v['word']}; {counted(v['steps'], 'step')})"
-        + (", and the loop to none" if v["looped"] else ": try method 'nonassociative', the loop")
-    ),
-    Code.DILATANCY_FALLS: (
-        "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
-    ),
+    Code.PUSH_STOPPED: _push_stopped,
+    Code.DILATANCY_FALLS: "not computed, because dilatancy falls with stress: only the loop can follow it",
     Code.PLATEAU: lambda v: (
         f"in {counted(v['steps'], 'step')}, with contacts that give by {v['give']:.0e} of the motion; "
         + _other_contacts(v)
@@ -330,8 +393,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "the displacement grows tenfold" + _on_the_way(v)
     ),
     Code.JAMS: lambda v: (
-        "no collapse from rest: joints that press ever harder carry any multiple of the live load, proven in "
-        f"{counted(v['steps'], 'step')}"
+        f"no collapse in a load history of {counted(v['steps'], 'step')}: λ keeps growing, as joints press "
+        "ever harder"
     ),
     Code.NOT_EXPECTED: lambda v: (
         f"not computed for {_joints_or_points(v)}: method 'compliant' computes it, and takes long"
@@ -346,7 +409,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
     Code.START_FAILED: "the loop to start from failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
-    Code.NOTHING_SOLVED: "no relaxation was solved: start from the loop, or with a smaller 'epsilon'",
+    Code.NOTHING_SOLVED: "no relaxation was solved: give a smaller 'epsilon', or a result as 'start'",
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
         f"all load factors agree, which proves little after {counted(v['candidates'], 'start')}, because "
@@ -357,7 +420,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_REFINED: "not refined: no exact state was found",
-    Code.NO_TIME: "not refined: the time was over before an exact state was found",
+    Code.NO_TIME: "not refined: the time was over before an exact state was found: raise 'search'",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",
@@ -384,7 +447,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "sliding would close the joint by more than friction resists; is its sign meant?"
     ),
     Code.IDLE_SUPPORTS: lambda v: (
-        f"{blocks(v['blocks'])}, fixed, {verb(len(v['blocks']), 'touch')} no block that can move"
+        f"{blocks(v['blocks'])}, fixed, {verb(len(v['blocks']), 'touch')} no block that can move, "
+        "and no tie or prop ends there: close the gap if blocks should rest there"
     ),
     Code.HELD_BY_CLAMPING: lambda v: (
         f"blocks are held between supports by joints that no load presses together, {pairs(v)}: give the "
@@ -401,19 +465,18 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.NEARLY_PARALLEL: lambda v: (
         f"joints of one block are up to {v['angle']:.2g} rad off parallel, a wedge that must lift a block to "
-        f"slide: {pairs(v)}; if they are meant to be parallel, set 'tolerance' to "
-        f"{rounded_up(v['tolerance'], 2)}"
+        f"slide: {pairs(v)}; if they are meant to be parallel, {set_tolerance(v['tolerance'])}"
     ),
     Code.CORNERS_MEET: lambda v: (
-        f"{pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
+        f"{pairs(v)} meet at corners only, where no joint holds them: a joint needs an edge of a block"
     ),
     Code.WITHOUT_NORMAL: lambda v: (
         f"{pairs(v)} meet corner on corner, corner on edge or edge along edge, where there is no normal and "
-        "nothing holds them: a joint needs a face of either, or edges that cross"
+        "no joint holds them: a joint needs a face of one of the blocks, or edges that cross"
     ),
     Code.FACES_TURNED: lambda v: (
-        f"not all faces of {blocks(v['blocks'])} were given turned one way; they are taken so: were these "
-        "meant?"
+        f"faces of {blocks(v['blocks'])} list their corners in different senses; all were turned outwards: "
+        "check the order of the corners"
     ),
     Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (

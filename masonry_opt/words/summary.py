@@ -81,7 +81,7 @@ def _says_why_not_incremental(result: Outcome) -> bool:
 
 def _said(result: Outcome, *codes: Code) -> tuple[str, ...]:
     """Sentences of the reasons with these codes."""
-    return sentences([said for said in result.reasons if said.code in codes])
+    return sentences([said for said in result.reasons if said.code in codes], result.method)
 
 
 def _why(result: Outcome) -> str:
@@ -89,7 +89,7 @@ def _why(result: Outcome) -> str:
     if result.status.usable:
         return "".join(_said(result, Code.NO_WORK))
     told = [reason for reason in result.reasons if reason.code not in _TRIED] or result.reasons
-    return "\n".join(dict.fromkeys(sentences(told)))
+    return "\n".join(dict.fromkeys(sentences(told, result.method)))
 
 
 #: Labels of the motion at a load factor, by the name of the load factor.
@@ -243,7 +243,7 @@ def _technical(result: Outcome) -> dict[str, str]:
     largest = f"{counted(size.rows or 0, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros"
     return {
         "method": f"{result.method} ({result.model}, {result.solver})",
-        "status": ": ".join(filter(None, (result.status, message(result.reasons)))),
+        "status": ": ".join(filter(None, (result.status, message(result.reasons, result.method)))),
         "range": _range(result),
         "certificate": "   ".join(f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()),
         "alignment": _alignment(result),

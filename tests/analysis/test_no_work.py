@@ -6,16 +6,18 @@ the live load takes λ off n.
 
 import re
 import warnings
-from math import cos, sin, sqrt
+from dataclasses import replace
+from math import cos, inf, sin, sqrt
 
 import numpy as np
 import pytest
 from mappings import mapped, turned
-from scenes import WALLS, values_of
+from scenes import WALLS, block_on_floor, values_of
 from second_program import bounds
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.methods import no_work
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.blocks import rectangle
 
@@ -208,7 +210,7 @@ def test_default_is_an_exact_state_and_so_is_its_certificate(name: str) -> None:
     assert result.associative == pytest.approx(by_hand, rel=1e-6)
     assert result.exact
     assert result.certificate.worst <= 1e-8
-    assert "equilibrium alone fixes all forces, so there is no other state" in result.summary
+    assert "equilibrium alone fixes all forces, so no other λ above zero is possible" in result.summary
     problem, q, d = result.assembly.problem, result.solution.q, result.solution.d
     load = problem.dead + result.load_factor * problem.live
     assert problem.B @ q + load == pytest.approx(0, abs=1e-8)
@@ -250,3 +252,12 @@ def test_what_barely_stands_is_not_wedged() -> None:
     result = mo.solve(scene(stone(push=4.999, live=UP)), "compliant")
     assert result.status is mo.Status.CONVERGED
     assert result.load_factor == pytest.approx(10 - 4.999 / 0.5, abs=1e-8)
+
+
+def test_a_state_below_zero_of_loads_that_vanish_is_no_number() -> None:
+    """At λ = −1 the loads that grow by half of the dead load from λ = 1 on are zero: no λ of the scene."""
+    result = mo.solve(block_on_floor(), expected=False)
+    told = reason(Code.BELOW_ZERO, load_factor=0.0)
+    below = replace(result.solution, reasons=(told,), below_zero=-1.0)
+    of_scene = no_work._as_of_scene(below, result.solution.answer, alike=True, at=1.0, share=0.5)
+    assert of_scene.below_zero == inf

@@ -31,7 +31,7 @@ def beam(friction: float = 0.6, weight: float = 10.0, **given: object) -> mo.Sce
 
 
 def reactions(found: mo.Settlement) -> list[float]:
-    """Least and greatest, Coulomb, to expect and associative."""
+    """Least and greatest, lowest, incremental and associative."""
     ends = (found.least, found.greatest)
     return [value for end in ends for value in (end.reaction, end.expected, end.associative)]
 

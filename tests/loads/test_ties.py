@@ -201,6 +201,25 @@ def test_ties_of_one_name_are_swept_one_by_one():
         assert table["load_factor"].tolist() == pytest.approx([0.725, 0.8], abs=CLOSE)
 
 
+@pytest.mark.parametrize("named", ["tie", "tie.rod"])
+def test_a_tie_alone_is_swept_with_or_without_its_name(named):
+    """λ of a block that turns: 1/2 and 2 T y/(W h)."""
+    scene = tied(0.9, strength=0.1)
+    scene = scene.replace(ties=[scene.ties[0].replace(name="rod")])
+    table = mo.sweep(scene, {f"{named}.strength": [0.05, 0.1]}, method="static", workers=1)
+    assert table["load_factor"].tolist() == pytest.approx([0.575, 0.65], abs=CLOSE)
+
+
+def test_a_number_is_not_swept_by_two_names():
+    scene = tied(0.9, strength=0.1)
+    scene = scene.replace(ties=[scene.ties[0].replace(name="rod")])
+    both = {"tie.strength": [0.05], "tie.rod.strength": [0.1]}
+    with pytest.raises(mo.OptionError, match=r"'tie\.strength' and 'tie\.rod\.strength' are one number"):
+        mo.sweep(scene, both, method="static", workers=1)
+    with pytest.raises(mo.OptionError, match=r"no number is called 'tie\.bar\.strength'"):
+        mo.sweep(scene, {"tie.bar.strength": [0.1]}, method="static", workers=1)
+
+
 def hung(push_at: float, strength: float | None = None) -> mo.Scene:
     """A unit cube of weight 1 that touches nothing, on two upright ties at its upper corners and a level one
     at half its height, pushed to the right at a height over its foot; beside it a block on the floor."""

@@ -116,9 +116,7 @@ axes.legend()
 
 # The modes. Sliding does no work against the pressure: a load on the crown drives mode III.
 figure_mode_i = mo.solve(opened(0.5, 1.0002 * hinging), "nonassociative", expected=False, always=True).plot()
-figure_mode_ii = mo.solve(
-    opened(0.35, 1.05 * thinnest(ARCH, 0.35).value), "nonassociative", expected=False
-).plot()
+figure_mode_ii = mo.solve(opened(0.35, 1.05 * thinnest(ARCH, 0.35).value), "nonassociative").plot()
 crown, rougher = mo.PointLoad(voussoir=14, force=(0, -1)), two_to_three + 0.005
 pushed = ARCH.replace(point_loads=[crown], thickness=1.1 * thinnest(ARCH, rougher).value)
 sliding = mo.solve(scene(pushed, rougher), "nonassociative", expected=False, always=True)

@@ -18,6 +18,8 @@ whose planes agree to rounding keeps every digit. Equilibrium is exact for the c
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from math import hypot
+from operator import mul
 
 import numpy as np
 import scipy.sparse as sp
@@ -42,13 +44,16 @@ class AlignmentSettings:
     #: Joints of a block above which its joints are not compared with each other in advance. A larger value
     #: takes more memory for supports under many blocks; a smaller one more time for rubble.
     most_neighbours: int = 100
+    #: Joints linked to a plane up to which they are looked for one by one, from block to block. More of them
+    #: are looked for among all joints at once, which takes longer where few are linked.
+    most_one_by_one: int = 64
 
 
-DEFAULT = AlignmentSettings()
+DEFAULT_SETTINGS = AlignmentSettings()
 
 #: Sine of the angle from which two directions are distinct enough to determine a third one, or a point. A
 #: smaller value amplifies errors; a larger one leaves more points on one of their planes only.
-_DISTINCT = 0.1
+_SINE_OF_DISTINCT_DIRECTIONS = 0.1
 
 
 @dataclass(frozen=True)
@@ -146,7 +151,7 @@ class AlignedContacts:
     shift: np.ndarray  #: distance by which each contact point was moved, shape (points,)
 
 
-def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT) -> AlignedContacts:
+def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS) -> AlignedContacts:
     """Return contacts moved onto common planes, by the four steps that the module describes."""
     joints, points = len(drawn.normal), len(drawn.point)
     if joints < 2:
@@ -162,7 +167,7 @@ def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT) -> Alig
                 group.fit()
             _make_square(groups, square)
     direction, place = planes.direction.copy(), np.full(len(planes.direction), np.nan)
-    for group in groups:
+    for group in _not_as_drawn(drawn, planes, groups):
         group.settle(direction, place)
     normal = direction[: len(drawn.normal)]
     turn = np.where((normal == drawn.normal).all(axis=1), 0.0, _across(normal, drawn.normal))
@@ -177,10 +182,8 @@ class Group:
         self, drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes, members: np.ndarray
     ) -> None:
         self.members = members
-        self._drawn, self._normals = drawn, planes.direction[members]
+        self._drawn, self._planes, self._normals = drawn, planes, planes.direction[members]
         self._accuracy = np.minimum(planes.accuracy[members], settings.most_turn)
-        self._number, points = planes.by_plane.where(members)
-        self._positions = drawn.point[points]
         self.accuracy = float(self._accuracy.min())
         self._rounding = drawn.rounding / drawn.tolerance * planes.accuracy[members]
         # Planes that agree to rounding keep the digits of the best known one.
@@ -188,6 +191,12 @@ class Group:
         self.differs = bool((_across(self._normals, self.direction) > self._rounding).any())
         if self.differs:
             self.turn_to(_fitted(self._normals, self._accuracy))
+
+    @cached_property
+    def _points(self) -> tuple[np.ndarray, np.ndarray]:
+        """Position in ``members`` of the plane of each point, and the points, shape (points, dim)."""
+        number, points = self._planes.by_plane.where(self.members)
+        return number, self._drawn.point[points]
 
     def turn_to(self, direction: np.ndarray) -> None:
         """Set the direction, with the sign of the present one, if it differs by more than rounding."""
@@ -198,10 +207,11 @@ class Group:
         """Fit the direction to the points that lie on common planes, and to the members' own directions."""
         if not self.differs:
             return
-        own = self._common_planes()[self._number]
+        number, positions = self._points
+        own = self._common_planes()[number]
         count = np.bincount(own)
-        middle = np.column_stack([np.bincount(own, x) / count for x in self._positions.T])
-        off = (self._positions - middle[own]) / self._drawn.tolerance
+        middle = np.column_stack([np.bincount(own, x) / count for x in positions.T])
+        off = (positions - middle[own]) / self._drawn.tolerance
         self.turn_to(_fitted(self._normals, self._accuracy, off.T @ off))
 
     def settle(self, direction: np.ndarray, place: np.ndarray) -> None:
@@ -210,8 +220,9 @@ class Group:
         turns = _across(self._normals, self.direction) <= self._accuracy
         if self.differs:
             direction[self.members[turns]] = sign[turns, None] * self.direction
-        height, of_plane = self._positions @ self.direction, self._common_planes()
-        own = of_plane[self._number]
+        number, positions = self._points
+        height, of_plane = positions @ self.direction, self._common_planes()
+        own = of_plane[number]
         mean = np.bincount(own, height) / np.bincount(own)
         spread = np.zeros(len(mean))
         np.maximum.at(spread, own, np.abs(height - mean[own]))
@@ -220,8 +231,35 @@ class Group:
 
     def _common_planes(self) -> np.ndarray:
         """Return the number of the common plane of each member, shape (members,)."""
-        height = np.bincount(self._number, self._positions @ self.direction)
-        return _within(height / np.bincount(self._number), self._drawn.tolerance)
+        number, positions = self._points
+        height = np.bincount(number, positions @ self.direction)
+        return _within(height / np.bincount(number), self._drawn.tolerance)
+
+
+def _not_as_drawn(drawn: DrawnContacts, planes: Planes, groups: list[Group]) -> list[Group]:
+    """Return the groups whose directions or places differ from the drawing by more than rounding.
+
+    The others, all groups of an exact drawing, keep every digit. One pass over all groups finds them.
+    """
+    if not groups:
+        return []
+    members = np.concatenate([group.members for group in groups])
+    owner = np.repeat(np.arange(len(groups)), [len(group.members) for group in groups])
+    number, points = planes.by_plane.where(members)
+    direction = np.stack([group.direction for group in groups])[owner]
+    height = dots(drawn.point[points], direction[number])
+    mean = np.bincount(number, height) / np.bincount(number)
+    # In rising order the planes of one group that follow each other within the tolerance make a run.
+    order = np.lexsort((mean, owner))
+    begins = (np.diff(owner[order]) != 0) | (np.diff(mean[order]) > drawn.tolerance)
+    run = np.empty(len(members), dtype=int)
+    run[order] = np.cumsum(np.append(0, begins))
+    lowest, highest = np.full(len(members), np.inf), np.full(len(members), -np.inf)
+    np.minimum.at(lowest, run[number], height)
+    np.maximum.at(highest, run[number], height)
+    moved = np.array([group.differs for group in groups])
+    moved[owner[(highest - lowest)[run] > drawn.rounding]] = True
+    return [group for group, moves in zip(groups, moved.tolist(), strict=True) if moves]
 
 
 def _parallel_planes(
@@ -234,21 +272,25 @@ def _parallel_planes(
     accuracies leave the group, the worst one first.
     """
     accuracy = np.minimum(planes.accuracy, settings.most_turn)
-    of_joint = accuracy[: len(drawn.normal)]
+    links = _Links(drawn, settings, accuracy[: len(drawn.normal)])
     free = _has_partner(drawn, settings, planes)
+    joint_of, planes_of = planes.joint.tolist(), planes.by_joint
     for leader in np.argsort(accuracy, kind="stable").tolist():
         if not free[leader]:
             continue
         free[leader] = False
-        direction, joint = planes.direction[leader], planes.joint[leader]
-        passes = _off_axes(drawn.normal, direction) <= accuracy[leader] + of_joint
-        passes[joint] = True
-        joints = _linked_to(joint, np.flatnonzero(passes), drawn.ends)
-        _, members = planes.by_joint.where(joints)
+        direction = planes.direction[leader]
+        joints = links.linked_to(joint_of[leader], direction, float(accuracy[leader]))
+        if len(joints) == 1:
+            continue
+        _, members = planes_of.where(joints)
         members = members[free[members]]
-        alike = _across(planes.direction[members], direction) <= accuracy[leader] + accuracy[members]
+        off = _across(planes.direction[members], direction)
+        alike = off <= accuracy[leader] + accuracy[members]
         members = np.append(leader, members[alike])
-        while len(members) > 1:
+        # The leader has the best accuracy: near its direction no fitted one is beyond that of any member.
+        agree = off[alike].max(initial=0.0) <= accuracy[leader] / 4
+        while len(members) > 1 and not agree:
             fitted = _fitted(planes.direction[members], accuracy[members])
             excess = _across(planes.direction[members], fitted) / accuracy[members]
             if excess.max() <= 1:
@@ -257,6 +299,57 @@ def _parallel_planes(
         free[members] = False
         if len(np.unique(planes.joint[members])) > 1:
             yield members
+
+
+class _Links:
+    """Joints that blocks link to a plane through joints that are parallel or square to the plane."""
+
+    def __init__(self, drawn: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:
+        self._drawn, self._accuracy, self._most = drawn, accuracy, settings.most_one_by_one
+        self._crowded = settings.most_neighbours
+        blocks, joints = drawn.ends.T.ravel(), np.tile(np.arange(len(drawn.ends)), 2)
+        self._of_block = Lists.of(blocks, joints, int(blocks.max()) + 1)
+        # Python's own numbers are faster than arrays where few joints are linked.
+        self._ends, self._normals = drawn.ends.tolist(), drawn.normal.tolist()
+        self._accuracies = accuracy.tolist()
+
+    def linked_to(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray:
+        """Return the joints, rising, linked to the joint of a plane of a direction and an accuracy."""
+        joints = self._one_by_one(joint, direction, accuracy)
+        if joints is not None:
+            return joints
+        passes = _off_axes(self._drawn.normal, direction) <= accuracy + self._accuracy
+        passes[joint] = True
+        return _linked_to(joint, np.flatnonzero(passes), self._drawn.ends)
+
+    def _one_by_one(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray | None:
+        """Return the linked joints, found from block to block; None if there are too many of them."""
+        found, seen, visited, axis = [joint], {joint}, set[int](), direction.tolist()
+        for current in found:
+            for block in self._ends[current]:
+                if block in visited:
+                    continue
+                visited.add(block)
+                for other in self._candidates(block, direction, accuracy):
+                    if other in seen:
+                        continue
+                    seen.add(other)
+                    if _off_axis(self._normals[other], axis) <= accuracy + self._accuracies[other]:
+                        found.append(other)
+                if len(found) > self._most:
+                    return None
+        return np.array(sorted(found))
+
+    def _candidates(self, block: int, direction: np.ndarray, accuracy: float) -> list[int]:
+        """Return joints of a block that may be parallel or square to a direction: all, or of many some."""
+        first, count = self._of_block.first[block], self._of_block.count[block]
+        joints = self._of_block.item[first : first + count]
+        if count > self._crowded:
+            off = _off_axes(self._drawn.normal[joints], direction)
+            # Twice the accuracies: each candidate is tested again.
+            joints = joints[off <= 2 * (accuracy + self._accuracy[joints])]
+        candidates: list[int] = joints.tolist()
+        return candidates
 
 
 def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Planes) -> np.ndarray:
@@ -324,7 +417,7 @@ def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
         if len(first) == 3:
             across = [np.cross(first, other) for other in partners[1:]]
             direction = max(across, key=np.hypot.reduce, default=direction)
-            if np.hypot.reduce(direction) < _DISTINCT:
+            if np.hypot.reduce(direction) < _SINE_OF_DISTINCT_DIRECTIONS:
                 direction = group.direction - (group.direction @ first) * first
         group.turn_to(direction / np.hypot.reduce(direction))
 
@@ -375,7 +468,7 @@ def _meeting_points(
         own = of_point.where(points)[1].reshape(-1, count)
         normals = direction[own]
         off = place[own] - np.einsum("pij,pj->pi", normals, drawn.point[points])
-        whole = np.einsum("pij,pj->pi", np.linalg.pinv(normals, rcond=_DISTINCT), off)
+        whole = np.einsum("pij,pj->pi", np.linalg.pinv(normals, rcond=_SINE_OF_DISTINCT_DIRECTIONS), off)
         far = lengths(whole) > settings.most_shift * drawn.tolerance
         shift[points] = np.where(far[:, None], off[:, :1] * normals[:, 0], whole)
     return drawn.point + shift
@@ -396,6 +489,13 @@ def _across(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return the sines of the angles between unit vectors and one or as many others, shape (rows,)."""
     along = (directions * other).sum(axis=1)
     return lengths(directions - along[:, None] * other)
+
+
+def _off_axis(vector: list[float], other: list[float]) -> float:
+    """Return the sine of the angle by which a unit vector is off being parallel or square to another one."""
+    along = sum(map(mul, vector, other))
+    across = hypot(*(one - along * two for one, two in zip(vector, other, strict=True)))
+    return min(abs(along), across)
 
 
 def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -26,13 +26,19 @@ class FacingEdges(sides.Facing):
 
     @classmethod
     def between(
-        cls, pair: np.ndarray, most: np.ndarray, start: np.ndarray, end: np.ndarray, accuracy: np.ndarray
+        cls,
+        pair: np.ndarray,
+        most: np.ndarray,
+        ends: tuple[np.ndarray, np.ndarray],
+        accuracy: np.ndarray,
+        lean: tuple[np.ndarray, np.ndarray],
     ) -> Self:
-        """Return the lengths from starts to ends."""
+        """Return the lengths between ends; ``lean`` is the angle between the edges and the shorter edge."""
+        start, end = ends
         extent = np.hypot(*(end - start).T)
         # Counter-clockwise round the first block its interior lies to the left.
         normal = -_tangent((end - start) / extent[:, None])
-        return cls(pair, most, extent, (start + end) / 2, normal, accuracy, start, end)
+        return cls(pair, most, extent, (start + end) / 2, normal, accuracy, *lean, start, end)
 
     @classmethod
     def of(cls, corners: "PlaneCorners", pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> "FacingEdges":
@@ -56,9 +62,12 @@ class FacingEdges(sides.Facing):
         # Rounding moves no corner: what touches has the coordinates that were given.
         ends = corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[..., None] * across
         long = at[1] - at[0] > shortest
-        accuracy = _accuracy(tip[i] - tail[i], shortest) / 2 + _accuracy(tip[j] - tail[j], shortest) / 2
+        of_first, of_second = (_accuracy(tip[of] - tail[of], shortest)[long] for of in (i, j))
+        sine = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+        lean = np.abs(sine[kept][long]), shortest / np.maximum(of_first, of_second)
         start, end = ends[:, long]
-        return cls.between(pair[long], width.max(axis=0)[long], start, end, accuracy[long])
+        accuracy = (of_first + of_second) / 2
+        return cls.between(pair[long], width.max(axis=0)[long], (start, end), accuracy, lean)
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         points, number = np.stack([self.start, self.end], axis=1).reshape(-1, 2), np.arange(len(self.pair))
@@ -121,9 +130,10 @@ def _simplified(chain: FacingEdges, tolerance: float) -> FacingEdges:
     inner = (chain.end[:-1] + chain.start[1:]) / 2
     line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
     corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
-    pair, most = (np.full(len(corners) - 1, value) for value in (chain.pair[0], chain.most.max()))
+    of_chain = chain.pair[0], chain.most.max(), chain.angle.max(), chain.shorter.min()
+    pair, most, *lean = (np.full(len(corners) - 1, value) for value in of_chain)
     accuracy = _accuracy(np.diff(corners, axis=0), tolerance)
-    return FacingEdges.between(pair, most, corners[:-1], corners[1:], accuracy)
+    return FacingEdges.between(pair, most, (corners[:-1], corners[1:]), accuracy, (lean[0], lean[1]))
 
 
 class PlaneCorners(sides.BlockCorners):

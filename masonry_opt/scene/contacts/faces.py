@@ -88,9 +88,11 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     pieces, number, most = pieces[kept], number[kept], most[kept]
     frame = frame.where(number)
     middle = frame.up(shapely.get_coordinates(shapely.centroid(pieces)), np.arange(len(pieces)))
-    accuracy = (_accuracy(faces, i, shapes.tolerance) + _accuracy(faces, j, shapes.tolerance))[number] / 2
-    area = shapely.area(pieces)
-    return FacingFaces(pair[number], most, area, middle, -frame.normal, accuracy, frame, pieces)
+    of_first, of_second = (_accuracy(faces, of, shapes.tolerance)[number] for of in (i, j))
+    accuracy, shorter = (of_first + of_second) / 2, shapes.tolerance / np.maximum(of_first, of_second)
+    angle, area = lengths(np.cross(one.normal, other.normal))[number], shapely.area(pieces)
+    normal = -frame.normal
+    return FacingFaces(pair[number], most, area, middle, normal, accuracy, angle, shorter, frame, pieces)
 
 
 def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarray:

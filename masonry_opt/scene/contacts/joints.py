@@ -1,7 +1,7 @@
 """Joints from geometry, in one table: what sides share, and where corners and edges touch beside that."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,8 +11,9 @@ import shapely
 from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.contacts import edges, faces
 from masonry_opt.scene.contacts.alignment import AlignedContacts, DrawnContacts, aligned, square_to
-from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
-from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for
+from masonry_opt.scene.contacts.gaps import joining_tolerance, near_misses
+from masonry_opt.scene.contacts.sides import BlockCorners, Facing
+from masonry_opt.scene.geometry import Common, Extents, geometry, raise_for, set_tolerance
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import following, linked, ranges
 from masonry_opt.scene.scene import Scene
@@ -28,8 +29,7 @@ _KINDS: dict[int, tuple[Callable[[Scene], Extents], Callable[..., Facing], Calla
 #: Length below which coordinates differ by rounding, over the spacing of floating-point numbers there.
 _ROUNDING = 64.0
 
-#: By pairs of blocks (indices) that face each other across a small gap beside what they share, its largest
-#: width: the least 'tolerance' at which they share that edge or polygon.
+#: Largest width of the small gap between two blocks that face each other, by the pair of their indices.
 Gaps = dict[tuple[int, int], float]
 
 
@@ -63,6 +63,7 @@ class Joints:
     strength: np.ndarray  #: compressive, per unit of extent, ``inf`` where unlimited, shape (joints,)
     fixed_pairs: int  #: how many touching pairs were left out because both blocks are fixed
     gaps: Gaps
+    joining_tolerance: float  #: tolerance that closes all small gaps and aligns their joints; 0 without gaps
     facing: np.ndarray  #: lines along such gaps, in space round them, shape (lines, 2, 2) or (lines, 2, 3)
     #: Pairs of blocks (indices) that meet without a normal, and so without a joint, where not both have one:
     #: corner on corner, in space also corner on edge or edge along edge; but those beside a small gap.
@@ -160,10 +161,11 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     asked = np.flatnonzero(alone)
     corners = corners_of(shapes, np.unique(pairs[asked]))
     beside = corners.touches(pairs, asked, shared)
-    across = _near_misses(shared, beside, across, len(pairs))
+    across = near_misses((shared, beside), across, len(pairs))
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
-        gaps[i, j] = min(gaps.get((i, j), np.inf), width)
+        gaps[i, j] = max(gaps.get((i, j), 0.0), width)
+    joining = joining_tolerance(across)
     # What sides share first, then lines and points of each pair.
     owner = np.concatenate([shared.pair, beside.pair])
     order = np.argsort(owner, kind="stable")
@@ -175,7 +177,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     meeting, meets = corners.without_normal(pairs, asked, (shared, beside))
     loose = ~np.isin(meeting, across.pair)
     if not floating:
-        refuse_floating(scene, shapes, first, second, gaps)
+        refuse_floating(scene, shapes, (first, second), gaps, joining)
     normal = np.concatenate([shared.normal, beside.normal])[order]
     accuracy = np.concatenate([shared.accuracy, beside.accuracy])[order]
     extent = np.concatenate([shared.extent, np.zeros(len(beside.pair))])[order]
@@ -201,9 +203,10 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         point=now.point,
         joint=joint,
         ring=ring,
-        **joint_properties(scene, first, second),
+        **joint_properties(scene, first, second, gaps, joining),
         fixed_pairs=fixed_pairs,
         gaps=gaps,
+        joining_tolerance=joining,
         facing=outline_sides(*across.outlines()[2:])[0],
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[loose])]],
         meets=meets[loose],
@@ -222,8 +225,14 @@ def _measured_again(
     return extent, middle
 
 
-def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
-    """Properties as :class:`Joints` has them. Raises CaseError if an exception's two blocks do not touch."""
+def joint_properties(
+    scene: Scene, first: np.ndarray, second: np.ndarray, gaps: Gaps, joining: float
+) -> dict[str, Any]:
+    """Return the properties of joints as :class:`Joints` has them.
+
+    Raises CaseError if the two blocks of an exception do not touch. The message names the tolerance
+    ``joining`` that closes the small gaps if one of ``gaps`` separates the two blocks.
+    """
     found = {name: np.full((len(first), *np.shape(of)), of) for name, of in _values(scene.joints).items()}
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for exception in scene.exceptions:
@@ -233,7 +242,12 @@ def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dic
             both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
             why = "are both fixed" if both_fixed else "do not touch"
             where = f"joint between {list(exception.between)}"
-            raise CaseError(f"{scene.origin}: {where}: these blocks {why}, so there is no joint to describe")
+            remedy = ""
+            if (one, other) in gaps:
+                width = f"the gap between them is up to {rounded_up(gaps[one, other], 2)} wide"
+                remedy = f": {width}; {set_tolerance(joining)} if they should touch"
+            no_joint = f"these blocks {why}, so there is no joint to describe"
+            raise CaseError(f"{scene.origin}: {where}: {no_joint}{remedy}")
         for name, value in _values(exception.over(scene.joints)).items():
             found[name][of_both] = value
     return found
@@ -249,16 +263,6 @@ def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
         "dilatancy_stress": joint.dilatancy_stress or (np.inf, np.inf),
         "strength": joint.strength or np.inf,
     }
-
-
-def _near_misses(shared: Facing, beside: Touches, across: Facing, pairs: int) -> Facing:
-    """What faces each other across a small gap, beside what its pair shares."""
-    # Not so wide that it leans away, and no mere chamfer of what is shared.
-    of_pair = np.bincount(shared.pair, shared.extent, pairs)
-    width = across.extent ** (1 / (across.middle.shape[1] - 1))
-    across = across.where((across.most <= LEAN * width) & (across.extent > LEAN * of_pair[across.pair]))
-    apart = [nearest(across.pair, across.middle, found, found.pair) for found in (shared, beside)]
-    return across.where(np.minimum(*apart) > 2 * across.most)
 
 
 #: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
@@ -289,11 +293,14 @@ def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
     return np.unique(np.concatenate(found), axis=0)
 
 
-def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
-    """Raise CaseError if blocks of the pairs overlap by more than the contact tolerance."""
-    (low, high), (i, j) = shapes.boxes, pairs.T
+def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
+    """Raise CaseError if two blocks near each other overlap by more than the contact tolerance.
+
+    ``near`` lists the pairs of blocks, shape (pairs, 2).
+    """
+    (low, high), (i, j) = shapes.boxes, near.T
     inside = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
-    pairs = pairs[(inside > shapes.contact_tolerance).all(axis=1)]
+    pairs = near[(inside > shapes.contact_tolerance).all(axis=1)]
     found: dict[int, list[Common]] = {}
     for number, piece in shapes.overlaps(pairs):
         found.setdefault(number, []).append(piece)
@@ -305,13 +312,14 @@ def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
     worst = max(size, key=lambda pair: size[pair])
     deepest = max(found[worst], key=lambda piece: piece.depth)
     names = [repr(scene.blocks[index].name) for index in pairs[worst]]
-    most = rounded_up(max(piece.depth for pieces in found.values() for piece in pieces), 2)
+    depth = max(piece.depth for pieces in found.values() for piece in pieces)
     # Rounding leaves slivers; what is deeper is no matter of tolerance.
-    remedy = shapes.remedy.format(most)
+    remedy = shapes.remedy.format(rounded_up(depth, 2))
     if size[worst] > shapes.inside * shapes.size[pairs[worst]].min():
         remedy = ", or leave one out: one lies within the other"
     elif deepest.depth <= shapes.reach[pairs[worst]].min():
-        remedy = f", or raise 'tolerance' to {most} if their coordinates were rounded"
+        joining = _tolerance_for_overlaps(scene, shapes, near, pairs[[*found]], depth)
+        remedy = f", or {set_tolerance(joining)} if their coordinates are inexact"
     others = len(found) - 1
     least = "at least " if len(found) == shapes.enough else ""
     more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
@@ -320,9 +328,32 @@ def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
     raise CaseError(f"{scene.origin}: {overlap} {at}: move them apart{remedy}{more}")
 
 
-def refuse_floating(scene: Scene, shapes: Extents, first: np.ndarray, second: np.ndarray, gaps: Gaps) -> None:
-    """Raise CaseError if blocks touch nothing or reach no support, given those of joints, and small gaps."""
+def _tolerance_for_overlaps(
+    scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
+) -> float:
+    """Return the tolerance at which overlaps up to a depth, and small gaps, become joints that align.
+
+    ``near`` lists the pairs of blocks that may face each other, and ``overlapping`` those that overlap.
+    """
+    _, facing, _ = _KINDS[scene.dimension]
+    shapes = replace(shapes, contact_tolerance=depth)
+    found = facing(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
+    number_of_pair = np.array([len(scene.blocks), 1])
+    overlap = np.isin(near @ number_of_pair, overlapping @ number_of_pair)
+    touch = (found.most <= shapes.tolerance) & ~overlap[found.pair]
+    apart = near_misses((found.where(touch),), found.where(~touch), len(near))
+    return max(depth, joining_tolerance(apart))
+
+
+def refuse_floating(
+    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], gaps: Gaps, joining: float
+) -> None:
+    """Raise CaseError if a block touches nothing or is not linked to a support.
+
+    ``joined`` holds the two blocks of each joint, ``joining`` is the tolerance that closes the small gaps.
+    """
     fixed, count = scene.fixed, len(scene.blocks)
+    first, second = joined
     joints, ground = len(first), int(fixed.argmax())  # which does not move, as a fixed block
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for strut in [*scene.ties, *scene.props]:
@@ -332,7 +363,9 @@ def refuse_floating(scene: Scene, shapes: Extents, first: np.ndarray, second: np
     touched[first] = touched[second] = True
     alone = np.flatnonzero(~touched & ~fixed)
     if len(alone):
-        raise_for(alone, scene, f"touches no other block: {_nearest(scene, shapes, int(alone[0]), gaps)}")
+        raise_for(
+            alone, scene, f"touches no other block: {_nearest(scene, shapes, int(alone[0]), gaps, joining)}"
+        )
     group = linked(count, first, second)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
     raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
@@ -340,8 +373,8 @@ def refuse_floating(scene: Scene, shapes: Extents, first: np.ndarray, second: np
         raise CaseError(f"{scene.origin}: ties and props hold every block: one must stand on another")
 
 
-def _nearest(scene: Scene, shapes: Extents, block: int, gaps: Gaps) -> str:
-    """How far from a block that touches nothing the one that it faces is, else the nearest; and a remedy."""
+def _nearest(scene: Scene, shapes: Extents, block: int, gaps: Gaps, joining: float) -> str:
+    """Return how far a block that touches nothing is from the block it faces or the nearest, and a remedy."""
     remedy = ""
     if faced := [(gap, sum(pair) - block) for pair, gap in gaps.items() if block in pair]:
         (gap, other), which = min(faced), "which it faces, is up to"
@@ -351,7 +384,7 @@ def _nearest(scene: Scene, shapes: Extents, block: int, gaps: Gaps) -> str:
     if not faced and gap <= shapes.tolerance:
         return f"it meets {name} {shapes.meeting} of either"
     if faced or gap <= shapes.reach[both].min():
-        remedy = f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded"
+        remedy = f", or {set_tolerance(max(gap, joining))} if coordinates are inexact"
     elif gap <= shapes.mortar * shapes.width[both].min():
         remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if mortar was left out"
     return f"{name}, {which} {gap:.3g} away: close the gap{remedy}, or take the block away"

@@ -63,6 +63,8 @@ class Facing(Rows, ABC):
     middle: np.ndarray  #: or centroid, shape (facing, 2) or (facing, 3)
     normal: np.ndarray  #: unit normal into the first block, of the same shape
     accuracy: np.ndarray  #: angle within which the drawing fixes each normal, in radians, shape (facing,)
+    angle: np.ndarray  #: angle between the two sides, in radians, shape (facing,)
+    shorter: np.ndarray  #: length of the shorter side, in space of the narrower face, shape (facing,)
 
     @abstractmethod
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

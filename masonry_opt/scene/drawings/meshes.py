@@ -118,13 +118,32 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
     faces = _joined(mesh.points, mesh.faces, tolerance)
     open_edges = np.array([edge for edge, having in _by_edge(faces).items() if len(having) == 1], dtype=int)
     ends = mesh.points[open_edges.reshape(-1, 2)]
-    for number, edge in enumerate(ends):
-        if not _is_covered(edge, np.delete(ends, number, axis=0), tolerance):
+    for edge, others in zip(ends, _neighbours(ends, tolerance), strict=True):
+        if not _is_covered(edge, ends[others], tolerance):
             one, other = map(place, edge)
             raise ValueError(
                 f"is not closed at its edge from {one} to {other}, which one face alone has: add the missing "
                 "face, or close the hole in the program that drew the block"
             )
+
+
+def _neighbours(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
+    """Yield, for each edge, the numbers of the other edges whose boxes are within the tolerance of its box.
+
+    ``ends`` has shape (edges, 2, 3). A tree of boxes seen along the axis in which the mesh is least deep
+    leaves few candidates, so that the time grows little faster than the number of edges.
+    """
+    if not len(ends):
+        return
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    widest = np.argsort(np.ptp(ends.reshape(-1, 3), axis=0))[-2:]
+    tree = shapely.STRtree(shapely.box(*low[:, widest].T, *high[:, widest].T))
+    reach = 2 * tolerance  # Boxes of a tree are rounded outwards, and candidates are tested by the caller.
+    grown = shapely.box(*(low[:, widest] - reach).T, *(high[:, widest] + reach).T)
+    for number, box in enumerate(grown):
+        candidates = tree.query(box)
+        apart = np.maximum(low[candidates] - high[number], low[number] - high[candidates]).max(axis=1)
+        yield np.sort(candidates[(apart <= reach) & (candidates != number)])
 
 
 def _is_covered(edge: np.ndarray, others: np.ndarray, tolerance: float) -> bool:

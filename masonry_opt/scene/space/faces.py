@@ -10,9 +10,17 @@ import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene import outlines
-from masonry_opt.scene.geometry import STRAIGHT
+from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR, set_tolerance
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
+
+#: Error of one corner of a rectangle over the heights of its corners above their plane, which the error
+#: tilts. A smaller value advises a tolerance that may leave other faces of the drawing not flat.
+_ERROR_OVER_HEIGHT = 4.0
+
+#: Height of a corner above the plane of its face, over the root of the area of the face, up to which
+#: coordinates may be inexact. A larger value advises a tolerance for faces that are bent on purpose.
+_INEXACT = 0.02
 
 
 @dataclass(frozen=True)
@@ -177,7 +185,10 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     if len(height) and height.max() > tolerance:
         worst = int(height.argmax())
         off = f"a corner lies {height[worst]:.3g} off its plane (the tolerance is {tolerance:.3g})"
-        remedy = "divide it into flat faces, or raise 'tolerance' if coordinates were rounded"
+        remedy = "divide it into flat faces"
+        if (height <= _INEXACT * np.sqrt(size[face])).all():
+            error = _ERROR_OVER_HEIGHT * float(height[worst])
+            remedy += f", or {set_tolerance(TOLERANCE_OVER_ERROR * error)} if coordinates are inexact"
         surfaces.refuse(int(face[worst]), f"is not flat: {off}: {remedy}")
     # In each round the largest face left of each block takes all faces in its plane.
     block = surfaces.block[surfaces.part]

@@ -139,7 +139,7 @@ class Crossing(StudyAnswer):
             passage = trials.passage
             for position, answer in sorted(trials.answers.items()):
                 assembly = passage.loaded(passage.live(position))
-                rows.append(_place(passage, position) | columns(assembly, answer))
+                rows.append(_place(passage, position) | columns(assembly, answer, self.worst.method))
         place_types = dict.fromkeys([*self._case, *_PLACE], "object") | {"position": "float64"}
         return framed(rows, place_types).drop(columns="seconds")
 

@@ -101,7 +101,7 @@ class Threshold(StudyAnswer):
         """Table of trials: ``value``, ``holds``, ``number``, then the columns of ``mo.sweep``."""
         rows = [
             {name: getattr(trial, name) for name in _TRIAL_COLUMNS}
-            | columns(trial.result.assembly, trial.result.solution)
+            | columns(trial.result.assembly, trial.result.solution, trial.result.method)
             | {"seconds": sum(trial.result.seconds.values())}
             for trial in self.trials
         ]

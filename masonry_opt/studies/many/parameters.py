@@ -2,8 +2,9 @@
 
 A name is the path to a number through the tables of a case file, with dots: ``joints.cohesion``,
 ``block.A.weight``, ``block.A.live.x``, ``joint.A/B.friction`` (an exception), ``column.left pier.height``,
-``edge_load.2.force.y``, ``load_case.storm.live.wind``. A table that occurs once needs no name:
-``arch.thickness``. The numbers of a pair that is not a point are ``.1`` and ``.2``: ``column.width.2``.
+``edge_load.2.force.y``, ``load_case.storm.live.wind``. A table that occurs once needs no name, and may have
+one: ``arch.thickness``, and for a single tie ``tie.strength`` or ``tie.rod.strength``. The numbers of a pair
+that is not a point are ``.1`` and ``.2``: ``column.width.2``.
 Blocks of a generator are varied by the numbers of the generator.
 """
 
@@ -40,23 +41,35 @@ class Parameters:
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: Any = case if case and unchanged else scene
-        self.names = dict(_numbers(self._source))  #: Paths to the numbers, by name.
-        if scene.dimension == 3:  # solids have no thickness, and their joints no strength
-            for name in [*self.names]:
-                if name == "thickness" or (is_of_joints(name) and name.endswith(".strength")):
-                    del self.names[name]
+        self.names = self._paths()  #: Paths to the numbers, by the names that messages list.
+        #: Paths by the listed names, and by the full names of numbers in tables that occur once.
+        self._known = self._paths(in_full=True) | self.names
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
-    def check_names(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError if a name is unknown, or two names exclude each other.
+    def _paths(self, in_full: bool = False) -> dict[str, _Path]:
+        """Return the paths to the numbers by name; in space without thickness and strength of joints."""
+        paths = dict(_numbers(self._source, in_full=in_full))
+        if self.scene.dimension == 2:
+            return paths
+        of_plane = {name for name in paths if is_of_joints(name) and name.endswith(".strength")}
+        of_plane.add("thickness")
+        return {name: path for name, path in paths.items() if name not in of_plane}
 
-        The message on an unknown name lists similar names. OptionError is also raised for a scene with load
-        cases of which none is chosen.
+    def check_names(self, names: Mapping[str, object]) -> None:
+        """Raise OptionError if names are not the names of different numbers.
+
+        - The scene has load cases of which none is chosen.
+        - A name is unknown. The message lists similar names.
+        - Two names are those of one number, or of two numbers that exclude each other.
         """
         self.scene.refuse_without_case()
+        by_path: dict[_Path, str] = {}
         for name in names:
-            if name not in self.names:
+            if name not in self._known:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
+            first = by_path.setdefault(self._known[name], name)
+            if first != name:
+                raise OptionError(f"'{first}' and '{name}' are one number: vary one of them")
             head, _, key = name.rpartition(".")
             other = f"{head}.{INSTEAD.get(key, '')}"
             if other in names:
@@ -75,11 +88,11 @@ class Parameters:
             if others and self._last[0] != others:
                 source = self._source
                 for name, value in others.items():
-                    source = _changed(source, self.names[name], value)
+                    source = _changed(source, self._known[name], value)
                 self._last = others, source.scene() if isinstance(source, CaseFile) else source
             scene = self._last[1] if others else self.scene
             for name, value in of_joints.items():
-                scene = _changed(scene, self.names[name], value)  # the path is that of the case file too
+                scene = _changed(scene, self._known[name], value)  # the path is that of the case file too
         except CaseError as error:
             assignments = ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
             raise CaseError(f"{assignments}: {error}") from None
@@ -106,17 +119,22 @@ def is_of_joints(name: str) -> bool:
     return name.startswith(("joints.", "joint."))
 
 
-def _numbers(record: Record, prefix: str = "", path: _Path = ()) -> Iterator[tuple[str, _Path]]:
-    """Yield the names of the numbers of a record and of all records in it, with their paths."""
+def _numbers(
+    record: Record, prefix: str = "", path: _Path = (), in_full: bool = False
+) -> Iterator[tuple[str, _Path]]:
+    """Yield the names of the numbers of a record and of all records in it, with their paths.
+
+    With ``in_full`` the names of numbers in a table that occurs once contain the name of its entry too.
+    """
     for field, about in type(record).model_fields.items():
         if field in _LEFT_OUT:
             continue
         key, value = about.alias or field, getattr(record, field)
         name, field_path = prefix + key, (*path, field)
         if isinstance(value, Record):
-            yield from _numbers(value, f"{name}.", field_path)
+            yield from _numbers(value, f"{name}.", field_path, in_full)
         elif isinstance(value, list) and value and all(isinstance(entry, Record) for entry in value):
-            yield from _numbers_of_entries(value, key, prefix, field_path)
+            yield from _numbers_of_entries(value, key, prefix, field_path, in_full)
         elif _is_number(value) or (value is None and _takes_number(about.annotation)):
             yield name, field_path
         elif isinstance(value, dict) and all(map(_is_number, value.values())):
@@ -128,22 +146,21 @@ def _numbers(record: Record, prefix: str = "", path: _Path = ()) -> Iterator[tup
 
 
 def _numbers_of_entries(
-    entries: list[Record], key: str, prefix: str, path: _Path
+    entries: list[Record], key: str, prefix: str, path: _Path, in_full: bool
 ) -> Iterator[tuple[str, _Path]]:
     """Yield the names and paths of the numbers of the entries of a table.
 
     Entries with equal names, such as two ties of one name, are called by their numbers instead.
     """
-    names = [_entry_name(key, index, entry, len(entries)) for index, entry in enumerate(entries)]
+    alone = len(entries) == 1 and not in_full and key not in _ALWAYS_NAMED
+    names = [key if alone else _entry_name(key, index, entry) for index, entry in enumerate(entries)]
     for index, entry in enumerate(entries):
         name = names[index] if names.count(names[index]) == 1 else f"{key}.{index + 1}"
-        yield from _numbers(entry, f"{prefix}{name}.", (*path, index))
+        yield from _numbers(entry, f"{prefix}{name}.", (*path, index), in_full)
 
 
-def _entry_name(key: str, index: int, entry: Record, count: int) -> str:
-    """Return the name of an entry of a table with ``count`` entries, such as "block.A" or "joint.A/B"."""
-    if count == 1 and key not in _ALWAYS_NAMED:
-        return key
+def _entry_name(key: str, index: int, entry: Record) -> str:
+    """Return the name of an entry of a table, such as "block.A" or "joint.A/B"."""
     name = getattr(entry, "name", None) or getattr(entry, "between", None) or str(index + 1)
     return f"{key}.{name if isinstance(name, str) else '/'.join(name)}"
 

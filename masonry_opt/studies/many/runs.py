@@ -123,7 +123,8 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
         _thread_cache.session = Session(pickle.loads(how), Kept(keeps=True))
     session: Session = _thread_cache.session
     assembly, solution = session.answer(scene, lambda _: None, Effort())
-    entries = columns(assembly, solution) | recorded_warnings(warnings_of(assembly, solution))
+    entries = columns(assembly, solution, session.method.name)
+    entries |= recorded_warnings(warnings_of(assembly, solution))
     if session.method.seeks_lowest:
         entries |= recorded_state(assembly.problem, solution)
     return entries
@@ -304,8 +305,8 @@ def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:
     return dict(values) | empty | entries | {"seconds": end.seconds}
 
 
-def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """Return the entries of COLUMNS for a solved scene, except ``seconds``."""
+def columns(assembly: Assembly, solution: Solution, method: str) -> dict[str, Any]:
+    """Return the entries of COLUMNS for a scene solved by a method, except ``seconds``."""
     problem = assembly.problem
     spread = _spread_values(solution)
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}
@@ -323,7 +324,7 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "associative": solution.associative_value,
         "blocks": problem.blocks,
         "joints": len(assembly.joints.first),
-        "message": message(solution.reasons),
+        "message": message(solution.reasons, method),
     }
     return entries | certificate | mechanism(assembly, solution)
 

@@ -1,6 +1,7 @@
 """Contacts that are parallel, square or in one line within the accuracy of a drawing become so exactly."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from mappings import mapped, mirrored, turned
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.contacts import alignment
 from masonry_opt.scene.contacts.joints import Joints
 
 
@@ -71,6 +73,41 @@ def test_exact_drawings_keep_every_digit(kind: str, seed: int) -> None:
         joints = joints_of(drawn)
         assert not joints.turn.any()
         assert not joints.shift.any()
+
+
+def leaning_columns(count: int) -> mo.Scene:
+    """Columns of two blocks, each on a support of its own and at an angle of its own."""
+    blocks = []
+    for number, angle in enumerate(np.random.default_rng(0).uniform(-0.1, 0.1, count).tolist()):
+        for level in (-1, 0, 1):
+            outline = [(0, level), (1, level), (1, level + 1), (0, level + 1)]
+            corners = [(3.0 * number + x, y) for x, y in map(turned(angle), outline)]
+            loads = {"fixed": True} if level < 0 else {"weight": 1, "live": (1, 0)}
+            blocks.append(mo.Block(name=f"{number}.{level}", vertices=corners, **loads))
+    return mo.Scene(joints={"friction": 0.6}, blocks=blocks)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        with_errors(random_scene("wall", 1_250_005), 1e-3, 0),
+        with_errors(random_scene("tessellation", 1_250_005), 1e-3, 1),
+        with_errors(random_scene_in_space("boxes", 1_250_000), 1e-3, 1),
+        with_errors(leaning_columns(20), 1e-4, 2),
+        ring(40, 0.01),
+    ],
+    ids=["wall", "tessellation", "boxes", "columns", "ring"],
+)
+def test_joints_found_one_by_one_are_those_found_at_once(scene: mo.Scene, monkeypatch) -> None:
+    one_by_one = joints_of(scene)
+    at_once = replace(alignment.DEFAULT_SETTINGS, most_one_by_one=0)
+    monkeypatch.setattr(
+        "masonry_opt.scene.contacts.joints.aligned", lambda drawn: alignment.aligned(drawn, at_once)
+    )
+    found = joints_of(scene)
+    assert one_by_one.turn.any() or scene.tolerance == 0.01
+    for name in ("normal", "point", "turn", "shift"):
+        np.testing.assert_array_equal(getattr(one_by_one, name), getattr(found, name))
 
 
 def test_an_aligned_wall_has_two_directions_and_the_lines_of_the_exact_one() -> None:

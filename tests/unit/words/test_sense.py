@@ -10,11 +10,11 @@ from scenes import ALL_CASES, block_on_floor, run_command, small_wall, two_block
 
 import masonry_opt as mo
 from masonry_opt.answer.frames import tie_frame
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.words.sentences import sentences
+from masonry_opt.words.sentences import message, sentences
 
 #: Façades of ten to a hundred thousand joints.
 LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
@@ -44,6 +44,15 @@ def row(*weights, **of_first):
 )
 def test_no_case_is_warned_of(path):
     assert warnings_of(assemble(mo.load(path)), None) == ()
+
+
+@pytest.mark.parametrize("kind", ["ties", "props"])
+def test_a_support_in_which_a_tie_or_prop_ends_is_not_idle(kind):
+    above = rectangle("above", 0, 5, 1, 6)
+    scene = with_blocks(block_on_floor(), above)
+    assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["above"]}]
+    strut = {"ties": mo.Tie, "props": mo.Prop}[kind](between=("A", "above"), at=((0.5, 1.9), (0.5, 5.1)))
+    assert warned(scene.replace(**{kind: [strut]}), Code.IDLE_SUPPORTS) == []
 
 
 @pytest.mark.parametrize(("friction", "told"), [(3.0, False), (3.001, True), (35.0, True), (inf, False)])
@@ -100,7 +109,13 @@ def test_blocks_far_from_all_others(times, told):
 
 
 @pytest.mark.parametrize(
-    ("shaped", "per"), [(lambda scene: scene, None), (mo.extrude, "volume")], ids=["plane", "space"]
+    ("shaped", "quantity"),
+    [
+        (lambda scene: scene, "weight per area"),
+        (lambda scene: scene.replace(thickness=0.5), "unit weight"),
+        (mo.extrude, "unit weight"),
+    ],
+    ids=["plane", "thick", "space"],
 )
 @pytest.mark.parametrize(
     ("weights", "names", "ratio"),
@@ -114,11 +129,12 @@ def test_blocks_far_from_all_others(times, told):
         ((1, 1000), ["1"], 1000),
     ],
 )
-def test_weights_of_other_units(weights, names, ratio, shaped, per):
+def test_weights_of_other_units(weights, names, ratio, shaped, quantity):
     found = warned(shaped(row(*weights, live=(1, 0))), Code.WEIGHTS_DIFFER)
     assert [values["blocks"] for values in found] == ([names] if names else [])
     if names:
-        assert (found[0]["ratio"], found[0].get("per")) == (pytest.approx(ratio), per)
+        assert found[0]["ratio"] == pytest.approx(ratio)
+        assert message([reason(Code.WEIGHTS_DIFFER, **found[0])]).startswith(f"the {quantity} of ")
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,10 @@ from masonry_opt.answer.reasons import Code, reason, size_of
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.drawing.elements import result_elements
 from masonry_opt.drawing.page import page
+from masonry_opt.methods.registry import METHODS
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.laws import BY_FACES
+from masonry_opt.solvers.registry import SOLVERS
 from masonry_opt.words.load_factors import certainty, own_name
 from masonry_opt.words.sentences import message, numeral, sentences
 from masonry_opt.words.summary import facts, motion
@@ -37,12 +39,18 @@ VALUES = {
     "key": "strength", "kind": "tie", "kinematic_cuts": 1, "last": 0.4, "least": 0.4, "left_out": 2,
     "length": 0.5, "load": "dead", "load_factor": 0.5, "looped": False, "lowest": 0.4, "median": 22.0,
     "most": 0.6, "name": "rod", "names": ["lorry"], "normal_forces": [12.5], "number": 3, "off": 0.1,
-    "other": 22.0, "pairs": [["A", "B"]], "peak": 0.5, "period": 2, "rates": 100.0, "ratio": 1000.0,
-    "remedies": ["beta=0.3"], "residuals": {"flow": 0.1}, "size": 3.0, "softer": 10.0, "states": 21,
-    "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27, "stiffness": (0.4, 0.5), "stress": None,
-    "time_limit": 60.0, "unit_weight": 18.0, "value": 20.0, "weight": 1e8, "widths": [1e-3], "without": 1,
-    "word": "unknown", "angle": 1e-3, "tolerance": 1e-3, "turn": 2e-3,
+    "other": 22.0, "pairs": [["A", "B"]], "peak": 0.5, "per_area": True, "period": 2, "rates": 100.0,
+    "ratio": 1000.0, "remedies": ["beta=0.3"], "residuals": {"flow": 0.1}, "size": 3.0, "softer": 10.0,
+    "states": 21, "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27, "stiffness": (0.4, 0.5),
+    "stress": None, "time_limit": 60.0, "unit_weight": 18.0, "value": 20.0, "weight": 1e8, "widths": [1e-3],
+    "without": 1, "word": "unknown", "angle": 1e-3, "tolerance": 1e-3, "turn": 2e-3,
 }  # fmt: skip
+
+
+#: Number of solvers that a user of each method can choose from.
+SOLVER_COUNT = {
+    name: sum(method.solved_by(entry) for entry in SOLVERS.values()) for name, method in METHODS.items()
+}
 
 
 @pytest.mark.parametrize("code", Code)
@@ -50,6 +58,34 @@ def test_every_code_has_a_sentence(code):
     sentence = message([reason(code, **VALUES)])
     assert len(sentence.split()) >= 3
     assert not re.search(r"[{}]|\bNone\b|Code\.", sentence)
+
+
+#: Codes that only these methods end with, or that stand beside the answers of these methods alone.
+ONLY_OF = {
+    Code.NOT_EXPECTED: {"mcp", "refined", "nonassociative", "mpec", "global"},
+    Code.NOT_HINGING: {"mcp"},
+    Code.NO_EXACT_STATE: {"global"},
+    Code.NO_TIME: {"refined"},
+    Code.NOTHING_SOLVED: {"mpec"},
+    Code.FORCES_UNDECIDED: set(),
+    Code.DILATANCY_LOCKS: {"static", "kinematic", "nonassociative", "mcp", "refined"},
+    Code.SOLVER_STOPPED: {"static", "kinematic", "nonassociative", "mcp"},
+}
+
+
+@pytest.mark.parametrize("looped", [False, True])
+@pytest.mark.parametrize("code", Code)
+def test_advice_is_possible_and_not_followed_already(code, looped):
+    """No sentence sends a user to the method that ended, to an unknown one, or to an option of neither."""
+    options = {name: set(of.options.model_fields) if of.options else set() for name, of in METHODS.items()}
+    for method in ONLY_OF.get(code, METHODS):
+        sentence = message([reason(code, **VALUES | {"looped": looped, "exact": False})], method)
+        others = re.findall(r"method '(\w+)'", sentence)
+        assert set(others) <= set(METHODS) - {method}
+        named = set(re.findall(r"'(\w+)'", sentence)) & set().union(*options.values())
+        assert named <= set().union(*(options[name] for name in [method, *others]))
+        if re.search(r"try another solver|solver can be chosen|choose", sentence):
+            assert max(SOLVER_COUNT[name] for name in [method, *others]) > 1
 
 
 #: By code: reasons whose numbers and names take some making, and the sentence.
@@ -68,7 +104,7 @@ WORDS = {
     ),
     Code.JOINTS: (
         reason(Code.JOINTS, status=str(mo.Status.UNLIMITED), pairs=[[f"{n}", "X"] for n in range(8)]),
-        "the joints that carry it: '0'–'X', '1'–'X', '2'–'X', '3'–'X', '4'–'X' and 3 more",
+        "joints that carry the live load: '0'–'X', '1'–'X', '2'–'X', '3'–'X', '4'–'X' and 3 more",
     ),
     Code.CURVE: (
         reason(Code.CURVE, states=12, left_out=17, peak=0.0424138, last=0.0066129),
@@ -91,7 +127,7 @@ def test_words(code):
 def test_several_reasons_are_one_message():
     result = mo.solve(two_blocks(), "nonassociative", max_iterations=2, remedies="none")
     assert len(result.reasons) == 2
-    assert result.message == "; ".join(message([reason]) for reason in result.reasons)
+    assert result.message == "; ".join(message([reason], result.method) for reason in result.reasons)
     assert mo.solve(two_blocks(), "static").message == ""
 
 
@@ -256,7 +292,7 @@ def test_friction_is_not_named_where_it_does_not_act():
     for method in ("mcp", "compliant", "nonassociative"):
         result = mo.solve(pressed_down(), method)
         assert result.status is mo.Status.UNLIMITED
-        assert "joints that press ever harder carry any multiple of the live load" in result.summary
+        assert "joints press ever harder" in result.summary
         assert "friction" not in result.summary
     assert not any("friction" in str(status) for status in mo.Status)
 

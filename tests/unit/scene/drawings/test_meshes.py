@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from touching_solids import contacts_of
 
 import masonry_opt as mo
+from masonry_opt.scene.drawings import meshes as mesh_checks
 from masonry_opt.scene.space.shapes import shapes
 
 #: A high stone on a low one: corners that coincide.
@@ -382,3 +383,55 @@ def test_a_mesh_becomes_a_case_file_that_holds_or_names_it(tmp_path, monkeypatch
     if beside:
         with pytest.raises(mo.CaseError, match=r"stone\.obj: no such file"):
             mo.load(out)
+
+
+def box_in_strips(strips: int) -> mesh_checks.Mesh:
+    """A unit box whose top and bottom are strips of quadrilaterals, every other strip shifted by half of one.
+
+    Corners of one strip lie on edges of the next, so that one face alone has each of these edges.
+    """
+    points: list[tuple[float, float, float]] = []
+    faces: list[list[int]] = []
+
+    def add(*corners: tuple[float, float, float]) -> None:
+        faces.append([*range(len(points), len(points) + len(corners))])
+        points.extend(corners)
+
+    for number in range(strips):
+        y, z = number / strips, (number + 1) / strips
+        shifted = [0.0, *((step + 0.5) / strips for step in range(strips)), 1.0]
+        cuts = shifted if number % 2 else [step / strips for step in range(strips + 1)]
+        for a, b in pairwise(cuts):
+            add((a, y, 1), (b, y, 1), (b, z, 1), (a, z, 1))
+            add((a, y, 0), (a, z, 0), (b, z, 0), (b, y, 0))
+        add((0, y, 0), (0, y, 1), (0, z, 1), (0, z, 0))
+        add((1, y, 0), (1, z, 0), (1, z, 1), (1, y, 1))
+    add((0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1))
+    add((0, 1, 0), (0, 1, 1), (1, 1, 1), (1, 1, 0))
+    return mesh_checks.Mesh("box", np.array(points, dtype=float), faces)
+
+
+def test_edges_on_edges_are_no_holes_and_a_missing_face_among_them_is():
+    mesh = box_in_strips(8)
+    mesh_checks.refuse_holes(mesh, 1e-6)
+    for missing in (0, 40, len(mesh.faces) - 1):
+        open_box = mesh_checks.Mesh("box", mesh.points, mesh.faces[:missing] + mesh.faces[missing + 1 :])
+        with pytest.raises(ValueError, match="is not closed at its edge"):
+            mesh_checks.refuse_holes(open_box, 1e-6)
+
+
+def test_edges_are_compared_with_few_others(monkeypatch):
+    """Each open edge lies beside a few others, however many there are: 0.8 s where all pairs took 27 s."""
+    compared: dict[int, list[int]] = {}
+    covered = mesh_checks._is_covered
+
+    def counted(edge, others, tolerance):
+        compared[strips].append(len(others))
+        return covered(edge, others, tolerance)
+
+    monkeypatch.setattr(mesh_checks, "_is_covered", counted)
+    for strips in (5, 10):
+        compared[strips] = []
+        mesh_checks.refuse_holes(box_in_strips(strips), 1e-6)
+    assert len(compared[10]) > 3 * len(compared[5])
+    assert np.mean(compared[10]) < 1.5 * np.mean(compared[5])
