@@ -223,9 +223,9 @@ def _crushing(result: Outcome) -> str:
 def _reference(result: Outcome) -> str:
     """Return the case file's reference value for the method, and how far λ is from it.
 
-    For "coulomb" this may be the value of an MCP or of the loop: all answer for Coulomb's joints. Without such
-    a value the associative reference value is compared with the associative λ. The text is empty for a load case: a case
-    file does not say of which one its values are.
+    For "coulomb" this may be the value of an MCP or of the loop: all answer for Coulomb's joints. Without
+    such a value the associative reference value is compared with the associative λ. The text is empty for a
+    load case: a case file does not say of which one its values are.
     """
     if result.assembly.scene.load_case is not None:
         return ""

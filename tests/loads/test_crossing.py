@@ -15,7 +15,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.fill import Road
-from masonry_opt.studies.crossing.crossing import _ways
+from masonry_opt.studies.crossing.crossing import _passages
 from masonry_opt.studies.crossing.search import PassageTrials, least_associative, moving_load
 
 
@@ -85,7 +85,7 @@ def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, watched):
 
 def test_positions_without_an_answer_are_told_and_end():
     """Where the solver fails right of the support, ranges there are not halved, and nothing is proven."""
-    ((passage,),), _ = _ways(OVERHANG, axles(3.0))
+    ((passage,),), _ = _passages(OVERHANG, axles(3.0))
     problem = replace(passage.assembly.problem, live=passage.live(-1.0))
     exact, solved = moving_load(problem, Effort()), 0
 

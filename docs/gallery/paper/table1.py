@@ -100,8 +100,8 @@ print(table_residuals.to_string(index=False, float_format="{:.2g}".format))
 # Associative load factors to the five published digits; the loop within 3e-4 (wall 5: 2e-3); the MPEC
 # within 1e-4; the incremental load factor, with an exact state, within 3e-3 of the published loop; the
 # default nowhere above the published MCP by more than 5e-4; the search at the lowest state known on walls 1
-# to 5. On wall 6 the machine decides how far its seconds take it: to 2e-4 above the lowest known or, where they are
-# few, to the MPEC's state.
+# to 5. On wall 6 the machine decides how far its seconds take it: to 2e-4 above the lowest known or, where
+# they are few, to the MPEC's state.
 for wall, scene in WALLS.items():
     size, known = results[wall, "loop"].size, scene.reference
     assert (size.blocks, size.joints) == (known["blocks"].value, known["joints"].value), wall
