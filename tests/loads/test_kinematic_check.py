@@ -96,7 +96,7 @@ def test_wrong_spectra_and_values_are_refused():
 
 @pytest.mark.parametrize(
     ("method", "words"),
-    [("static", "λ = 0.5 (associative): upper bound"), ("coulomb", "λ = 0.5 (lowest found): exact")],
+    [("static", "λ = 0.5 (associative): upper bound"), ("coulomb", "λ = 0.5 (least, proven): exact")],
 )
 def test_a_check_says_on_which_load_factor_it_rests(method, words):
     """Of a block half as wide as high, under its weight to the side: λ = 1/2."""

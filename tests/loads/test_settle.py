@@ -42,6 +42,9 @@ def one_answer(least: float, greatest: float, weight: float = 10.0) -> object:
     return pytest.approx([least] * 3 + [greatest] * 3, abs=CLOSE * weight)
 
 
+#: Remark on a reaction beside which others may exist.
+NOT_PROVEN = "found, not proven: exact states may lie nearer to the reaction at rest"
+
 IN_BOTH = pytest.mark.parametrize(
     "in_space", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"]
 )
@@ -85,7 +88,7 @@ def test_what_is_known_of_each_reaction():
     found = mo.settle(beam(), "R", RIGHT)
     known = found.table.set_index(["end", "kind"])["certainty"]
     for end in ("least", "greatest"):
-        assert "found, not proven: exact states may lie nearer to rest" in known[end, "coulomb"]
+        assert NOT_PROVEN in known[end, "coulomb"]
         assert "equilibrium is lost" in known[end, "incremental"]
         assert known[end, "associative"] == "no state lies further from the reaction at rest"
         first, *others = found.facts()[end].splitlines()

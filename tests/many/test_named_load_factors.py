@@ -13,6 +13,9 @@ METHODS = [("coulomb", NOT_PROVEN), ("static", UPPER_BOUND)]
 #: Equilibrium alone fixes the forces of a single block on a floor.
 PROVEN = "least, proven (exact collapse states; proven: no state is lower)"
 
+#: Remark on a reaction beside which others may exist.
+NOT_PROVEN = "found, not proven: exact states may lie nearer to the reaction at rest"
+
 
 @pytest.mark.parametrize(("method", "words"), METHODS)
 def test_a_sweep(method, words):
@@ -60,7 +63,7 @@ def test_reactions_of_a_support_that_settles():
     found = mo.settle(block_on_floor(), "floor", (0, -1))
     for end in ("least", "greatest"):
         if found.ends[end].result.load_factor is not None:
-            assert "found, not proven: exact states may lie nearer to rest" in found.facts()[end]
+            assert NOT_PROVEN in found.facts()[end]
             assert "(found, not proven)" in found.facts()[end].splitlines()[0]
     by_statics = mo.settle(block_on_floor(), "floor", (0, -1), method="static")
     assert "no state lies further from the reaction at rest" in by_statics.facts()["least"]

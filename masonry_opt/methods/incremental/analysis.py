@@ -83,16 +83,19 @@ class IncrementalResult:
         """
         if self.state is not None or state is None:
             return self
-        if _is_between(state, self.carried, self.not_carried):
+        if _is_between(state, self.carried, self.not_carried, self.not_carried):
             return replace(self, state=state, state_in_motion=None)
         if self.state_in_motion is None and state.load_factor < self.carried:
             return replace(self, state_in_motion=state)
         return self
 
 
-def _is_between(state: Answer, carried: float, not_carried: float) -> bool:
-    """Return True if the load factor of a state lies between two load factors, up to rounding."""
-    rounding = ROUNDING * not_carried
+def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
+    """Return True if the load factor of a state lies between two others, up to rounding.
+
+    Rounding is relative to ``size``.
+    """
+    rounding = ROUNDING * size
     return carried - rounding <= state.load_factor <= not_carried + rounding
 
 
@@ -229,7 +232,7 @@ class _LoadRaising:
             return
         self.not_carried, self.collapse = load_factor, found
         state = solve_collapse_state(self.solver, found, load_factor)
-        is_between = state is not None and _is_between(state, self.carried, self.not_carried)
+        is_between = state is not None and self._is_in_bracket(state)
         self.state = state if is_between else None
         is_lower = state is not None and not is_between and state.load_factor < self.carried
         self.state_in_motion = state if is_lower else None
@@ -259,13 +262,20 @@ class _LoadRaising:
         self.__dict__.pop("rate", None)
         self.slow = []
         self._record(found)
-        if self.state is not None and not _is_between(self.state, self.carried, self.not_carried):
+        if self.state is not None and not self._is_in_bracket(self.state):
             self.state = None
+
+    def _is_in_bracket(self, state: Answer) -> bool:
+        return _is_between(state, self.carried, self.not_carried, self._size_of(self.not_carried))
+
+    def _size_of(self, load_factor: float) -> float:
+        """Return the size of a load factor, to which differences are relative; it is never zero."""
+        return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
         """Return the next increment of the load factor."""
         settings, solver = self.settings, self.solver
-        load_factor = max(self.carried, settings.smallest_increment * self.unit)
+        load_factor = self._size_of(self.carried)
         if self.reached.by_motion:
             # The contacts that slipped in the motion may stick now: a small increment finds out.
             return settings.tolerance * load_factor
@@ -290,15 +300,16 @@ class _LoadRaising:
             elif self.unreached > above:
                 self._reach(above)
             else:
-                self._raise_to(self.state.load_factor * (1 + self.settings.smallest_increment / 2))
-        elif self.unreached - self.carried > self.settings.tolerance * self.unreached:
+                further = self.settings.smallest_increment / 2 * self._size_of(self.state.load_factor)
+                self._raise_to(self.state.load_factor + further)
+        elif self.unreached - self.carried > self.settings.tolerance * self._size_of(self.unreached):
             self._reach((self.carried + self.unreached) / 2)
         else:
             self._raise_to(self.unreached)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
         """Return load factors just below and above that of an exact state, within the bracket."""
-        apart = NEXT_TO_EXACT * self.settings.tolerance * state.load_factor
+        apart = NEXT_TO_EXACT * self.settings.tolerance * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
@@ -321,11 +332,12 @@ class _LoadRaising:
 
     def _is_bracketed(self) -> bool:
         """Return True if the collapse is known well enough."""
-        gap = self.not_carried - self.carried
-        zero = self.settings.tolerance * self.settings.smallest_increment * self.unit
-        if gap <= max(self.settings.tolerance * self.not_carried, zero):
-            return self.not_carried < inf
-        if self.state is None or gap > self.settings.smallest_increment * self.not_carried:
+        if self.not_carried == inf:
+            return False
+        gap, size = self.not_carried - self.carried, self._size_of(self.not_carried)
+        if gap <= self.settings.tolerance * size:
+            return True
+        if self.state is None or gap > self.settings.smallest_increment * size:
             return False
         below, above = self._beside(self.state)
         return below <= self.carried and self.unreached <= above
@@ -351,7 +363,8 @@ class _LoadRaising:
         self.progress(step)
 
     def _result(self, end: End) -> IncrementalResult:
-        is_narrow = self.not_carried - self.carried <= self.settings.smallest_increment * self.not_carried
+        narrow = self.settings.smallest_increment * self._size_of(self.not_carried)
+        is_narrow = self.not_carried - self.carried <= narrow
         return IncrementalResult(
             end,
             LoadHistory(tuple(self.steps)),

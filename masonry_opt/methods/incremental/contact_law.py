@@ -94,6 +94,9 @@ class ContactLaw:
         self.dilatancy[problem.sliding] = problem.dilatancy
         self.cohesion[problem.sliding] = problem.cohesion
         self.strength = StrengthPolygon(problem.crushing, problem.crushing_force)
+        bounded = np.isfinite(problem.lowest), np.isfinite(problem.highest)
+        self._yields_at_lowest = bounded[0] & (problem.lowest != 0)
+        self._yields_at_highest = bounded[1] & (problem.highest != 0)
         self.lowest, self.highest = problem.lowest, problem.highest
         self._dilates = bool(self.dilatancy.any())
         self._opening_stiffness = self.stiffness[0, :joints] * self.dilatancy
@@ -128,9 +131,21 @@ class ContactLaw:
         limited = slice(self.joints, None)
         free = trial[2, limited]
         forces[2, limited] = np.clip(free, self.lowest, self.highest)
-        tangent[2, 2, limited] = (free >= self.lowest) & (free <= self.highest)
+        tangent[2, 2, limited] = ~self._yield(free) & (free >= self.lowest) & (free <= self.highest)
         slack = (free < self.lowest) & (self.lowest == 0)
         remembered[2, limited] = np.where(slack, free, forces[2, limited])
+
+    def _yield(self, free: np.ndarray) -> np.ndarray:
+        """Return True for the limited forces that yield under trial forces, shape (t,).
+
+        At a limit of zero a rod does not yield: it is slack, or about to take up force.
+        """
+        at_lowest, at_highest = self._yields_at_lowest, self._yields_at_highest
+        lowest, highest = self.lowest[at_lowest], self.highest[at_highest]
+        yields = np.zeros(free.shape, dtype=bool)
+        yields[at_lowest] |= free[at_lowest] <= lowest + AT_LIMIT * np.abs(lowest)
+        yields[at_highest] |= free[at_highest] >= highest - AT_LIMIT * np.abs(highest)
+        return yields
 
     def _map_joints(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray

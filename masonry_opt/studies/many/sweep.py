@@ -71,8 +71,8 @@ def sweep(
         ``which`` (name of this load factor, such as "lowest found" or "associative"), ``status``, ``reason``
         (code), ``any_load`` (True if the scene carries any load; proven by a Coulomb method), ``exact``,
         ``states`` (number of different exact states found), ``incremental`` (incremental load factor; NaN if
-        it is switched off), ``spread_lower`` and ``spread_upper`` (range of incremental load factors, with the
-        option ``spread``), ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
+        it is switched off), ``spread_lower`` and ``spread_upper`` (range of incremental load factors, with
+        the option ``spread``), ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
         ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"
         or "none"), the numbers of joints in each of these motions (``slides``, ``hinges``, ``separates``,
         ``crushes``), ``blocks``, ``joints``, ``message``, ``seconds``, ``state_from`` (the other run in which
