@@ -14,7 +14,7 @@ METHODS = [("coulomb", NOT_PROVEN), ("static", UPPER_BOUND)]
 PROVEN = "least, proven (exact collapse states; proven: no state is lower)"
 
 #: Remark on a reaction beside which others may exist.
-NOT_PROVEN = "found, not proven: exact states may lie nearer to the reaction at rest"
+MAY_BE_NEARER = "found, not proven: exact states may lie nearer to the reaction at rest"
 
 
 @pytest.mark.parametrize(("method", "words"), METHODS)
@@ -63,7 +63,7 @@ def test_reactions_of_a_support_that_settles():
     found = mo.settle(block_on_floor(), "floor", (0, -1))
     for end in ("least", "greatest"):
         if found.ends[end].result.load_factor is not None:
-            assert NOT_PROVEN in found.facts()[end]
+            assert MAY_BE_NEARER in found.facts()[end]
             assert "(found, not proven)" in found.facts()[end].splitlines()[0]
     by_statics = mo.settle(block_on_floor(), "floor", (0, -1), method="static")
     assert "no state lies further from the reaction at rest" in by_statics.facts()["least"]
