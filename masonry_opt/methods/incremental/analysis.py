@@ -7,7 +7,8 @@
 3. At a collapse the exact state is solved for. If its load factor lies between the load that is carried and
    the one that is not, loads just below and above are tried next; else the load in the middle.
 4. The search ends when both loads differ by ``smallest_increment`` and an exact state lies between them, or
-   by ``tolerance``; or if the response stays linear while the load grows a thousandfold: the load has no
+   by ``tolerance``. The exact state is then solved for once more, from the last equilibrium. The search also
+   ends if the response stays linear while the load grows a thousandfold: the load has no
    limit.
 """
 
@@ -363,14 +364,27 @@ class _LoadRaising:
         self.progress(step)
 
     def _result(self, end: End) -> IncrementalResult:
-        narrow = self.settings.smallest_increment * self._size_of(self.not_carried)
-        is_narrow = self.not_carried - self.carried <= narrow
+        state = self._find_exact_state()
         return IncrementalResult(
             end,
             LoadHistory(tuple(self.steps)),
             self.carried,
             self.not_carried,
-            self.state if is_narrow else None,
-            self.state_in_motion,
+            state,
+            None if state is not None else self.state_in_motion,
             self.collapse,
         )
+
+    def _find_exact_state(self) -> Answer | None:
+        """Return the exact state between the loads that are carried and not carried, if they are close.
+
+        It is solved for once more, from the equilibrium under the load that is carried. From there the
+        contacts slip less on the way to it than from the motion under a load that is too large, so that it
+        depends little on the increments.
+        """
+        narrow = self.settings.smallest_increment * self._size_of(self.not_carried)
+        if self.collapse is None or self.not_carried - self.carried > narrow:
+            return None
+        start = Collapse(self.reached.state, self.collapse.motion)
+        state = solve_collapse_state(self.solver, start, self.carried)
+        return state if state is not None and self._is_in_bracket(state) else self.state
