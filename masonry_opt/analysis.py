@@ -30,6 +30,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import MATRICES, find_solver
+from masonry_opt.standing.dead_load import DEAD_LOAD, carries
 
 #: Joints up to which the associative load factor is computed beside: beyond, it takes 15 seconds to minutes.
 _BESIDE_UP_TO = 40_000
@@ -120,17 +121,19 @@ class Session:
 
     def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """The solution of a scene that does not stand under its dead load; None if it stands."""
-        from masonry_opt.standing import diagnosis
-
         problem, solver = assembly.problem, self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
         # The result names the solver; its programs and time count as those of the check.
         own = effort.beside()
         with effort.measure("dead_load"):
+            if self._comes_to_rest(problem, own):
+                return None
+        # Imports a modelling language, which takes seconds.
+        from masonry_opt.standing import diagnosis
+
+        with effort.measure("dead_load"):
             try:
-                if self._comes_to_rest(problem, own):
-                    return None
                 falling = diagnosis.falling_mechanism(problem, solver, own, self.kept)
             except diagnosis.DeadLoadUndecided as stopped:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
@@ -150,10 +153,11 @@ class Session:
         return self.how.incremental and not self.method.associative and self.method.name != _INCREMENTAL
 
     def _comes_to_rest(self, problem: Problem, effort: Effort) -> bool:
-        """Whether forces with which contacts come to rest, where a push begins, carry the dead load. Asked of
-        small scenes that are pushed; not of many, where forces kept of those before show it at once."""
-        from masonry_opt.standing.diagnosis import DEAD_LOAD, carries
+        """Return True if the forces with which elastic contacts come to rest carry the dead load.
 
+        They are computed for small scenes whose load history is needed anyway. Of many scenes the forces that
+        are kept of those before show it at once.
+        """
         pushed = self._expects or self.method.name == _INCREMENTAL
         small = problem.joints <= _RESTS_UP_TO and not problem.dilatancy_depends_on_stress
         if self.kept.keeps or not (pushed and small):

@@ -116,12 +116,3 @@ class CvxpyNoForces:
         compatibility = problem.B.T @ self.d - problem.D(problem.friction) @ rates == 0
         rows = [compatibility, problem.live @ self.d >= 0, gain == 1]
         self.program = cp.Problem(cp.Minimize(cp.sum(self.r)), rows)
-
-
-def energy_costs(problem: Problem, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
-    """Return the costs a and b of λ Σ|f_L| + weight z·p for rates p, shape (faces,).
-
-    The constant weight c·p is left out. The objective is bounded below if the live load drives the mechanism
-    and the weight is above one.
-    """
-    return problem.live_norm, weight * (problem.true_yield.T @ (p / problem.steep))

@@ -1,16 +1,29 @@
-"""Associative limit analysis: one program, eq. (9) or eq. (10), linear unless joints can crush."""
+"""Associative limit analysis: one program, eq. (9) or eq. (10), linear unless joints can crush.
+
+Modules that declare programs are imported where they are used: modelling languages take seconds.
+"""
 
 from dataclasses import replace
+
+import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found, certified
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
+from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.refiner import programs
+from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, State
 from masonry_opt.solvers.driver import LpAnswer
-from masonry_opt.solvers.registry import LpSize
-from masonry_opt.standing.diagnosis import no_optimum
+from masonry_opt.solvers.highs import HighsSession
+from masonry_opt.solvers.registry import LpSize, Verdict
+
+_BESIDE = "associative"  #: Name of the solver's use for the load factor beside a Coulomb answer.
+
+#: Smallest entry of the matrix that HiGHS keeps. If larger, joints askew by less contradict each other.
+_SMALLEST_ENTRY = 1e-12
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
@@ -29,6 +42,8 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=size, solver=task.solver)
     word = answer.solved.status
     if found is None:
+        from masonry_opt.standing.diagnosis import no_optimum
+
         status, why = no_optimum(task.problem, word, task.solver, task.effort)
         return replace(solution, status=status, reasons=(why,), found=Found(forms=problem.forms))
     reasons = (reason(Code.STOPPED_SHORT, word=word),) if answer.solved.failed else ()
@@ -65,13 +80,37 @@ def kinematic(task: Task) -> Solution:
 
 
 def with_associative(task: Task, of: Solution) -> Solution:
-    """A Coulomb answer with the associative load factor beside it, unless it was looked for before; None
-    where no answer is borne out."""
+    """Return a Coulomb solution with the associative load factor beside it, unless it was computed before.
+
+    The load factor is None if no answer is within the limits of an associative one.
+    """
     if of.associative_ended is not None or of.associative is not None:
         return of
-    own = Task(task.problem, kept=task.kept)
     task.effort.begins("associative load factor")
-    task.effort.uses(own.solver.name, "associative")
     with task.effort.measure("associative"):
+        answer = _by_simplex(task.problem, task.effort)
+        if answer is not None:
+            return replace(of, associative=answer.load_factor, associative_ended=Status.OPTIMAL)
+        own = Task(task.problem, kept=task.kept)
+        task.effort.uses(own.solver.name, _BESIDE)
         solution = associative(own, by_chords=True).accepted()
     return replace(of, associative=solution.load_factor, associative_ended=solution.status)
+
+
+def _by_simplex(problem: Problem, effort: Effort) -> Answer | None:
+    """Return the associative answer of a scene in the plane from its matrices, without a modelling language.
+
+    Return None for scenes in space, for large ones, and if the simplex method finds no answer.
+    """
+    if problem.layout.round or problem.joints > SEARCH.simplex_up_to:
+        return None
+    statics = HighsSession(programs(problem)[0], Effort(), _BESIDE, small_matrix_value=_SMALLEST_ENTRY)
+    effort.uses("highs", _BESIDE)
+    statics.set_costs("load_factor", np.array([-problem.live_norm]))
+    if statics.solve() is not Verdict.OPTIMAL:
+        return None
+    # The duals of equilibrium are the velocities of the mechanism, eq. (10).
+    d = -statics.multipliers()[: len(problem.dead)]
+    load_factor = float(statics.values("load_factor")[0])
+    answer = certified(problem, load_factor, statics.values("q"), d, problem.friction)
+    return None if answer.failing(Kind.ASSOCIATIVE) else answer

@@ -281,6 +281,14 @@ class Problem(ProblemParts):
             crushing = self.by_strength.energy(z[self.bent], p[self.bent], at_points)
         return sliding + crushing + float(others.sum())
 
+    def energy_costs(self, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
+        """Return the costs of λ and of the forces, shape (3c + t,), in λ Σ|f_L| + weight z·p.
+
+        The rates p have shape (faces,). The constant weight c·p is left out. The objective is bounded below
+        if the live load drives the mechanism and the weight is above one.
+        """
+        return self.live_norm, weight * (self.true_yield.T @ (p / self.steep))
+
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Return rates p ≥ 0 with which joints follow a motion under a flow rule, shape (faces,).
 

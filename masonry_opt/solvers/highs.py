@@ -4,15 +4,17 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import cvxpy as cp
 import highspy
 import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver, iterations_of
+
+if TYPE_CHECKING:
+    import cvxpy as cp
 
 _UNIT_ROUNDOFF = 2.0**-53  #: Rounding of one addition or product in double precision.
 
@@ -33,8 +35,10 @@ class LinearProgram:
     rows: Mapping[int | str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, program: cp.Problem) -> "LinearProgram":
+    def of(cls, program: "cp.Problem") -> "LinearProgram":
         """Return the arrays of a program that is declared in CVXPY."""
+        from cvxpy.constraints import Zero
+
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
         rhs = np.asarray(data["b"], dtype=float)
         equations = data["dims"].zero
@@ -45,7 +49,7 @@ class LinearProgram:
             for name, default in (("lower_bounds", -np.inf), ("upper_bounds", np.inf))
         )
         # CVXPY puts equations before inequalities, each in the order of declaration.
-        declared = sorted(program.constraints, key=lambda row: not isinstance(row, cp.constraints.Zero))
+        declared = sorted(program.constraints, key=lambda row: not isinstance(row, Zero))
         *ends, last = np.cumsum([row.size for row in declared])
         assert last == len(rhs)
         return cls(

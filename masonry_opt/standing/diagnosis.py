@@ -26,8 +26,9 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.driver import Kept
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
+from masonry_opt.standing.dead_load import DEAD_LOAD, carries
 
-DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"  #: What a solver does here, as a result tells it.
+DIAGNOSIS = "diagnosis"  #: Name of the solver's use for the reasons why a scene falls.
 
 #: Programs after which it is left open whether a load drives a mechanism. (Of small random scenes
 #: each took 5 at most, 14 where no program of cones ended.)
@@ -100,13 +101,6 @@ def falling_mechanism(
         standing.forces = forces
         return None
     return _driven(problem, solver, effort, DEAD_LOAD)
-
-
-def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
-    """Whether forces (3c,) carry the dead load: they leave no more out of balance, in all, and beyond yield;
-    by default than a mechanism may have of power. (By duality the greatest is the least that these leave.)"""
-    beyond = -float(problem.by_cone.slacks(q).min(initial=0.0))
-    return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= most
 
 
 def _drives(problem: Problem, d: np.ndarray) -> bool:

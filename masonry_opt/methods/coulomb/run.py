@@ -3,18 +3,21 @@
 from dataclasses import replace
 from functools import cached_property
 from math import inf
+from typing import TYPE_CHECKING
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
-from masonry_opt.methods.exact.alternation import Alternation, alternation_of
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.exact.settings import SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
+
+if TYPE_CHECKING:
+    from masonry_opt.methods.exact.alternation import Alternation
 
 
 class CoulombRun:
@@ -77,13 +80,20 @@ class LowestState:
     """The lowest of the exact states that forces lead to, and all exact states that were found."""
 
     def __init__(self, task: Task, analysis: IncrementalAnalysis) -> None:
-        self._problem, self._effort, self._analysis = task.problem, task.effort, analysis
-        self._alternation: Alternation = alternation_of(task)
+        self._task, self._problem, self._effort = task, task.problem, task.effort
+        self._analysis = analysis
         self.met = Met()
         simplex = self._problem.joints <= SearchSettings().simplex_up_to and not self._problem.layout.round
         self._search = Search(refiner_of(task), analysis, self.met) if simplex else None
         self._lowest: ExactState | None = None
         self._by_programs: Answer | None = None
+
+    @cached_property
+    def _alternation(self) -> "Alternation":
+        """The two programs in turn, with interior points; they import a modelling language."""
+        from masonry_opt.methods.exact.alternation import alternation_of
+
+        return alternation_of(self._task)
 
     @property
     def answer(self) -> Answer | None:

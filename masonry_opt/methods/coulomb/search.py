@@ -7,7 +7,6 @@ from math import inf
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code, Status, reason
 from masonry_opt.answer.solution import Solution
-from masonry_opt.methods.exact.alternation import alternation_of
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, OutOfTime, StateFinder, refiner_of
 from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
@@ -63,6 +62,9 @@ def search_lower(task: Task, first: Solution, limits: SearchLimits) -> Solution:
         return first
     finder: StateFinder
     if task.problem.layout.round:
+        # Imports a modelling language, which takes seconds.
+        from masonry_opt.methods.exact.alternation import alternation_of
+
         finder = ConeRefiner(task.problem, task.effort, alternation_of(task))
     else:
         finder = refiner_of(task)

@@ -1,4 +1,7 @@
-"""Steps of the default method."""
+"""Steps of the default method.
+
+Modules that declare programs are imported where they are used: modelling languages take seconds.
+"""
 
 from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol
@@ -14,11 +17,9 @@ from masonry_opt.methods.exact.refiner import SMALL
 from masonry_opt.methods.exact.settings import SearchSettings
 from masonry_opt.methods.incremental.method import IncrementalOptions, incremental
 from masonry_opt.methods.incremental.settings import IncrementalSettings
-from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Task
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.standing.existence import existence
 
 
 class Step(Protocol):
@@ -103,6 +104,8 @@ class ExactFrom:
     def _run_from_associative(self, run: CoulombRun) -> None:
         run.known = with_associative(run.task, run.known)
         if run.known.associative is None:
+            from masonry_opt.standing.existence import existence
+
             run.known = replace(run.known, infeasibility=existence(run.problem, run.effort))
             if run.known.proven_none:
                 run.ended = run.known
@@ -161,6 +164,8 @@ class Loop:
         run.ended = _end_without_loop(run) or self._end_by_loop(run)
 
     def _solve(self, run: CoulombRun) -> Solution:
+        from masonry_opt.methods.loop.nonassociative import nonassociative
+
         return nonassociative(run.task.with_options(self.options, find_solver("cvxpy", None)))
 
     def _end_by_loop(self, run: CoulombRun) -> Solution:

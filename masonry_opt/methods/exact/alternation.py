@@ -14,16 +14,13 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.settings import WEIGHT
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_cone import ConeForces, ConeMotion
-from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
-
-#: Weight of the energy z·p over λ where a mechanism is known roughly: λ must fall by more than so many times
-#: what that adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
-WEIGHT = 30.0
 
 #: Weights of the energy over λ, in turn. The first lets λ fall far, the last leaves hardly any energy. In
 #: space exact states lie further apart, and a weight that rises slowly leads lower; where it leads to none,
@@ -50,7 +47,7 @@ class _PlaneForces:
 
     def set(self, p: np.ndarray, weight: float) -> None:
         """Set the rates of the mechanism, shape (faces,), and the weight of the energy."""
-        self._cost.value = energy_costs(self._problem, p, weight)[1]
+        self._cost.value = self._problem.energy_costs(p, weight)[1]
 
 
 class _PlaneMotion:

@@ -14,6 +14,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,12 +24,14 @@ from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.motion import weightless
 from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.alternation import WEIGHT, Alternation
+from masonry_opt.methods.exact.settings import WEIGHT
 from masonry_opt.methods.task import Task
-from masonry_opt.models.cvxpy_exact import energy_costs
 from masonry_opt.problem.problem import Of, Problem
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
+
+if TYPE_CHECKING:
+    from masonry_opt.methods.exact.alternation import Alternation
 
 SMALL = 60  #: Joints of a small scene. Larger ones take simplex several times as long with random costs.
 _RESTS, _AT_YIELD = 1e-9, 1e-7  #: A rate above this is at work, and a slack below this at yield.
@@ -165,7 +168,7 @@ class Refiner(StateFinder):
         velocities (3b,); None if there is none."""
         support = rates > (_AT_WORK * rates.max() if self._roughly else _RESTS)
         small = np.where(support, 0.0, rates) * self._roughly
-        if not self._forces_at(*energy_costs(self.problem, small, _SMALL_RATES), support):
+        if not self._forces_at(*self.problem.energy_costs(small, _SMALL_RATES), support):
             return None
         load_factor, q = float(self._statics.values("load_factor")[0]), self._statics.values("q")
         strength = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
@@ -200,7 +203,7 @@ class Refiner(StateFinder):
                 return exact
             if at_random:
                 continue
-            if not self._forces_at(*energy_costs(self.problem, found[0], WEIGHT)):
+            if not self._forces_at(*self.problem.energy_costs(found[0], WEIGHT)):
                 return None
             q = self._statics.values("q")
         return None
@@ -256,7 +259,7 @@ class ConeRefiner(StateFinder):
     """The alternation of two cone programs. It reports neither what holds λ up nor neighbours of a state."""
 
     def __init__(
-        self, problem: Problem, effort: Effort, alternation: Alternation, weights: tuple[float, ...] = ()
+        self, problem: Problem, effort: Effort, alternation: "Alternation", weights: tuple[float, ...] = ()
     ) -> None:
         super().__init__(problem, effort)
         self._alternation, self._weights = alternation, weights

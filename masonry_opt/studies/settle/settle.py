@@ -30,7 +30,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.standing.diagnosis import carries
+from masonry_opt.standing.dead_load import carries
 from masonry_opt.studies.settle.answer import Bound, Settlement
 
 
