@@ -285,7 +285,6 @@ ATLAS: tuple[Entry, ...] = (
         *associative(0.4, "μ"),
         *loops(0.4, "μ", exact=True),
         *loops(0.4, "μ", (None,), options={"start": "cohesive"}, why=by_solver("highs-ipm")),
-        Expectation("coulomb", 0.4, "μ", exact=True),
         default(0.4, "μ", only=True),
         Expectation("mpec", expected=Status.SOLVER_FAILED, why=reason(Code.NOT_CERTIFIED)),
         Expectation("global", 0.4, "μ", why=reason(Code.OUT_OF_TIME_WITHIN_IMPOSED)),
