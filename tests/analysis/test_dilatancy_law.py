@@ -47,7 +47,7 @@ def test_methods_with_fixed_dilatancy_refuse_it(method):
 def test_a_search_refuses_it():
     """The loop solves such a scene; a search has fixed dilatancy."""
     scene = with_law(two_blocks(), 0.1, 0.2)
-    with pytest.raises(mo.OptionError, match="'search'.*'dilatancy_stress'"):
+    with pytest.raises(mo.OptionError, match=r"'search'.*'dilatancy_stress'"):
         solved(scene, "coulomb", search=1.0)
     assert solved(scene, "coulomb").load_factor == solved(scene, "nonassociative").load_factor
 

@@ -250,7 +250,7 @@ ATLAS: tuple[Entry, ...] = (
     entry(
         "μ large: wall 3",
         "With μ = 10 the cap c / (αμ) on normal forces is so low that most slopes lock joints, "
-        "in the loop; a push has no such cap.",
+        "in the loop; a load history has no such cap.",
         small.ferris_tinloi(3, friction=10.0),
         *no_state("clarabel", "highs"),
         *loops((0.0, 0.6833480), "at most the associative λ", ("highs-ipm",), why=AGAIN),

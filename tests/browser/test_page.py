@@ -81,7 +81,12 @@ def test_keys_move_along_the_load_history_and_the_mechanism_comes_back(page, res
     assert all(control.accessible_name for control in page.find_elements("css selector", "input"))
     before = transform(page, moving)
     told, last = set(), len(frames.d) - 1
-    for key, at in ((Keys.ARROW_RIGHT, 1), (Keys.END, last), (Keys.ARROW_LEFT, last - 1), (Keys.PAGE_DOWN, None)):
+    for key, at in (
+        (Keys.ARROW_RIGHT, 1),
+        (Keys.END, last),
+        (Keys.ARROW_LEFT, last - 1),
+        (Keys.PAGE_DOWN, None),
+    ):
         slider.send_keys(key)
         at = int(slider.get_property("value")) if at is None else at
         assert int(slider.get_property("value")) == at

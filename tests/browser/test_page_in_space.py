@@ -103,7 +103,7 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(page, result):
 
 @pytest.fixture(scope="module")
 def loaded(tmp_path_factory):
-    """Return a corner wall's result by the default method, with its load history, and the file of its page."""
+    """Return a corner wall's result by the default method, and the file of its page."""
     return written(mo.solve(corner_wall(3, 2, 4)), tmp_path_factory, view=VIEW)
 
 
