@@ -1,7 +1,7 @@
 """How fast, and how good, are answers for blocks in space?
 
     python benchmarks/space.py associative         # by cones, up to 5,000 blocks
-    python benchmarks/space.py walls --most 100    # compliant and default, corner walls and façades
+    python benchmarks/space.py walls --most 100    # incremental and default, corner walls and façades
     python benchmarks/space.py sides               # polygons against cones: docs/space_sides.png
     python benchmarks/space.py random --seeds 50   # certified, proven to have none, or open
     python benchmarks/space.py vaults              # from an OBJ of 199 stones to the page
@@ -117,7 +117,7 @@ def associative(_: argparse.Namespace) -> None:
 
 
 def walls(asked: argparse.Namespace) -> None:
-    """Method compliant and the default, with what their states leave of complementarity."""
+    """Method incremental and the default, with what their states leave of complementarity."""
     head(
         *("wall", "blocks", "μ", "associative", "incremental", "steps", "s", "default", "steps", "s"),
         *("complementarity", "over the lowest known", "how they ended"),

@@ -85,7 +85,8 @@ class Code(StrEnum):
     # steps, jumps; carried, not_carried: load factors between which equilibrium is lost.
     RANGE = "range"
     UNBOUNDED = "unbounded"  # steps: of a load history that has no end
-    UNDECIDED = "undecided"  # word, steps, looped: True if the loop found no collapse either
+    # word, steps; looped: True if the loop found no collapse either; searched: True if a search found none.
+    UNDECIDED = "undecided"
     DILATANCY_FALLS = "dilatancy falls"
     NOT_COMPUTED = "incremental not computed"  # joints, in space contacts: too many for a load history
     # draws: number of random stiffnesses, and of random self-stresses; stiffness, stress: the range of the

@@ -209,7 +209,8 @@ def _help(parameter: Parameter, functions: Sequence[Function], labels: Sequence[
 
 def _first_sentence(name: str, function: Function) -> str:
     """Return the first sentence on a parameter in a docstring; "" if it refers to another function."""
-    section = (inspect.getdoc(function) or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
+    section = (inspect.getdoc(function) or "").partition("\nParameters\n----------\n")[2]
+    section = re.split(r"\n\n(?=\S)", section)[0]  # the text on a parameter may have indented paragraphs
     for names, text in re.findall(r"^(\S[^:\n]*):\s+(.*(?:\n .*)*)", section, re.MULTILINE):
         if name in re.split(r"[,\s*]+", names) and not re.match("as (of|in) |of :func:", text, re.IGNORECASE):
             plain = re.sub(r":\w+:`[~.]*(?:\w+\.)*(\w+)`", r"\1", " ".join(text.split())).replace("``", "")

@@ -317,9 +317,9 @@ def export(
     _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
     # Some methods treat dilatancy that depends on stress by the loop; a single program has a constant one.
-    entry = METHODS[method]
+    entry = METHODS["coulomb" if method == "mcp" else method]
     refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}
-    refuse_unsuited(replace(entry, refuses=refuses), assembly)
+    refuse_unsuited(replace(entry, name=method, refuses=refuses), assembly)
     program, comments = _EXPORTS[method](assembly)
     program.name = method
     names = names_in(program, assembly, legal=ending != ".nl")

@@ -155,14 +155,14 @@ def test_dilatancy_that_falls_with_stress_is_for_the_loop():
 # The ways to a state --------------------------------------------------------------------------------------
 
 
-def test_where_no_push_ends_statics_lead_to_a_state(no_ray, no_simplex):
+def test_where_no_load_history_ends_statics_lead_to_a_state(no_ray, no_simplex):
     result = mo.solve(WALLS[0], incremental=False)
     assert (codes(result), result.exact) == ([], True)
     assert result.certificate.worst <= EXACT
     assert result.load_factor <= result.associative == pytest.approx(0.64286, abs=5e-6)
 
 
-def test_further_starts_answer_on_small_scenes_where_no_push_ends(no_ray):
+def test_further_starts_answer_on_small_scenes_where_no_load_history_ends(no_ray):
     result = mo.solve(two_blocks(), incremental=False)
     assert_exact(result)
     assert result.load_factor == pytest.approx(0.15, rel=CLOSED_FORM)
@@ -178,17 +178,17 @@ def test_the_first_state_will_do_if_asked_for():
 
 @pytest.mark.parametrize("name", ["wedges", "irregular"])
 def test_interior_points_in_turn_end_near_where_simplex_does(name):
-    """From the state that a push ends with: exact but for complementarity."""
-    simplex, pushed = solved(scene_of(name)), solved(scene_of(name), "incremental")
-    state = pushed.solution.answer
-    found = Alternation(pushed.assembly.problem, Effort()).state_near(state.q, state.d)
+    """From the state that a load history ends with: exact but for complementarity."""
+    simplex, loaded = solved(scene_of(name)), solved(scene_of(name), "incremental")
+    state = loaded.solution.answer
+    found = Alternation(loaded.assembly.problem, Effort()).state_near(state.q, state.d)
     left = found.certificate
     assert max(left.equilibrium, left.yield_, left.flow) <= EXACT
     assert left.complementarity <= ALTERNATED * found.load_factor
     assert found.load_factor == pytest.approx(simplex.load_factor, rel=ALTERNATED)
 
 
-def test_where_simplex_takes_long_programs_lead_lower_than_the_push(no_simplex):
+def test_where_simplex_takes_long_programs_lead_lower_than_the_load_history(no_simplex):
     result = mo.solve(irregular())
     assert (codes(result), result.exact) == ([], True)
     assert result.certificate.worst <= EXACT
@@ -198,7 +198,7 @@ def test_where_simplex_takes_long_programs_lead_lower_than_the_push(no_simplex):
 
 @pytest.mark.slow
 def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
-    """A push that claims to have ended is not believed where the certificate fails, nor the loop after it."""
+    """A load history that claims to have ended is refuted by its certificate, and so is the loop after it."""
     never = dict.fromkeys(vars(LIMITS[Kind.NEARLY_COMPLEMENTARY]), -1.0)
     for kind in (Kind.NEARLY_COMPLEMENTARY, Kind.EXACT, Kind.LOOP):
         monkeypatch.setitem(LIMITS, kind, type(LIMITS[kind])(**never))

@@ -54,7 +54,7 @@ def test_where_forces_are_determinate_all_three_are_one(scene, by_hand):
     assert result.incremental_reasons[0].code is Code.COLLAPSE
 
 
-def test_on_a_wall_it_is_what_method_compliant_finds():
+def test_on_a_wall_it_is_what_method_incremental_finds():
     result, alone = solved(WALLS[0], incremental=True), solved(WALLS[0], "incremental")
     assert result.incremental == result.end == alone.load_factor == alone.incremental == alone.end
     assert result.incremental_reasons == alone.reasons

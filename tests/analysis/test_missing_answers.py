@@ -34,7 +34,7 @@ def test_a_stack_that_the_live_load_lifts_and_a_fill_pushes_aside():
 
 @pytest.mark.slow
 def test_rubble_that_carries_any_multiple_by_statics():
-    """The push from rest comes to no end; the loop's load grows without end, which proves nothing more."""
+    """The load history from rest has no end; the loop's load grows without end, which proves nothing more."""
     scene = mo.load(FOLDER / "rubble_that_carries_any_load.toml")
     assert bounds(assemble(scene)).outside == inf
     result = mo.solve(scene)

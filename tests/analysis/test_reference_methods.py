@@ -17,24 +17,24 @@ TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 EXACT = 1e-8
 
 
-def test_refined_is_exact_stationary_not_above_the_loop_and_the_lowest_known():
+def test_a_search_is_exact_stationary_not_above_the_loop_and_the_lowest_known():
     path = WALLS[0]
-    loop, refined = solved(path, "nonassociative"), solved(path, "coulomb", search=0.5)
-    assert refined.load_factor <= 0.638983
-    assert refined.status is mo.Status.CONVERGED
-    assert refined.certificate.worst < EXACT
-    assert refined.stationary
-    assert refined.load_factor <= loop.load_factor + 1e-7
-    assert refined.load_factor <= solved(path, "static").load_factor
+    loop, searched = solved(path, "nonassociative"), solved(path, "coulomb", search=0.5)
+    assert searched.load_factor <= 0.638983
+    assert searched.status is mo.Status.CONVERGED
+    assert searched.certificate.worst < EXACT
+    assert searched.stationary
+    assert searched.load_factor <= loop.load_factor + 1e-7
+    assert searched.load_factor <= solved(path, "static").load_factor
 
 
-def test_refined_from_a_result_handed_in_counts_only_its_own_solves():
+def test_a_search_from_a_result_handed_in_counts_only_its_own_solves():
     loop = solved(WALLS[0], "nonassociative")
-    refined = mo.solve(WALLS[0], "coulomb", start=loop)
-    assert refined.load_factor <= loop.load_factor + 1e-7
-    assert refined.history["origin"].iloc[0] == "start"
+    searched = mo.solve(WALLS[0], "coulomb", start=loop)
+    assert searched.load_factor <= loop.load_factor + 1e-7
+    assert searched.history["origin"].iloc[0] == "start"
     others = {"dead load": ["newton"], "incremental analysis": ["newton"], "associative": ["clarabel"]}
-    assert refined.solvers == others | {"refinement": ["highs"]}
+    assert searched.solvers == others | {"refinement": ["highs"]}
     no_forces = solved(pressed_down())
     for scene, start in ((WALLS[1], loop), (WALLS[0], "mpec"), (pressed_down(), no_forces)):
         with pytest.raises(mo.OptionError, match="'start'"):
@@ -52,9 +52,9 @@ def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher():
     steps = mpec.history
     assert (steps["largest_product"] <= steps["epsilon"] * 1.001 + 1e-12).all()
     assert steps["epsilon"].is_monotonic_decreasing
-    refined = mo.solve(scene, "coulomb", start=mpec)
-    assert refined.load_factor <= mpec.load_factor + 1e-7
-    assert refined.nlp_solves == 0
+    searched = mo.solve(scene, "coulomb", start=mpec)
+    assert searched.load_factor <= mpec.load_factor + 1e-7
+    assert searched.nlp_solves == 0
 
 
 @pytest.mark.slow
@@ -121,8 +121,8 @@ def test_an_exact_end_of_the_loop_is_refined_where_a_rough_one_is_not():
     assert result.certificate.worst < EXACT
 
 
-def refined_from_more_friction(number, more):
-    """Wall of that number, refined from the loop's state on the same wall with so much more friction."""
+def searched_from_more_friction(number, more):
+    """Return the result of a search on a wall, from the loop's state with ``more`` times the friction."""
     wall = mo.load(WALLS[number - 1])
     stiffer = wall.model_copy(update={"joints": mo.JointDefaults(friction=more * 0.65)})
     return mo.solve(wall, "coulomb", start=mo.solve(stiffer, "nonassociative"))
@@ -132,7 +132,7 @@ def refined_from_more_friction(number, more):
 def test_a_start_without_exact_statics_is_repaired(watched):
     """The loop's state on wall 2 with 20 % more friction has none on wall 2 itself."""
     asked = watched(Refiner, "_forces_at")
-    result = refined_from_more_friction(2, 1.2)
+    result = searched_from_more_friction(2, 1.2)
     # Those of least energy with no face held at yield.
     assert any(len(given) == 3 for given in asked)
     assert result.certificate.worst < EXACT

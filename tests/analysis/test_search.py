@@ -51,7 +51,7 @@ def test_a_search_stopped_at_any_time_has_a_whole_answer():
     assert result.status is mo.Status.CONVERGED
     assert result.kind in (Kind.EXACT, Kind.NEARLY_COMPLEMENTARY)
     assert result.certificate.worst < (EXACT if result.kind is Kind.EXACT else 1e-6)
-    # The push, models, and the program in hand when time was up.
+    # The load history, models, and the program in hand when time was up.
     assert sum(result.seconds.values()) < seconds + 5
 
 

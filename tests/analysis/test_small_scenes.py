@@ -17,7 +17,7 @@ from masonry_opt.scene.contacts.alignment import AlignedContacts
 
 
 def test_the_default_ends_low_where_states_are_far_apart():
-    """The state that the push's own forces lead to is 4.4 times the lowest that searches of seconds find."""
+    """The forces of the load history lead to 4.4 times the lowest state that searches of seconds find."""
     result = solved(random_scene("wall", 50037))
     assert result.exact
     assert result.load_factor == pytest.approx(1.84001, rel=1e-4)
@@ -72,7 +72,7 @@ def test_corners_moved_by_rounding_leave_the_least_state(scene, copy):
 
 
 @pytest.mark.slow
-def test_further_starts_answer_where_no_push_ends():
+def test_further_starts_answer_where_no_load_history_ends():
     result = solved(random_scene("tessellation", 200030))
     assert result.exact
     assert result.incremental is None

@@ -250,7 +250,7 @@ ATLAS: tuple[Entry, ...] = (
     entry(
         "μ large: wall 3",
         "With μ = 10 the cap c / (αμ) on normal forces is so low that most slopes lock joints, "
-        "in the loop; a push has no such cap.",
+        "in the loop; a load history has no such cap.",
         small.ferris_tinloi(3, friction=10.0),
         *no_state("clarabel", "highs"),
         *loops((0.0, 0.6833480), "at most the associative λ", ("highs-ipm",), why=AGAIN),
@@ -285,7 +285,6 @@ ATLAS: tuple[Entry, ...] = (
         *associative(0.4, "μ"),
         *loops(0.4, "μ", exact=True),
         *loops(0.4, "μ", (None,), options={"start": "cohesive"}, why=by_solver("highs-ipm")),
-        Expectation("coulomb", 0.4, "μ", exact=True),
         default(0.4, "μ", only=True),
         Expectation("mpec", expected=Status.SOLVER_FAILED, why=reason(Code.NOT_CERTIFIED)),
         Expectation("global", 0.4, "μ", why=reason(Code.OUT_OF_TIME_WITHIN_IMPOSED)),

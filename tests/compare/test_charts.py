@@ -80,10 +80,10 @@ def test_without_a_yardstick_there_is_no_chart_of_accuracy():
 
 def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
     rows = [
-        line(scene="a", method="coulomb", load_factor=0.8),
+        line(scene="a", method="mpec", load_factor=0.8),
         line(scene="a", method="coulomb", load_factor=0.8008),
     ]
-    summary = summary_of(rows, {}, {"a": BestKnown(0.8, "coulomb")})
+    summary = summary_of(rows, {}, {"a": BestKnown(0.8, "mpec")})
     drawing = next(drawing for drawing in charts(summary) if drawing.name == "time_error_coulomb")
     assert sorted(drawing.chart.data["height"]) == pytest.approx([1e-6, 1e-3])
     assert min(encodings(drawing, "y")[0]["axis"]["values"]) == pytest.approx(1e-6)

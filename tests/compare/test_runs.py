@@ -23,7 +23,7 @@ def test_a_run_returns_the_answer_and_its_cost():
     end = run_alone(partial(run_pair, case, Pair("static", "cvxpy", "clarabel", 1e-9), 30.0), 30, 4000)
     assert end.how == FINISHED
     assert end.value["load_factor"] == pytest.approx(0.25, rel=1e-7)
-    assert end.value["expected_seconds"] == 0  # runs do not compute the incremental load factor
+    assert end.value["incremental_seconds"] == 0  # runs do not compute the incremental load factor
     assert 0 < end.value["solve_seconds"] < end.value["wall"] < end.seconds
     assert end.peak > 50  # the libraries alone
 

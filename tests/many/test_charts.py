@@ -141,8 +141,8 @@ def test_a_value_above_the_scale_of_a_map_is_told():
     assert "last colour" not in heat_map(swept.drop(2), "a", "b").notes
 
 
-def test_the_load_to_expect_is_dashed():
-    swept = frame(["sliding"] * 3, [0.2, 0.3, np.nan]).assign(expected=[0.25, 0.4, 0.6])
+def test_the_incremental_load_factor_is_dashed():
+    swept = frame(["sliding"] * 3, [0.2, 0.3, np.nan]).assign(incremental=[0.25, 0.4, 0.6])
     (line, *_) = (of for of in layers(against(swept)) if "strokeDash" in of[2]["mark"])
     assert line[1]["incremental"].tolist() == [0.25, 0.4, 0.6]
     assert marks(against(swept))[2][1] == 0.6

@@ -91,7 +91,7 @@ def test_least_friction_that_carries_a_load(method):
     assert found.history["incremental"].isna().all()
 
 
-def test_the_load_to_expect_is_told_where_asked_for():
+def test_the_incremental_load_factor_is_told_where_asked_for():
     found = mo.least(
         lambda mu: block_on_floor(friction=mu), 0.05, 1, load=0.3, samples=0, tolerance=0.5, incremental=True
     )

@@ -81,7 +81,7 @@ def test_of_a_block_that_slides_both_loads_are_the_friction():
     assert str(found).count("; incremental the same") == 4
 
 
-def test_loads_to_expect_stand_beside_the_lowest_found():
+def test_incremental_load_factors_stand_beside_the_lowest_found():
     """A lowest state that falls where the incremental load factor grows; of one run there is none:
     it has no rank."""
     found = sampled(np.linspace(0.3, 0.2, 21))

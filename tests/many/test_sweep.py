@@ -46,14 +46,14 @@ def test_load_factors_are_those_by_hand(swept):
     assert swept[["equilibrium", "yield", "flow", "complementarity"]].max(axis=None) < 1e-6
 
 
-def test_the_load_to_expect_is_a_column(swept):
+def test_the_incremental_load_factor_is_a_column(swept):
     """That of a single block is its load factor; associative methods have none."""
     assert swept["incremental"].isna().all()
     friction = {"joints.friction": [0.3]}
-    told, off = (sweep(friction, method="coulomb", incremental=expected) for expected in (True, False))
+    told, off = (sweep(friction, method="coulomb", incremental=computed) for computed in (True, False))
     assert told["incremental"].tolist() == pytest.approx([0.3], rel=1e-6)
     assert off["incremental"].isna().all()
-    # Its push is the method's first.
+    # The method itself begins with the load history.
     differ = ["incremental", "message"]
     same(off.drop(columns=differ), told.drop(columns=differ))
 

@@ -192,11 +192,23 @@ def test_the_command_prints_what_python_prints(command, saved):
 def test_options_of_the_method_and_published_values(command):
     out = command("solve", WALL_1, *LOOP, "-o", "start=cohesive", "-o", "beta=0.5")
     assert "reference        0.63982 (Gilbert, Casapulla & Ahmed (2006), Table 1), here -0.0" in out
-    # Of whom there is none of the method, that of the loop serves.
     out = command("solve", CASES / "livesley" / "wedges.toml")
-    assert "reference        1.28 (Gilbert, Casapulla & Ahmed (2006), Fig. 8 (b)), here +0.0" in out
+    assert "reference        1.280338166517 (by hand: 1 + (t9 - t1) / (t9 + t19)" in out
     for wrong, words in (("beta=2", "beta"), ("gamma=1", "no option 'gamma'"), ("beta", "NAME=VALUE")):
         assert words in command.refused("solve", WALL_1, *LOOP, "-o", wrong)
+
+
+def test_a_published_value_of_an_mcp_or_the_loop_serves_the_default():
+    """A value of method 'coulomb' comes first, then the value of an MCP, then the value of the loop."""
+    scene = mo.load(CASES / "livesley" / "wedges.toml")
+    own, loop = scene.reference["coulomb"], scene.reference["nonassociative"]
+    mcp = own.model_copy(update={"source": "an MCP"})
+    for reference, words in (
+        ({"nonassociative": loop, "mcp": mcp, "coulomb": own}, "1.280338166517 (by hand"),
+        ({"nonassociative": loop, "mcp": mcp}, "1.280338166517 (an MCP)"),
+        ({"nonassociative": loop}, "1.28 (Gilbert, Casapulla & Ahmed (2006), Fig. 8 (b)), here +0.0"),
+    ):
+        assert f"reference        {words}" in str(mo.solve(scene.replace(reference=reference)))
 
 
 def test_version(command):

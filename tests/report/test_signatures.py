@@ -18,7 +18,7 @@ def study(
     *,
     count: int | None = None,
     deep: bool = False,
-    expected: bool = True,
+    incremental: bool = True,
     layers: Sequence[str] = (),
     live_layers: Mapping[str, float] | None = None,
     place: Sequence[float] = (1.0, 2.0),
@@ -34,7 +34,7 @@ def study(
     count, deep:
         How many there
         are. Not which.
-    expected: as of :func:`~masonry_opt.analysis.solve`.
+    incremental: as of :func:`~masonry_opt.analysis.solve`.
     """
 
 

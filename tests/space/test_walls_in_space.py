@@ -48,7 +48,7 @@ def test_associative_load_factor_by_polygons_is_that_of_another_program(referenc
 
 
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.carried is not None))
-def test_load_to_expect_is_that_of_contact_dynamics(reference):
+def test_the_incremental_load_factor_is_that_of_contact_dynamics(reference):
     """Within 1 %; a load increment there is .3 % of the least. Rigid blocks in LMGC90 begin to leave within
     3.5 % of it. By the cone, exact: what blocks move on with for ever is a state of rigid ones."""
     found = solved(reference.scene, "incremental")

@@ -36,7 +36,7 @@ def test_ctrl_c_ends_with_what_is_known(watched, press_ctrl_c, command, method, 
 def test_ctrl_c_in_other_commands(watched, press_ctrl_c, command):
     watched(CvxpyEngine, "solve", lambda _: press_ctrl_c())
     told = command.refused("check", WALL_1, code=130)
-    assert told == "error: interrupted: files already written are whole\n"
+    assert told == "error: interrupted: nothing was found\n"
 
 
 @pytest.mark.slow

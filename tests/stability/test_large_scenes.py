@@ -57,7 +57,7 @@ def test_the_loop_answers_where_no_exact_state_is_found():
 
 
 @pytest.mark.slow
-def test_where_the_loop_comes_to_none_either_the_load_to_expect_is_left():
+def test_where_the_loop_comes_to_none_either_the_incremental_load_factor_is_left():
     result = mo.solve(large_scene("rubble", 200, 753010))
     assert result.load_factor is None
     assert values_of(result, Code.UNDECIDED)["looped"]

@@ -42,9 +42,10 @@ def test_load_factor_is_unmoved(scene, method, tolerance, name):
     same(solved(scene, method), solved(SAME[name](scene), method), tolerance)
 
 
-#: Two pushes that differ by rounding.
+#: Two load histories that differ by rounding.
 SAME_WAY = 1e-8
-#: The exact state below is on the same mechanism, whichever way the push went: 4e-15 apart on these walls.
+#: The exact state below is on the same mechanism, whichever way the load history went: 4e-15 apart on these
+#: walls.
 DESCENDED = 1e-10
 
 

@@ -126,7 +126,7 @@ def test_strength_lowers_the_load_factor_towards_none(name):
     assert factors[-1] == pytest.approx(unlimited, rel=5e-4)
 
 
-def test_a_push_and_the_loop_end_in_exact_states():
+def test_a_load_history_and_the_loop_end_in_exact_states():
     scene = SCENES["column"]
     associative = solved(scene, "static", solver="highs").required()
     for method in ("coulomb", "nonassociative"):
@@ -136,7 +136,7 @@ def test_a_push_and_the_loop_end_in_exact_states():
 
 
 @pytest.mark.slow
-def test_with_associative_flow_a_push_reproduces_the_chords_optimum():
+def test_with_associative_flow_a_load_history_reproduces_the_chords_optimum():
     wall = small_wall(2, 2, friction=0.65, dilatancy=0.65, strength=8.0)
     chords = solved(wall, "static", solver="highs").required()
     assert solved(wall, "coulomb", descent=False).required() == pytest.approx(chords, rel=1e-8)

@@ -144,9 +144,9 @@ def test_at_the_limiting_friction_a_bolt_is_needed_that_the_associative_state_do
     assert values_of(result, Code.STATES_MET)["most"] == pytest.approx(result.associative, rel=1e-6)
 
 
-def test_refinement_finds_the_largest_bolt_known():
+def test_the_default_finds_the_largest_bolt_known():
     """4,555 kN, where the textbook has 2,010: the least load factor is not its own. (At the limiting friction
     searches of minutes find 2,241 kN, where it has 0.5.)"""
-    refined = solved(SLOPE, "coulomb")
-    assert refined.certificate.worst < 1e-8
-    assert refined.load_factor <= mo.load(SLOPE).reference["refined"].value * (1 + 1e-4)
+    found = solved(SLOPE, "coulomb")
+    assert found.certificate.worst < 1e-8
+    assert found.load_factor <= mo.load(SLOPE).reference["refined"].value * (1 + 1e-4)

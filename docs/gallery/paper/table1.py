@@ -21,7 +21,7 @@ COLUMNS = {
     "mpec": ("mpec", {}, "mpec"),
     "search": ("coulomb", {"search": 30.0}, "refined"),
     "loop": ("nonassociative", {}, "nonassociative"),
-    "coulomb": ("coulomb", {}, "coulomb"),
+    "coulomb": ("coulomb", {}, "mcp"),
     "incremental": ("incremental", {}, "nonassociative"),
     "CVXPY": ("static", {"model": "cvxpy"}, "associative"),
     "Pyomo": ("static", {"model": "pyomo"}, "associative"),

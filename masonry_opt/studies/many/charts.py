@@ -79,10 +79,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     far = off_axis(np.r_[frame["load_factor"], frame["incremental"]])
     off, failed = far[: len(frame)], frame["load_factor"].isna()
     on_axis = ~failed & ~off
-    incremental, same = (
-        frame["incremental"].mask(far[len(frame) :]),
-        frame["incremental"].equals(frame["load_factor"]),
-    )
+    incremental = frame["incremental"].mask(far[len(frame) :])
+    same = frame["incremental"].equals(frame["load_factor"])
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES
@@ -133,7 +131,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
     file = chart_names(names)[[*names].index(name)]
     notes = [_RING] if marks["least"].any() else []
-    notes += [_DASHED] if len(incremental) else []
+    notes += [_DASHED] if len(beside) else []
     notes += _names_of_load_factors(frame)
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 

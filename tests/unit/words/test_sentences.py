@@ -40,8 +40,8 @@ VALUES = {
     "length": 0.5, "load": "dead", "load_factor": 0.5, "looped": False, "lowest": 0.4, "median": 22.0,
     "most": 0.6, "name": "rod", "names": ["lorry"], "not_carried": 0.5, "normal_forces": [12.5],
     "number": 3, "off": 0.1,
-    "other": 22.0, "pairs": [["A", "B"]], "period": 2, "rates": 100.0, "ratio": 1000.0,
-    "remedies": ["beta=0.3"], "residuals": {"flow": 0.1}, "size": 3.0, "states": 21,
+    "other": 22.0, "pairs": [["A", "B"]], "per_area": True, "period": 2, "rates": 100.0, "ratio": 1000.0,
+    "remedies": ["beta=0.3"], "residuals": {"flow": 0.1}, "searched": False, "size": 3.0, "states": 21,
     "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27, "stiffness": (0.4, 0.5), "stress": None,
     "time_limit": 60.0, "unit_weight": 18.0, "value": 20.0, "weight": 1e8, "widths": [1e-3], "without": 1,
     "word": "unknown", "angle": 1e-3, "tolerance": 1e-3, "turn": 2e-3,
@@ -303,7 +303,7 @@ def test_friction_is_not_named_where_it_does_not_act():
     for method in ("coulomb", "incremental", "nonassociative"):
         result = mo.solve(pressed_down(), method)
         assert result.status is mo.Status.UNLIMITED
-        assert "joints press ever harder" in result.summary
+        assert "joints that press ever harder" in result.summary
         assert "friction" not in result.summary
     assert not any("friction" in str(status) for status in mo.Status)
 
