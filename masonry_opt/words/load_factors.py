@@ -32,6 +32,8 @@ _ENDS = {
 _LOST = "equilibrium is lost as the live load is raised from rest"
 #: Remark that follows where method "incremental" alone was asked.
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for them)"
+#: Remark that follows where another method found no exact state, and ends with the load history.
+_NO_EXACT_STATE = "no exact collapse state was found; lower ones may exist"
 
 #: Meaning of a load factor of each name, in the words that studies of many results print below their numbers.
 _MEANINGS = {
@@ -200,7 +202,8 @@ def _incremental_line(result: Outcome) -> LoadFactorLine:
     """Return the row of the incremental load factor, which must not be None."""
     remark = _incremental_remark(result)
     if result.kind is Kind.INCREMENTAL:
-        remark = f"{remark}; {_LOWER_MAY_EXIST}"
+        lower = _LOWER_MAY_EXIST if result.method == "incremental" else _NO_EXACT_STATE
+        remark = f"{remark}; {lower}"
     return LoadFactorLine(INCREMENTAL, result.incremental, remark)
 
 

@@ -156,7 +156,8 @@ class Loop:
         3. All states found lie below zero: no load factor.
         4. The dead load is not carried from rest: unstable.
         5. The loop ends with a load factor, or its load grows without end as statics allow: the loop's end.
-        6. Neither the load history nor the loop comes to an end: no load factor.
+        6. The load history ends in a collapse, without an exact state nearby: the load that it carries.
+        7. Neither the load history nor the loop comes to an end: no load factor.
         """
         if run.incremental is None:
             run.ended = self._solve(run)
@@ -169,14 +170,18 @@ class Loop:
         return nonassociative(run.task.with_options(self.options, find_solver("cvxpy", None)))
 
     def _end_by_loop(self, run: CoulombRun) -> Solution:
+        assert run.incremental is not None
         known = run.known
         by_loop = self._solve(run).accepted()
         statics = known.associative_ended
         endless = statics is not None and statics.unlimited and by_loop.status.unlimited
+        ended = by_loop
         if by_loop.answer is None and not endless:
-            return _undecided(run, Status.SOLVER_FAILED, looped=True)
-        by_loop = replace(by_loop, associative=known.associative, associative_ended=statics)
-        return replace(by_loop, infeasibility=known.infeasibility)
+            ended = run.incremental
+            if ended.answer is None:
+                return _undecided(run, Status.SOLVER_FAILED, looped=True)
+        ended = replace(ended, associative=known.associative, associative_ended=statics)
+        return replace(ended, infeasibility=known.infeasibility)
 
 
 def _end_without_loop(run: CoulombRun) -> Solution | None:
