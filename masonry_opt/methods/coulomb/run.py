@@ -1,12 +1,16 @@
 """What the steps of the default method share: the load history, the states found, and the end."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
 from math import inf
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer
+from masonry_opt.answer.load_history import LoadHistory
 from masonry_opt.answer.reasons import Status
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import ZERO
@@ -125,13 +129,13 @@ class LowestState:
         for state in self._search.until_in_vain(self._lowest):
             self._keep(state)
 
-    def look_further_in_space(self, settings: SearchSettings) -> None:
-        """Look for lower states from a number of further starts."""
+    def look_further_in_space(self, settings: SearchSettings, history: LoadHistory | None) -> None:
+        """Look for lower states from forces of the load history, and from a number of other starts."""
         finder = ConeRefiner(self._problem, self._effort, self._alternation, settings.weights_in_space)
         search = Search(finder, self._analysis, self.met, settings)
         lowest = self._by_programs
         known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)
-        for state in search.fixed_number(known):
+        for state in search.fixed_number(known, _forces_of_steps(history, settings.steps_in_space)):
             if state is not None and self._counts(state, state.below):
                 self._by_programs = _exact_or_lower(self._by_programs, state.answer)
 
@@ -148,6 +152,16 @@ class LowestState:
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, below)
         return self._problem.settled is None or state.load_factor >= -ZERO
+
+
+def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
+    """Return the forces (3c + t,) of the load steps at shares of the number of steps, each step once."""
+    if history is None:
+        return []
+    last = len(history.steps) - 1
+    numbers = dict.fromkeys(int(share * last) for share in shares)
+    # The first step is the dead load alone, the last one has been a start.
+    return [history.steps[number].forces for number in numbers if 0 < number < last]
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:

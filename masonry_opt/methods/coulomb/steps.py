@@ -130,9 +130,10 @@ class FurtherStarts:
 
     def run(self, run: CoulombRun) -> None:
         """Look for lower states."""
+        assert run.incremental is not None
         run.effort.begins("further starts")
         if run.problem.layout.round:
-            run.states.look_further_in_space(self.settings)
+            run.states.look_further_in_space(self.settings, run.incremental.load_history)
         else:
             run.states.look_further_in_the_plane()
 

@@ -1,6 +1,6 @@
 """The search for lower exact states: other starts, and the neighbourhood of the lowest found, in turn."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import cycle, islice
@@ -109,11 +109,18 @@ class Search:
             if in_vain >= self._settings.starts_in_vain:
                 return
 
-    def fixed_number(self, lowest: ExactState | None) -> Iterator[ExactState | None]:
+    def fixed_number(
+        self, lowest: ExactState | None, forces: Iterable[np.ndarray]
+    ) -> Iterator[ExactState | None]:
         """Yield the states of a number of further starts that depends on the scene alone, not on time.
 
-        On scenes with many contacts the only start is the one from the forces of the lowest state.
+        The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts the only
+        other start is the one from the forces of the lowest state.
         """
+        for q in forces:
+            state = self.start(q)
+            lowest = lower_of(lowest, state)
+            yield state
         if self.problem.joints > self._settings.most_contacts:
             if lowest is not None:
                 yield self.start(lowest.q)

@@ -26,8 +26,12 @@ class SearchSettings:
     #: scene in the plane. More starts take proportionally longer, and find states that few starts lead to.
     starts_in_vain: int = 100
 
-    #: Number of further starts of the default in space. More starts find lower states more often, and take
-    #: proportionally longer.
+    #: Load steps whose forces are the first of the further starts of the default in space, as shares of the
+    #: number of steps. The forces of earlier steps lead to other states than those at the collapse.
+    steps_in_space: tuple[float, ...] = (0.9, 0.5)
+
+    #: Number of other further starts of the default in space. More starts find lower states more often, and
+    #: take proportionally longer.
     starts_in_space: int = 6
 
     #: Weights of the energy over λ, in turn, for the further starts of the default in space. Fewer weights

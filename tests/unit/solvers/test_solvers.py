@@ -113,9 +113,9 @@ def test_the_solver_asked_for_does_everything_that_it_can():
 #: declared in CVXPY.
 DECLARED = {"mpec": "pyomo", "coulomb": "matrices", "global": "pyomo"}
 DOES = {
-    "mpec": dict.fromkeys(("sub-problems", "exact end", "associative"), "clarabel")
-    | {"relaxation": "casadi"},
-    "coulomb": {"associative": "clarabel", "refinement": "highs"},
+    "mpec": dict.fromkeys(("sub-problems", "exact end"), "clarabel")
+    | {"relaxation": "casadi", "associative": "highs"},
+    "coulomb": {"associative": "highs", "refinement": "highs"},
     "global": {"load factor": "clarabel", "refinement": "highs"}
     | {"bounds": "highs", "products": "highs-ipm"},
 }
