@@ -48,6 +48,7 @@ for wall, column in parts:
 with Workers() as workers:
     results = {part: end.found for part, end in workers.map(zip(parts, solves, strict=True))}
 found = {at: result.required() for at, result in results.items()}
+found |= {(wall, "incremental"): results[wall, "incremental"].incremental for wall in WALLS}
 
 # %%
 # The table, walls as rows. The Coulomb problem has many states: the MCP's solver, the default (`coulomb`),
@@ -98,7 +99,7 @@ print(table_residuals.to_string(index=False, float_format="{:.2g}".format))
 
 # %%
 # Associative load factors to the five published digits; the loop within 3e-4 (wall 5: 2e-3); the MPEC
-# within 1e-4; the incremental load factor, with an exact state, within 3e-3 of the published loop; the
+# within 1e-4; the incremental load factor, which is another number, within 4e-3 of the published loop; the
 # default nowhere above the published MCP by more than 5e-4; the search at the lowest state known on walls 1
 # to 5. On wall 6 the machine decides how far its seconds take it: to 2e-4 above the lowest known or, where
 # they are few, to the MPEC's state.
@@ -111,8 +112,8 @@ for wall, scene in WALLS.items():
     loop, mpec, incremental = (found[wall, name] / published(wall, COLUMNS[name][2]) - 1 for name in held)
     assert abs(loop) < (2e-3 if wall == 5 else 3e-4), (wall, loop)
     assert abs(mpec) < 1e-4, (wall, mpec)
-    assert abs(incremental) < 3e-3, (wall, incremental)
-    assert results[wall, "incremental"].reasons[0].code == "collapse", wall
+    assert abs(incremental) < 4e-3, (wall, incremental)
+    assert results[wall, "incremental"].reasons[0].code in ("collapse", "range"), wall
     assert found[wall, "coulomb"] < published(wall, "mcp") * (1 + 5e-4), wall
     if wall != 6:
         assert found[wall, "search"] < published(wall, "refined") * (1 + 5e-6), wall
