@@ -23,9 +23,9 @@ class Senses(NamedTuple):
 
     point: np.ndarray  #: number of the sliding point of each sense, shape (m,)
     along: np.ndarray  #: unit vector e of each sense in the plane of its point, shape (2, m)
-    #: True for polygons inside the circle of shears: forces are within the cones, and senses are opposite to
-    #: the corners. False for polygons around it: mechanisms follow the cones, and senses are opposite to the
-    #: points of contact of the sides.
+    #: True if the polygons are inside the circle of shears. Then all forces are inside the cones, and sliding
+    #: is opposite to the corners. False if the polygons are around the circle. Then mechanisms obey the flow
+    #: rule of the cones, and sliding is opposite to the points where the sides touch the circle.
     inside: bool
 
 
@@ -96,7 +96,10 @@ class ConeMechanism(Mechanism):
         self.rows = [self.compatibility, at_speed]
 
     def rates(self, slope: np.ndarray) -> np.ndarray:
-        """Return the rates of the faces under the velocities at the optimum."""
+        """Return the rates p, shape (faces,), for the velocities at the optimum.
+
+        The openings per unit slip have shape (k,).
+        """
         return self._problem.rates(self.d.value, slope)
 
 

@@ -65,7 +65,7 @@ def _angles(text: str) -> tuple[float, float]:
     return azimuth, elevation
 
 
-_VIEW = "Of solids: from where they are seen, in degrees."
+_VIEW = "View of solids: azimuth and elevation of the eye, in degrees."
 _DRAW = "Draw the answer (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
 

@@ -191,7 +191,8 @@ class _PathEvent(NamedTuple):
 
     code: Code
     which: list[int]  #: indices of the joints that close, or of the blocks that meet
-    borne: ForceOptimum | None = None  #: linear program that shows that a joint opens
+    #: Optimum of the linear program of forces, if it shows that a joint opens; else None.
+    borne: ForceOptimum | None = None
 
 
 class _Stretch(NamedTuple):

@@ -310,12 +310,13 @@ def loaded_pieces(
         length = float(np.hypot(*(end - start)))
         if length <= shapes.tolerance:
             raise CaseError(
-                f"{scene.origin}: edge_load no. {number}: its line is no longer than what is nothing in this "
+                f"{scene.origin}: edge_load no. {number}: its line is not longer than the tolerance of the "
                 f"scene, {shapes.tolerance:.3g}: give the two ends of the loaded edge"
             )
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]
-        # A joint runs between the edges of its blocks, up to half the tolerance off each.
+        # A joint lies midway between the edges of its two blocks, up to half the tolerance from each, so that
+        # twice the tolerance always matches a joint with the line of the load.
         covering, covered = along(*joint_lines, start, end, 2 * shapes.tolerance)
         loaded: list[tuple[float, float]] = []
         for edge, span in zip(edges[movable], spans[movable], strict=True):

@@ -123,7 +123,8 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
     if scene.tilt and scene.tilt_direction is None:
         yield "'tilt' needs a direction that is not that of gravity"
     for why in _not_tilting(scene) if scene.tilt else ():
-        yield f"'tilt' needs a scene of weights and friction alone: {why}: take it away"
+        allowed = "'tilt' is allowed only if weights and friction are the only loads and laws"
+        yield f"{allowed}, but {why}: remove that, or 'tilt'"
     yield from _wrong_cases(scene)
 
 

@@ -193,7 +193,7 @@ class Fill(Record):
         if self.backing is None:
             return (self,)
         own = {key: value for key, value in vars(self.backing).items() if key != "line" and value is not None}
-        # The copy is not checked, so that mistakes are reported for the backing.
+        # The copy is not validated here. The backing is validated on its own, so that an error names it.
         return self, BaseModel.model_copy(self, update=own | {"road": self.backing.line, "backing": None})
 
     @property

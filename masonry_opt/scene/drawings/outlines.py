@@ -33,8 +33,8 @@ _EQUAL_AREA_TOLERANCE = 1e-9
 #: Grid on which the lines of a net cross, relative to the smallest length that is not rounding.
 _GRID_SHARE = 0.01
 
-#: Distance of a straight corner from the outline without it, relative to the grid. Corners within it are
-#: dropped.
+#: Number of grid steps up to which a corner counts as straight, and is dropped: its distance from the line
+#: through its two neighbours.
 _STRAIGHT_STEPS = 10.0
 
 #: Entities that are outlines, or parts of one.

@@ -19,7 +19,7 @@ from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid, Vector, prism
 
-#: Largest number of characters in a block's name, which is the limit of the record.
+#: Largest number of characters in a block's name.
 _LONGEST_NAME = 200
 
 #: Words of which one is in the name of the layer or object of a support.

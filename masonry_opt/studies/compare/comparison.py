@@ -169,9 +169,9 @@ def run_plan(
     results, best = pd.DataFrame(rows, columns=runs.COLUMNS), judge.lowest_exact(rows, known or {})
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
-        parabola = "static and kinematic with a conic solver crush joints by the parabola"
-        chords = "all other runs and the certified bounds by chords inside it"
-        notes.append(f"{parabola}, {chords}: no error is given for the former on {', '.join(by_parabola)}")
+        laws = "static and kinematic with a conic solver crush joints by the parabola, all other runs and the"
+        chords = f"{laws} certified bounds by chords inside it"
+        notes.append(f"{chords}: no error is given for runs by the parabola, on {', '.join(by_parabola)}")
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
     without_best = sorted({*coulomb["scene"]} - {*best})

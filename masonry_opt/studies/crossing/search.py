@@ -223,7 +223,7 @@ class PassageTrials:
 
     @property
     def associative(self) -> "PassageTrials":
-        """Associative answers of the passage."""
+        """Return the trials of this crossing with associative flow."""
         return self.beside or self
 
     @property

@@ -153,7 +153,11 @@ class Bound:
         therefore closer to the reaction at rest.
         """
         if kind == "incremental":
-            return "" if self.incremental is None else "equilibrium is lost as the support moves on from rest"
+            return (
+                ""
+                if self.incremental is None
+                else "equilibrium is lost as the support moves, starting from rest"
+            )
         if result.load_factor is None:
             return ""
         if kind == "associative":
