@@ -248,11 +248,13 @@ def _found(method: Method, task: Task) -> Solution:
     before, incremental = None, task.incremental
     if incremental is None or not incremental.has(Code.NO_WORK):
         before = method.run(task)
-        if _ends_without_work(task.problem, before):
+        # A method that seeks exact states answers by the load history only if it finds none.
+        has_no_state = method.seeks_lowest and before.kind is Kind.INCREMENTAL
+        if not has_no_state and _ends_without_work(task.problem, before):
             return _exact_without_work(task, method, before)
         falls = before.status is Status.UNSTABLE
-        decided = (before.answer and not before.failing()) or before.proven_none or falls
-        if decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _NO_WORK_UP_TO:
+        has_answer = before.answer is not None and not before.failing() and not has_no_state
+        if has_answer or before.proven_none or falls or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _NO_WORK_UP_TO:
             return before
         from masonry_opt.methods.associative import with_associative
 

@@ -200,7 +200,7 @@ def test_where_simplex_takes_long_programs_lead_lower_than_the_load_history(no_s
 def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
     """A load history that claims to have ended is refuted by its certificate, and so is the loop after it."""
     never = dict.fromkeys(vars(LIMITS[Kind.NEARLY_COMPLEMENTARY]), -1.0)
-    for kind in (Kind.NEARLY_COMPLEMENTARY, Kind.EXACT, Kind.LOOP):
+    for kind in (Kind.NEARLY_COMPLEMENTARY, Kind.EXACT, Kind.LOOP, Kind.INCREMENTAL):
         monkeypatch.setitem(LIMITS, kind, type(LIMITS[kind])(**never))
     result = mo.solve(two_blocks(), incremental=False, descent=False)
     assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)

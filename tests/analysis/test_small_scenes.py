@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
 from atlas.small_scenes import bonded
+from contact_dynamics import FallsUnderItsWeight, collapse_load
 from scenes import solved, two_blocks, values_of
 
 import masonry_opt as mo
@@ -72,12 +73,16 @@ def test_corners_moved_by_rounding_leave_the_least_state(scene, copy):
 
 
 @pytest.mark.slow
-def test_further_starts_answer_where_no_load_history_ends():
-    result = solved(random_scene("tessellation", 200030))
-    assert result.exact
-    assert result.incremental is None
-    assert result.load_factor == pytest.approx(14.67262, rel=1e-5)
-    assert result.load_factor < result.associative
+def test_a_scene_that_does_not_come_to_rest_has_no_load_factor():
+    """Explicit dynamics bring it down under its dead load too, with both dampings.
+
+    It has an exact state all the same, at 14.67262, with forces that it does not reach from rest.
+    """
+    scene = random_scene("tessellation", 200030)
+    result = solved(scene)
+    assert (result.status, result.load_factor) == (mo.Status.UNSTABLE, None)
+    with pytest.raises(FallsUnderItsWeight):
+        collapse_load(scene, 1.0)
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
 from masonry_opt.methods.coulomb.method import CoulombOptions, coulomb
+from masonry_opt.methods.coulomb.search import SearchLimits, search_lower
 from masonry_opt.methods.exact.refiner import refiner_of
 from masonry_opt.methods.exact.search import lower_of
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
@@ -51,6 +52,9 @@ def global_search(task: Task) -> Solution:
         return upper
     search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
     start = coulomb(task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None)))
+    if search is None:
+        # Forces of a scene that the dead load brings down may lead to an exact state too.
+        start = search_lower(task, start, SearchLimits())
     if start.interrupted:
         raise KeyboardInterrupt
     exact = start.is_exact(problem)
