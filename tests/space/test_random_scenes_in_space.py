@@ -48,12 +48,12 @@ def test_the_default_is_certified_and_below_associative(kind, seed):
 
 
 @pytest.mark.slow
-def test_two_piers_and_what_they_bear_are_exact_by_the_cone():
-    """Linear programs and cones in turn leave 3e-5 of λ there; the load history from rest leaves nothing."""
+def test_two_piers_and_what_they_bear_are_answered_by_the_load_history():
+    """Linear programs and cones in turn leave 3e-5 of λ there, so that no exact state is found."""
     result = solved(random_scene_in_space("piers", 30028))
     assert result.friction_law == "cone"
-    assert (result.exact, result.kind) == (True, Kind.EXACT)
-    assert not result.solution.answer.failing(Kind.EXACT)
+    assert (result.lowest, result.kind) == (None, Kind.INCREMENTAL)
+    assert not result.solution.answer.failing(Kind.INCREMENTAL)
     assert result.load_factor < result.associative
 
 

@@ -120,16 +120,19 @@ def settle(
 def _at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
     """Return the reaction at rest by elastic contacts, over the live load, and the forces, shape (3c + t,).
 
-    The forces are those of the problem with settling supports, whose first ``own`` forces are those of the
-    scene; the others are zero. Returns None if the elastic contacts do not come to carry the dead load.
+    The forces are those of the problem with settling supports. The first ``own`` of them are those of the
+    scene, the others hold the supports in the directions in which they do not move. Return None if the
+    elastic contacts do not come to carry the dead load.
     """
     if held.joints > IncrementalSettings().most_joints or held.dilatancy_depends_on_stress:
         return None
     q = IncrementalAnalysis(held).preload_forces
     if q is None or not carries(held, q, ZERO):
         return None
-    q = np.append(q[:own], np.zeros(settling.B.shape[1] - own))
-    reaction = float(settling.B @ q @ settling.live / (settling.live @ settling.live))
+    on_blocks = settling.B[:, :own] @ q[:own]
+    reaction = float(on_blocks @ settling.live / (settling.live @ settling.live))
+    left = on_blocks + settling.dead - reaction * settling.live
+    q = np.append(q[:own], np.linalg.lstsq(settling.B[:, own:].toarray(), -left, rcond=None)[0])
     # A reaction of the size of rounding errors is zero: solvers would scale the loads by it.
     return reaction if abs(reaction) > ZERO else 0.0, q
 
