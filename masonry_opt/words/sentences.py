@@ -1,17 +1,26 @@
 """Write sentences from reason codes: how an analysis ended, and which inputs look unintended.
 
-No other module writes such sentences. Advice depends on the method of the analysis: no sentence recommends an
-option that the method lacks, or the method itself. If the method is not known, the advice names one.
+Advice depends on the method of the analysis: no sentence recommends an option that the method lacks, or the
+method itself. If the method is not known, the advice names one. Longer sentences on inputs are in
+:mod:`~.words.inputs`.
 """
 
 from collections.abc import Callable, Sequence
-from math import inf, radians, tan
+from math import inf
 from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason, Status
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 from masonry_opt.scene.geometry import set_tolerance
+from masonry_opt.words.inputs import (
+    dilatancy_low,
+    fill_weight_differs,
+    friction_high,
+    small_gaps,
+    strength_differs,
+    weights_differ,
+)
 from masonry_opt.words.names import blocks, do, pairs, verb
 
 #: Value from which on numbers have a power of ten instead of decimals. With seven decimals, larger numbers
@@ -122,7 +131,7 @@ def _not_hinging(v: dict[str, Any]) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
-    """Return that joints slide under the dead load, and the friction with which the scene would be stable."""
+    """State that joints slide under the dead load, and the friction with which the scene would be stable."""
     slides = _slide(v)
     if v["factor"] is not None:
         condition = f"with all friction at least {rounded_up(v['factor'])} times as high"
@@ -144,7 +153,7 @@ def _states_met(v: dict[str, Any]) -> str:
 
 
 def _wedged(v: dict[str, Any]) -> str:
-    """Return that the dead load is carried by wedging alone, with the load factor and advice."""
+    """State that the dead load is carried by wedging alone, with the load factor and advice."""
     support = f"; support what moves, {blocks(v['blocks'])}" if v["blocks"] else ""
     load_factor = v["load_factor"]
     prefix = ""
@@ -156,7 +165,7 @@ def _wedged(v: dict[str, Any]) -> str:
 
 
 def _undecided(v: dict[str, Any]) -> str:
-    """Return that stability under dead load could not be decided, and the inputs to check."""
+    """State that stability under dead load could not be decided, and the inputs to check."""
     undecided = "whether the scene stands under its dead load could not be decided"
     check = f"{_try_another_solver(v)}, or a little more friction"
     if v["ratio"] > _VERY_DIFFERENT:
@@ -175,7 +184,7 @@ def _ranged(ends: tuple[float, float] | None) -> str:
 
 
 def _not_certified(v: dict[str, Any]) -> str:
-    """Return that the certificate does not verify a load factor, with the residuals and advice."""
+    """State that the certificate does not verify a load factor, with the residuals and advice."""
     residuals = ", ".join(
         "the live load drives nothing" if value == inf else f"{_RESIDUALS.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
@@ -191,7 +200,7 @@ def _jumps(v: dict[str, Any]) -> str:
 
 
 def _repeats(v: dict[str, Any]) -> str:
-    """Return that the loop repeats a cycle of sub-problems, and whether the state is exact."""
+    """State that the loop repeats a cycle of sub-problems, and whether the state is exact."""
     period = counted(v["period"], "sub-problem")
     repeats = f"the loop repeats itself every {period}, between load factors {_between(v)}"
     if v["exact"]:
@@ -200,7 +209,7 @@ def _repeats(v: dict[str, Any]) -> str:
 
 
 def _began_again(v: dict[str, Any]) -> str:
-    """Return that the loop ran again with other options, and whether a run converged."""
+    """State that the loop ran again with other options, and whether a run converged."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
     words = f"the first run of the loop ended '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run came to an end" if v["in_vain"] else words
@@ -213,7 +222,7 @@ def _remedy(changed: str) -> str:
 
 
 def _dilatancy_locks(v: dict[str, Any]) -> str:
-    """Return that dilatant joints lock under associative flow, and the method that finds the collapse."""
+    """State that dilatant joints lock under associative flow, and the method that finds the collapse."""
     locks = (
         "with associative flow, joints that dilate as they slide lock the blocks, which then carry any "
         "multiple of the live load; with the joints' own dilatancy the blocks can move"
@@ -222,7 +231,7 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    """Return that the load history led to no collapse state, and other ways to look for one."""
+    """State that the load history led to no collapse state, and other ways to look for one."""
     steps = counted(v["steps"], "step")
     ended = f"the load history from rest led to no collapse state ({v['word']}; {steps})"
     if v["looped"]:
@@ -251,58 +260,8 @@ def _between(v: dict[str, Any]) -> str:
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
-def _rounded(value: float) -> str:
-    """Return a number rounded to three significant digits, such as 18000."""
-    return f"{float(f'{value:.3g}'):g}"
-
-
-def _weights_differ(v: dict[str, Any]) -> str:
-    """Return that the unit weight of some blocks is far from the median, with both numbers."""
-    own, median = _rounded(v["ratio"] * v["median"]), _rounded(v["median"])
-    quantity = "weight per area" if v["per_area"] else "unit weight"
-    own_weight = f"the {quantity} of {blocks(v['blocks'])} is {own}"
-    return f"{own_weight}, the median of all blocks is {median}: give weights and lengths in one unit each"
-
-
-def _fill_weight_differs(v: dict[str, Any]) -> str:
-    """Return that the unit weight of a fill or its backing is far from another one, with both numbers."""
-    own, other = _rounded(v["unit_weight"]), _rounded(v["other"])
-    fill = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
-    return f"the unit weight of {fill} is {own}, that of the {v['beside']} {other}: give both in one unit"
-
-
-def _strength_differs(v: dict[str, Any]) -> str:
-    """Return that a strength is far from the weights of the scene, with both numbers."""
-    own, weight = _rounded(v["value"]), _rounded(v["weight"])
-    compared = "all dead loads together" if v["value"] > v["weight"] else "the median weight of a block"
-    strength = f"the {v['key']} of {v['kind']} '{v['name']}' is {own}, {compared} {weight}"
-    return f"{strength}: give forces and weights in one unit"
-
-
-def _friction_high(v: dict[str, Any]) -> str:
-    """Return that a friction coefficient is high, and its value if it was meant as an angle in degrees."""
-    friction = v["friction"]
-    meant = f": in degrees? tan {friction:g}° = {tan(radians(friction)):.3f}" if friction < 90 else ""
-    return f"friction {friction:g} of {_where(v)} is more than dry joints have{meant}"
-
-
-def _where(v: dict[str, Any]) -> str:
-    """Return the place of a joint property in a case file: a pair of blocks, or the table of all joints."""
-    return f"joint {pairs(v)}" if v["pairs"] else "[joints]"
-
-
-def _small_gaps(v: dict[str, Any]) -> str:
-    """Return that blocks face each other across small gaps, with the tolerance that closes the gaps."""
-    wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
-    return (
-        "blocks face each other across a small gap, which carries no force and may change λ a lot: "
-        f"{pairs(v, wide)}; if they should touch, {set_tolerance(v['tolerance'])}, which closes the gaps and "
-        "makes nearly parallel joints parallel"
-    )
-
-
 def _corners_bear(v: dict[str, Any]) -> str:
-    """Return that the strength limits no force at corners, and the corners to check by hand."""
+    """State that the strength limits no force at corners, and the corners to check by hand."""
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
     where = f"crushing at {pairs(v)} may cause a collapse that no load causes here"
     if forces:
@@ -447,11 +406,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.BRANCHES: "several motions are possible from here on: blocks have come free",
     Code.STILL_CARRIES: lambda v: f"λ is not at zero after {counted(v['steps'], 'state')}",
     Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: ask for other states ('steps')",
-    Code.FRICTION_HIGH: _friction_high,
-    Code.DILATANCY_LOW: lambda v: (
-        f"'dilatancy' {v['dilatancy']:g} of {_where(v)} is below minus its friction, {v['friction']:g}: "
-        "sliding would close the joint by more than friction resists; is its sign meant?"
-    ),
+    Code.FRICTION_HIGH: friction_high,
+    Code.DILATANCY_LOW: dilatancy_low,
     Code.IDLE_SUPPORTS: lambda v: (
         f"{blocks(v['blocks'])}, fixed, {verb(len(v['blocks']), 'touch')} no block that can move, "
         "and no tie or prop ends there: close the gap if blocks should rest there"
@@ -464,7 +420,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"{do(v, 'stand')} {v['distance']:.3g} away from the rest, whose size is {v['size']:.3g}: are the "
         "coordinates in one unit?"
     ),
-    Code.SMALL_GAPS: _small_gaps,
+    Code.SMALL_GAPS: small_gaps,
     Code.ALIGNED: lambda v: (
         f"joints were turned by up to {v['turn']:.2g} rad to be parallel or square to others within the "
         f"tolerance, {v['tolerance']:.3g}: {pairs(v)}; if they are meant to be wedges, lower 'tolerance'"
@@ -494,9 +450,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         if v["names"]
         else "axles, which the load case names, are left out, as they move: see 'crossing'"
     ),
-    Code.WEIGHTS_DIFFER: _weights_differ,
-    Code.FILL_WEIGHT_DIFFERS: _fill_weight_differs,
-    Code.STRENGTH_DIFFERS: _strength_differs,
+    Code.WEIGHTS_DIFFER: weights_differ,
+    Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,
+    Code.STRENGTH_DIFFERS: strength_differs,
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside of the block: is "
         f"'{v['load']}_at' (of a load: 'at') in the scene's coordinates?"
