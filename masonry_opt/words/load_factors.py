@@ -57,7 +57,7 @@ class LoadFactorLine:
 
     name: str
     load_factor: float | None  #: None if the load factor does not exist; the remark gives the reason
-    remark: str  #: kind of state, and what is known of lower load factors
+    remark: str  #: kind of state, and remarks on lower load factors
 
 
 def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:

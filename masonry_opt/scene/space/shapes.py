@@ -225,8 +225,8 @@ def shapes(scene: Scene) -> Shapes:
     Raises
     ------
     CaseError
-        If the surface of a part is not closed, a part is not convex or has no volume, a face is not flat or
-        crosses itself, or parts of a block overlap. The message names the block.
+        If the surface of a part is not closed, or if a part is not convex or has no volume. If a face is not
+        flat or crosses itself, or if parts of a block overlap. The message names the block.
     """
     surfaces = Surfaces.of(scene)
     origin, tolerance = frame_of(scene, surfaces.corners, surfaces.block[surfaces.part[surfaces.face]])
