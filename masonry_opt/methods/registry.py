@@ -142,8 +142,8 @@ class HowToSolve:
     def engine(self) -> Solver:
         """Return the solver, with its tolerance.
 
-        Raises OptionError if a name is no text, if the method does not take the model, the solver or a
-        tolerance, or if the solver is not available.
+        Raises OptionError if a name is no text, or if the solver is not available. Raises OptionError too if
+        the method does not take the model, the solver or a tolerance.
         """
         method, model = self.chosen, self.model
         for argument, value in (("model", model), ("solver", self.solver)):
@@ -181,7 +181,7 @@ class HowToSolve:
 
 
 def _instead(option: str, known: Iterable[str]) -> str:
-    """Return the end of the error for an option that a method does not have: an advice what to write."""
+    """Return the end of the error for an option that a method does not have, with advice for the user."""
     homes = _homes(option)
     if homes:
         return f"; methods that have it: {', '.join(homes)}"

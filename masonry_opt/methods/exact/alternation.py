@@ -1,8 +1,8 @@
 """Find exact states of scenes of any size by two programs in turn, solved by interior points.
 
-The first program finds, from forces near a state, the mechanism that leaves least energy z·p for them. The
-second finds, for the rates of that mechanism, forces of low λ that leave little energy. Interior points bring
-the energy to some 1e-8 of λ, on façades where simplex would take minutes.
+The first program finds the mechanism that leaves least energy z·p for forces near a state. The second
+program finds forces of low λ that leave little energy for the rates of this mechanism. Interior point methods
+reduce the energy to about 1e-8 of λ, also on façades for which the simplex method takes minutes.
 """
 
 from collections.abc import Callable, Iterable
@@ -86,24 +86,29 @@ class ExactPrograms:
 
     @cached_property
     def _forces(self) -> ConeForces | _PlaneForces:
+        """Return the program of forces."""
         with self._effort.measure("build"):
             return (ConeForces if self._problem.by_friction.conic else _PlaneForces)(self._problem)
 
     @cached_property
     def _motion(self) -> ConeMotion | _PlaneMotion:
+        """Return the program of a mechanism, for the present dilatancy."""
         with self._effort.measure("build"):
             conic = self._problem.by_friction.conic
             return (ConeMotion if conic else _PlaneMotion)(self._problem, self._slope)
 
     @cached_property
     def _engines_of_forces(self) -> list[CvxpyEngine]:
+        """Return the engines that solve the program of forces, one for each solver."""
         return self._engines(self._forces.program)
 
     @cached_property
     def _engines_of_motion(self) -> list[CvxpyEngine]:
+        """Return the engines that solve the program of a mechanism, one for each solver."""
         return self._engines(self._motion.program)
 
     def _engines(self, program: cp.Problem) -> list[CvxpyEngine]:
+        """Return the engines that solve a program, one for each solver, in order."""
         effort, purpose = self._effort, self._purpose
         return [CvxpyEngine(program, solver, effort, purpose, repeats=True) for solver in self._solvers]
 

@@ -256,8 +256,8 @@ class Refiner(StateFinder):
         """Return a state with lower λ than a state; None if none is found.
 
         Its mechanism moves only faces at yield, and moves the faces that hold λ up as little as possible,
-        each weighted by its dual variable. If this leads to no lower state, or moves only blocks without a
-        load, the mechanism that goes with the forces of the state is tried.
+        each weighted by its dual variable. If this fails, or moves only blocks without a load, the mechanism
+        that goes with the forces of the state is tried.
         """
         self.undecided = 0
         if state.strength.any():

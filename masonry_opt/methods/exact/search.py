@@ -254,7 +254,7 @@ _FIXED = "fixed point"  #: Kind of a start from a fixed point of the costs of no
 _NEIGHBOUR = "neighbour"  #: Kind of a start near the lowest state.
 
 #: Kinds of starts in which ties and other limited forces use at most a share of their strength. These starts
-#: come first where a scene has such forces: a tie at its strength hides states in which it does not yield.
+#: come first if a scene has such forces: a tie at its strength hides states in which it does not yield.
 _WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in (0.75, 0.5, 0.25)}
 
 #: Function that returns the forces of a start, from the search, the lowest state and a random generator.
@@ -271,7 +271,7 @@ _STARTS: dict[str, _Start] = {
 }
 
 #: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time
-#: of a load history, and a fixed point a third. Fixed points lead lower where a whole slope slides.
+#: of a load history, and a fixed point a third. Fixed points lead lower if a whole slope slides.
 _KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in turn. Random forces lead lower in less time than load histories do.

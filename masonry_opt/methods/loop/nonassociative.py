@@ -28,7 +28,7 @@ class Shortfall(StrEnum):
 #: Ways in which a run fails.
 Failure = Status | Shortfall
 
-#: A function that takes the parameters of the last run and returns those of the next; None if they are equal.
+#: Function that takes the last attempt and returns the next one; None if it would change nothing.
 Remedy = Callable[[Attempt], Attempt | None]
 
 #: Remedies that are not tried yet, by failure.
@@ -118,9 +118,10 @@ def nonassociative(task: Task) -> Solution:
     If a run of the loop fails, further runs follow with the remedies that ``REMEDIES`` lists for the failure.
     The history and the reasons record each run.
     """
-    given, options = task.problem, task.options or LoopOptions()
-    attempt: Attempt | None = Attempt(options.parameters(given.joints, task.solver), task.solver)
+    original, options = task.problem, task.options or LoopOptions()
+    attempt: Attempt | None = Attempt(options.parameters(original.joints, task.solver), task.solver)
     runs: list[_Ran] = []
+    # Solver and tolerance for which the driver of the sub-problems is compiled.
     declared: tuple[Solver, float | None] | None = None
     remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
     # The least load factor of a sub-problem whose state meets the conditions of the joints' own flow rule.
@@ -138,12 +139,12 @@ def nonassociative(task: Task) -> Solution:
     while attempt is not None:
         if declared != (attempt.solver, attempt.parameters.tolerance):
             declared = attempt.solver, attempt.parameters.tolerance
-            problem = given.by_cone if attempt.solver.entry.conic else given
+            problem = original.by_cone if attempt.solver.entry.conic else original
             driver = _declared(task, problem, *declared)
         solution = Run(problem, driver, attempt).follow(follow)
         if not solution.history:
             word = solution.reasons[0].values["word"]
-            status, why = no_optimum(given, word, attempt.solver, task.effort)
+            status, why = no_optimum(original, word, attempt.solver, task.effort)
             solution = replace(solution, status=status, reasons=(why,))
         runs.append(_Ran(attempt, solution))
         attempt = _next(runs, remaining, options)

@@ -170,8 +170,12 @@ class Run:
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
         """Return the solution if the run ends with this sub-problem, else None.
 
-        A run ends if λ has converged (step 3), if exact forces are found early, if λ diverges, or if the
-        sub-problems repeat in a cycle.
+        A run ends in one of these cases:
+
+        - λ has converged (step 3);
+        - exact forces are found early;
+        - λ diverges;
+        - the sub-problems repeat in a cycle.
         """
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
@@ -322,8 +326,8 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
 def belong_together(answer: Answer) -> bool:
     """Return True if the forces and the velocities of an answer belong together.
 
-    The energy z·p is then at most MOST_ENERGY relative to λ, and the flow rule is met as an answer of the
-    loop must meet it.
+    The energy z·p is then at most MOST_ENERGY, relative to λ. The violation of the flow rule is within the
+    limit for answers of the loop.
     """
     largest_energy = MOST_ENERGY * max(abs(answer.load_factor), SMALLEST)
     certificate = answer.certificate
