@@ -141,7 +141,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "random-forces": ("coulomb", {_SEARCH + "_KINDS": _without("random forces")}),
     "neighbours": ("coulomb", {_SEARCH + "_KINDS": _without("neighbour")}),
     "fixed-points": ("coulomb", {_SEARCH + "_KINDS": _without("fixed point")}),
-    "fixed-points-settle": ("coulomb", {_SEARCH + "_FIXED_POINT": 1}),
+    "fixed-points-settle": ("coulomb", {_SEARCH + "_MOST_ITERATIONS": 1}),
     "random-costs": ("coulomb", {"exact.refiner:_RANDOM": 0.0}),
     "rates-at-work": ("coulomb", {"exact.refiner:_AT_WORK": 1e-9}),
     "two-repairs": ("coulomb", {"exact.refiner:_REPAIRS": 1}),

@@ -1,4 +1,4 @@
-"""The search for lower exact states: other starts, and the neighbourhood of the lowest found, in turn."""
+"""Search for lower exact states from other starts and in the neighbourhood of the lowest state, in turn."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -22,7 +22,8 @@ from masonry_opt.problem.problem import Problem
 
 #: Largest number of linear programs in a fixed-point iteration. More programs seldom change the state.
 _MOST_ITERATIONS = 15
-#: The fixed-point iteration has converged when the relative change of its costs is below this.
+
+#: Relative change of the costs below which the fixed-point iteration has converged.
 _CONVERGED = 1e-7
 
 #: Kind of a start, and the exact state to which it led.
@@ -30,15 +31,15 @@ Candidate = tuple[str, ExactState | None]
 
 
 class Met:
-    """Exact states met."""
+    """Record of the starts of a search, and of the exact states to which they led."""
 
     def __init__(self) -> None:
-        self.load_factors: list[float] = []  #: each once
-        self.candidates = 0  #: with or without a state
-        self.lowest = inf  #: least load factor of a state that tells of the load, kept or not
+        self.load_factors: list[float] = []  #: different load factors of the states, in order of discovery
+        self.candidates = 0  #: number of starts, with or without a state
+        self.lowest = inf  #: least load factor of a physically meaningful state, even if it is not the answer
 
     def count(self, state: ExactState | Answer | None) -> None:
-        """Count a candidate, and its state if it has one."""
+        """Count a start, and record the load factor of its state if there is one."""
         self.candidates += 1
         if state is not None and not any(same(state.load_factor, known) for known in self.load_factors):
             self.load_factors.append(state.load_factor)
@@ -46,7 +47,7 @@ class Met:
     @property
     def _above_zero(self) -> list[float]:
         """Load factors above zero of the different states; all load factors if none lies above zero."""
-        return [one for one in self.load_factors if one > ZERO] or self.load_factors
+        return [value for value in self.load_factors if value > ZERO] or self.load_factors
 
     @property
     def _has_state_below(self) -> bool:
@@ -56,18 +57,18 @@ class Met:
     @property
     def reasons(self) -> list[Reason]:
         """Reasons that count the states above zero, and name the lowest state if it lies at or below zero."""
-        found = self._above_zero
-        told = {"candidates": self.candidates, "count": len(found), "least": min(found), "most": max(found)}
+        above = self._above_zero
+        values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
-        return [reason(Code.STATES_MET, **told), *below]
+        return [reason(Code.STATES_MET, **values), *below]
 
     def recorded_in(self, solution: Solution) -> Solution:
         """Return a solution that reports the starts, and the exact states that they led to."""
         if not self.load_factors:
             return solution
-        beneath = self.lowest if self._has_state_below else inf
+        below_zero = self.lowest if self._has_state_below else inf
         states = len(self._above_zero)
-        solution = replace(solution, starts=self.candidates, exact_states=states, below_zero=beneath)
+        solution = replace(solution, starts=self.candidates, exact_states=states, below_zero=below_zero)
         return solution.telling(*self.reasons)
 
 
@@ -86,10 +87,12 @@ class Search:
 
     @cached_property
     def _random(self) -> RandomForces:
+        """Return the generator of random forces, whose program is loaded once."""
         return RandomForces(self.problem, self._finder.effort, self._settings)
 
     @cached_property
     def _largest_load_factor(self) -> float | None:
+        """Return the largest load factor that statics allow; None if none or any load factor is possible."""
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
@@ -198,10 +201,10 @@ class Search:
         closing = problem.friction - problem.dilatancy
         cost = closing * rng.exponential(1.0, len(closing))
         for _ in range(_MOST_ITERATIONS):
-            found = self._finder.at_cost(cost)
-            if found is None:
+            forces_and_rates = self._finder.at_cost(cost)
+            if forces_and_rates is None:
                 return None
-            q, p = found
+            q, p = forces_and_rates
             last, cost = cost, closing * problem.table.slip_speed(p)
             if np.abs(cost - last).max(initial=0.0) <= _CONVERGED * max(1.0, last.max(initial=0.0)):
                 break
@@ -230,8 +233,11 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """The lower state, of even ones the exact or the first. One at or below zero, where a scene needs no load
-    to move, is the lower of two such states alone."""
+    """Return the lower of two states.
+
+    - Of two states with equal load factors, it is the exact one, or else the first.
+    - A state at or below zero, in which a scene needs no load to move, is lower only than another such state.
+    """
     if one is None or other is None:
         return one or other
     if one.exact != other.exact and same(one.load_factor, other.load_factor):
@@ -241,17 +247,20 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_LOWEST = "lowest state"
-_RANDOM_FORCES = "random forces"
-_STRESS = "self-stress"
-_FIXED = "fixed point"
-_NEIGHBOUR = "neighbour"
+_LOWEST = "lowest state"  #: Kind of a start from the forces of the lowest state.
+_RANDOM_FORCES = "random forces"  #: Kind of a start from random forces in equilibrium.
+_STRESS = "self-stress"  #: Kind of a start from a load history with a random preload.
+_FIXED = "fixed point"  #: Kind of a start from a fixed point of the costs of normal forces.
+_NEIGHBOUR = "neighbour"  #: Kind of a start near the lowest state.
 
 #: Kinds of starts in which ties and other limited forces use at most a share of their strength. These starts
-#: come first where a scene has such forces: a tie at its strength hides states in which it does not yield.
+#: come first if a scene has such forces: a tie at its strength hides states in which it does not yield.
 _WEAKER_TIES = {f"ties at {share:g} of their strength": share for share in (0.75, 0.5, 0.25)}
 
+#: Function that returns the forces of a start, from the search, the lowest state and a random generator.
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
+
+#: Functions of the starts, by kind.
 _STARTS: dict[str, _Start] = {
     _RANDOM_FORCES: Search.random_forces,
     _STRESS: Search.with_self_stress,
@@ -262,7 +271,7 @@ _STARTS: dict[str, _Start] = {
 }
 
 #: Kinds of starts in the plane, in turn. A start from random forces or a neighbour takes a tenth of the time
-#: of a load history, and a fixed point a third. Fixed points lead lower where a whole slope slides.
+#: of a load history, and a fixed point a third. Fixed points lead lower if a whole slope slides.
 _KINDS = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in turn. Random forces lead lower in less time than load histories do.

@@ -1,4 +1,4 @@
-"""Random self-stress: forces that carry the dead load, from which load histories may start."""
+"""Draw random self-stress: forces that carry the dead load, from which load histories may start."""
 
 import numpy as np
 
@@ -15,6 +15,6 @@ def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None
 
     cost = rng.exponential(1.0, problem.B.shape[1])
     cost[problem.layout.points * problem.joints :] = 0.0
-    sides, most = -problem.true_yield, problem.face_cohesion
-    found: np.ndarray | None = linprog(cost, sides, most, problem.B, -problem.dead, (None, None)).x
-    return found
+    yield_rows, upper = -problem.true_yield, problem.face_cohesion
+    forces: np.ndarray | None = linprog(cost, yield_rows, upper, problem.B, -problem.dead, (None, None)).x
+    return forces

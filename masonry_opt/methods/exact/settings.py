@@ -1,4 +1,4 @@
-"""Settings of the search for lower exact states."""
+"""Define the settings of the search for lower exact states."""
 
 from dataclasses import dataclass
 
@@ -64,5 +64,5 @@ class SearchSettings:
     load_deviation: float = 0.5
 
 
-#: Settings with their defaults, which the default method uses, with its search and without.
+#: Default settings, which method "coulomb" uses with and without its search.
 SEARCH = SearchSettings()
