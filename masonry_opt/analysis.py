@@ -215,7 +215,7 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     CaseError
         If no block carries a live load.
     OptionError
-        If the scene has load cases and none was named, or the method does not support solids, limited forces,
+        If the scene has load cases and none was named. If the method does not support solids, limited forces,
         limited strength, or dilatancy that falls with stress.
     """
     problem, scene = assembly.problem, assembly.scene
@@ -304,15 +304,18 @@ def _ends_without_work(problem: Problem, solution: Solution) -> bool:
 
 
 def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
-    """Return the exact collapse without work of the live load, or the solution before if there is none."""
+    """Return the exact collapse without work of the live load, if it is in the range of ``before``.
+
+    Else ``before`` is returned, the solution with the range.
+    """
     from masonry_opt.methods.no_work import without_work
 
-    found = without_work(task, method.run, before)
-    ends = before.values_of(Code.RANGE)
-    if found is None or found.load_factor is None:
+    exact = without_work(task, method.run, before)
+    limits = before.values_of(Code.RANGE)
+    if exact is None or exact.load_factor is None:
         return before
-    is_within = ends["carried"] * (1 - SAME) <= found.load_factor <= ends["not_carried"] * (1 + SAME)
-    return found if is_within else before
+    is_within = limits["carried"] * (1 - SAME) <= exact.load_factor <= limits["not_carried"] * (1 + SAME)
+    return exact if is_within else before
 
 
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
@@ -459,7 +462,7 @@ def solve(
     CaseError
         If the case file or scene is wrong, or no block carries a live load.
     OptionError
-        If a method, model, solver, option or load case is unknown or not available, or the method does not
+        If a method, model, solver, option or load case is unknown or not available. If the method does not
         support solids, limited forces, limited strength, or dilatancy that falls with stress.
     """
     for name, function in (("progress", progress), ("phases", phases)):

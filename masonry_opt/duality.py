@@ -36,9 +36,11 @@ class DualityReport:
 
     Attributes
     ----------
-    table: one row for each formulation and language: ``load_factor``, ``difference`` (relative, from the
-        median of all), and the residuals ``equilibrium``, ``yield``, ``kinematics`` (Bᵀd = D p with
-        p ≥ 0, over the largest velocity), ``virtual_work`` and ``complementarity`` (both over λ Σ|f_L|).
+    table: one row for each formulation and language. Columns are ``formulation``, ``model``, ``load_factor``,
+        its relative ``difference`` from the median of all four, and residuals. The residuals are
+        ``equilibrium``, ``yield``, ``kinematics``, ``virtual_work`` and ``complementarity``. ``kinematics``
+        is the residual of Bᵀd = D p with p ≥ 0, over the largest velocity. The last two are relative to λ
+        Σ|f_L|.
     crushing: True if the strength of a joint is limited; all four answers limit it by chords.
     friction: polygons that limit friction in space, in all four answers, in words; "" in the plane, and if
         friction is unlimited.

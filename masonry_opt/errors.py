@@ -9,7 +9,7 @@ from math import ceil, floor, log10
 def printable(text: str) -> str:
     """Return a text in which all characters except printable ones and line ends are escaped.
 
-    Text of a case file or path therefore cannot move the cursor of a terminal, set its colour, reverse the
+    Text of a case file or path therefore cannot move the cursor of a terminal, change colours or the
     direction of writing, or fail to be encoded.
     """
     return "".join(

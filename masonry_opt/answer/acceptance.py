@@ -92,7 +92,7 @@ PROOF = 1e-8
 #: Relative difference of λ and a lower bound at which the bracket is closed.
 CLOSED = 1e-5
 
-#: Relative distance by which λ may lie outside of certified bounds: four digits agree.
+#: Relative distance by which λ may be outside of certified bounds: four digits agree.
 OUTSIDE = 1e-4
 
 #: Largest excess of a state's forces over the limits below which a bound is valid, relative and in median

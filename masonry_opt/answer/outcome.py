@@ -70,14 +70,14 @@ class Outcome:
     lp_solves: number of linear or cone programs solved, without those for the dead load alone.
     nlp_solves: number of nonlinear programs solved.
     stationary: after a search (option ``search``): True if no mechanism that was tried at yield lowers λ,
-        False if the solver could not tell for some; None without a search.
+        False if the solver could not decide for some of them; None without a search.
     lowest: load factor of the exact Coulomb collapse state, the lowest that the method found; None if its
         state is not exact.
     incremental: incremental load factor, by method "incremental": the largest load factor of the load
-        history in which the live load is raised from rest, with elastic contacts. None if there is none, if
-        it was not asked for, and for methods with associative flow.
-    end: load factor at the end of the load history: the load that the scene carries once it moves on; None if
-        the history was not followed to its end.
+        history in which the live load is raised from rest, with elastic contacts. None if the history
+        has no collapse, if it was not asked for, and for methods with associative flow.
+    end: load factor at the end of the load history, in which the blocks move on; None if the history was not
+        followed to its end.
     incremental_reasons: codes for the end of the load history, or for the lack of an incremental load factor.
     at_incremental: result at the incremental collapse; seconds and solvers are those of the whole analysis.
         None if it was not asked for.
@@ -188,8 +188,8 @@ class Outcome:
 
         Velocities are scaled so that the live load does the work Σ|f_L|. With the code "no work" the dead
         load does this work, together with the lowest forces of ties, props and earth. In the plane Σ|f_L| is
-        a sum of components. In space it is a sum of the sizes of forces and moments about centroids, in which
-        the unit of length is half the root of the median joint's area.
+        a sum of components. In space it is a sum of the sizes of forces and moments about centroids. The unit
+        of length of these moments is half the root of the median joint's area.
         """
         return frames.block_frame(self.assembly, self.solution)
 
@@ -219,9 +219,12 @@ class Outcome:
     def history(self) -> "pd.DataFrame":
         """Table with one row for each step of the method; empty for a single linear program.
 
-        A step is a sub-problem of the loop (:class:`~.loop.run.Iteration`), a load step
-        (:class:`~.load_history.LoadStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`), or a
-        lower state of the search (:class:`~.coulomb.search.LowerState`).
+        Depending on the method, a step is one of the following:
+
+        - a sub-problem of the loop (:class:`~.loop.run.Iteration`);
+        - a load step (:class:`~.load_history.LoadStep`);
+        - a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`);
+        - a lower state of the search (:class:`~.coulomb.search.LowerState`).
         """
         return frames.history_frame(self.assembly, self.solution)
 

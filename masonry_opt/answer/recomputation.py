@@ -41,8 +41,8 @@ def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
     """Return the limits of each joint, in space of each contact point, and its flow rule.
 
     ``friction`` is μ and ``cohesion_force`` the cohesion over the joint's area, or the point's share of it.
-    ``crushing_force`` is the normal force that crushes all of the joint (infinite without strength), and
-    ``flow_slope`` the opening per unit slip under the flow rule of the answer.
+    ``crushing_force`` is the normal force that crushes all of the joint (infinite without strength).
+    ``flow_slope`` is the opening per unit slip under the flow rule of the answer.
     """
     problem = assembly.problem
     friction, crushing = (np.full(problem.joints, np.inf) for _ in range(2))

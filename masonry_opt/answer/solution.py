@@ -49,7 +49,7 @@ class Solution:
     #: Number of starts of the search for exact states; None for methods that do not look for several states.
     starts: int | None = None
     exact_states: int | None = None  #: number of different exact states found from these starts
-    #: Load factor, zero or below, of an exact state found besides the answer; infinite without such a state.
+    #: Load factor, zero or below, of an exact state other than the answer; infinite without such a state.
     below_zero: float = inf
     #: True if no other load factor above zero can be one of collapse, as equilibrium alone fixes all forces.
     is_only_state: bool = False

@@ -33,8 +33,8 @@ DRIVES = 1e-7
 #: Share of the scene's largest normal force below which a joint carries no force.
 IDLE = 1e-6
 
-#: Share of the largest value above which a joint is named among the joints that lock (by departure from
-#: associative flow) or clamp (by normal force).
+#: Share of the largest value above which a joint is named in a message. For joints that lock the value is the
+#: departure from associative flow, for joints that clamp the normal force.
 NAMED = 1e-2
 
 #: Relative difference below which two load factors are equal. Answers of different methods to one state
