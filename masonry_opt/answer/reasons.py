@@ -68,32 +68,41 @@ class Code(StrEnum):
     CLAMPED = "clamped"  # pairs: blocks of the joints in self-stress
     # status; pairs: blocks of the joints that keep the live load from causing collapse
     JOINTS = "joints"
-    # fixed: True if statics fix all forces; against: True if the mechanism moves against the live load
+    # fixed: True if no other load factor above zero is possible, because equilibrium alone fixes all forces;
+    # against: True if the mechanism moves against the live load
     NO_WORK = "no work"
     NOT_CERTIFIED = "not certified"  # load_factor, residuals
 
     # The loop of linear programs.
-    ABOVE_ASSOCIATIVE = "above associative"  # by: relative excess over the associative load factor
+    ABOVE_ASSOCIATIVE = "above associative"  # by: excess over the associative load factor
     FLOW_RULE_IDLE = "flow rule idle"
-    STILL_CHANGES = "still changes"  # count, lowest, highest
-    GROWS = "grows"  # load_factor, count
-    REPEATS = "repeats"  # period, lowest, highest; exact: True if the last state is exact
-    SUB_PROBLEM_FAILED = "sub-problem failed"  # number, word
-    SUB_PROBLEM_EMPTY = "sub-problem empty"  # number
-    BEGAN_AGAIN = "began again"  # first, remedies, in_vain
-    LEAST_BORNE_OUT = "least borne out"  # load_factor: None if no load factor is verified
+    # count: number of sub-problems; lowest, highest: range of load factors of the last sub-problems
+    STILL_CHANGES = "still changes"
+    GROWS = "grows"  # load_factor: of the last sub-problem; count: number of sub-problems
+    # period: number of sub-problems that repeat; lowest, highest: range of their load factors; exact: True if
+    # the loop ends with an exact state
+    REPEATS = "repeats"
+    SUB_PROBLEM_FAILED = "sub-problem failed"  # number: of the sub-problem; word: status of the solver
+    SUB_PROBLEM_EMPTY = "sub-problem empty"  # number: of the sub-problem
+    # first: status of the first run; remedies: remedies of the runs that followed; in_vain: True if all
+    # failed
+    BEGAN_AGAIN = "began again"
+    # load_factor: lowest load factor of a sub-problem that its own state verifies, or None
+    LEAST_BORNE_OUT = "least borne out"
 
     # The incremental analysis.
-    COLLAPSE = "collapse"  # steps, jumps: of the load history, which ends in an exact state
-    # steps, jumps; carried, not_carried: load factors between which equilibrium is lost
+    # steps, jumps: numbers of load steps and jumps of the load history, which ends in an exact state
+    COLLAPSE = "collapse"
+    # steps, jumps: numbers of load steps and jumps; carried, not_carried: load factors between which
+    # equilibrium is lost
     RANGE = "range"
-    UNBOUNDED = "unbounded"  # steps: of a load history that has no end
-    # word, steps; looped: True if the loop found no collapse either; searched: True if a search found none
+    UNBOUNDED = "unbounded"  # steps: number of load steps of a load history that has no end
+    # word: end of the load history; steps: number of load steps; looped: True if the loop found no collapse
+    # either; searched: True if a search found none
     UNDECIDED = "undecided"
     DILATANCY_FALLS = "dilatancy falls"
-    NOT_COMPUTED = (
-        "incremental not computed"  # joints, in space contacts: number, too large for a load history
-    )
+    # joints, in space contacts: their number, which is too large for a load history
+    NOT_COMPUTED = "incremental not computed"
     # draws: number of random stiffnesses, and of random self-stresses; stiffness, stress: range of
     # incremental load factors with random stiffnesses, and with random self-stresses, or None; without:
     # number of load histories that reached no end
