@@ -143,6 +143,7 @@ class Result(Outcome):
             - "thrust": the resultant of each joint at its point; in arches and columns the line of thrust.
             - "utilisation": force over limit of each joint, in colours.
             - "curve": λ over displacement, if there is a ``curve``.
+
         names: True to write the name of each block into it.
         view: In space, azimuth (from x towards y) and elevation of the viewpoint, in degrees. The default
         view

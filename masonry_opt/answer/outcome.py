@@ -180,7 +180,7 @@ class Outcome:
 
     @cached_property
     def blocks(self) -> "pd.DataFrame":
-        """Table with one row for each movable block: its centroid and its velocities.
+        """Table with one row for each movable block, its centroid and its velocities.
 
         Columns in the plane are ``block``, ``x``, ``y``, ``vx``, ``vy``, ``omega``. Columns in space are
         ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and the right-handed rotation about the axes,
