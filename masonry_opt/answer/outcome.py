@@ -168,11 +168,11 @@ class Outcome:
         - ``joint``: number of the joint's row in ``joints``; ``first``, ``second``: names of its blocks.
         - ``x``, ``y``, ``z``: the point.
         - ``n`` (compression > 0), ``s`` (size of the shear), ``fx``, ``fy``, ``fz``: force on the first
-        block. - ``slip`` (size), ``opening``, ``vx``, ``vy``, ``vz`` (both): rates of the first block
-        relative to the
-          second.
+          block.
+        - ``slip`` (size), ``opening``, ``vx``, ``vy``, ``vz`` (both): rates of the first block relative to
+          the second.
         - ``utilisation``: |shear| over c + μ n; 0 if friction is unlimited, NaN if the point carries no
-        force.
+          force.
 
         If a joint has more than three points, their forces are one of many that have its resultant.
         """
