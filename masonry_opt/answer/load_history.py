@@ -14,7 +14,7 @@ class LoadStep:
     """
 
     iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
-    load_factor: float
+    load_factor: float  #: load factor λ at the end of the increment
     displacement: float  #: work of the live load over Σ|f_L|, in elastic displacements
     is_jump: bool  #: True if the blocks came to rest after a damped motion
     sliding: np.ndarray  #: contacts that press and are at their friction limit, shape (c,)
