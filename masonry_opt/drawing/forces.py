@@ -49,30 +49,30 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     loads are not drawn.
     """
     yield from fill_marks(assembly, motion)
-    most_weights, most = _MOST[assembly.scene.dimension]
+    most_weights, most_others = _MOST[assembly.scene.dimension]
     all_loads = loads(assembly.scene, assembly.geometry, assembly.movable)
-    for kind, (colour, width, each, of_all) in _KINDS.items():
+    for kind, (colour, width, label, label_of_all) in _KINDS.items():
         if kind == "live" and not live:
             continue
         forces: Forces = getattr(all_loads, kind)
         pieces = [piece for piece in assembly.loaded_pieces if piece.kind == kind]
-        label, points, moves = each, np.empty((0, 2, 2)), np.empty((0, 3))
-        if _many_parallel(forces, most_weights if kind == "weight" else most):
-            label, points = of_all, _direction(assembly, forces)
-            moves = np.zeros((1, motion.shape[1]))
+        points, motions = np.empty((0, 2, 2)), np.empty((0, 3))
+        is_single = _many_parallel(forces, most_weights if kind == "weight" else most_others)
+        if is_single:
+            points, motions = _direction(assembly, forces), np.zeros((1, motion.shape[1]))
         elif len(forces.force):
-            points, moves = _forces(assembly, forces, motion)
+            points, motions = _forces(assembly, forces, motion)
         if pieces:
             arrows, tails, owners = _rows(assembly, pieces)
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
-            points, moves = np.concatenate([points, arrows]), np.concatenate([moves, motion[owners]])
+            points, motions = np.concatenate([points, arrows]), np.concatenate([motions, motion[owners]])
         if len(points):
-            # A single arrow for many forces is thick; arrows are thin if there are many of them.
-            if label == of_all:
-                width = 2.2
+            # A single arrow for many forces is thick. Arrows are thin if there are many of them.
+            if is_single:
+                label, width = label_of_all, 2.2
             elif len(points) > 100:
                 width = 0.4 * width
-            yield Marks(kind, label, "arrow", colour, width, points, moves)
+            yield Marks(kind, label, "arrow", colour, width, points, motions)
 
 
 def _many_parallel(forces: Forces, most: int) -> bool:
@@ -97,13 +97,13 @@ def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.
     Arrows start at the point of action, or end there if the force pushes on the block from outside.
     """
     point, blocks = forces.point, assembly.movable[forces.block]
-    own, dimension = np.linalg.norm(forces.force, axis=1), point.shape[1]
+    sizes, dimension = np.linalg.norm(forces.force, axis=1), point.shape[1]
     longest = _LONGEST * size_of(assembly)
-    if len(own) > _LONE:
-        usual = float(np.median(assembly.geometry.size[blocks])) ** (1 / dimension)
-        longest = min(longest, _OF_BLOCK * usual)
-    arrow = longest * forces.force / own.max()
-    behind = point - 0.02 * longest * forces.force / own[:, None]
+    if len(sizes) > _LONE:
+        median_side = float(np.median(assembly.geometry.size[blocks])) ** (1 / dimension)
+        longest = min(longest, _OF_BLOCK * median_side)
+    arrow = longest * forces.force / sizes.max()
+    behind = point - 0.02 * longest * forces.force / sizes[:, None]
     away = np.array([assembly.geometry.away(*each) for each in zip(blocks, behind, strict=True)])
     tail = point - np.where((away > assembly.geometry.tolerance)[:, None], arrow, 0.0)
     motions = np.zeros((len(point), motion.shape[1]))
@@ -253,14 +253,15 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     """
     joints, count = assembly.joints, len(assembly.scene.blocks)
     sides = np.concatenate([joints.first, joints.second])
-    number = np.tile(np.arange(len(joints.first)), 2)
-    joint_count, pressed = (np.bincount(of, minlength=count) for of in (sides, sides[acts[number]]))
-    between = (joint_count == 2) & (pressed == 2) & np.isin(np.arange(count), assembly.movable)
+    joint_of_side = np.tile(np.arange(len(joints.first)), 2)
+    joint_count = np.bincount(sides, minlength=count)
+    pressed_count = np.bincount(sides[acts[joint_of_side]], minlength=count)
+    between = (joint_count == 2) & (pressed_count == 2) & np.isin(np.arange(count), assembly.movable)
     along = between[joints.first] & between[joints.second]
     row = linked(count, joints.first[along], joints.second[along])
     in_chain = between & (np.bincount(row)[row] >= _CHAIN)
     order = np.argsort(sides, kind="stable")
-    return number[order][in_chain[sides[order]]].reshape(-1, 2)
+    return joint_of_side[order][in_chain[sides[order]]].reshape(-1, 2)
 
 
 def thrust_marks(result: Outcome) -> Iterable[Marks]:
@@ -270,40 +271,51 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
     space, forces at contact points are drawn too, with thinner lines.
     """
     assembly, (force, point) = result.assembly, thrust(result)
-    size, shrink = size_of(assembly), shrink_of(assembly)
-    shown: np.ndarray = np.isfinite(point).all(axis=1)
+    contacts, size = result.contacts, size_of(assembly)
+    is_shown: np.ndarray = np.isfinite(point).all(axis=1)
     point = point - assembly.geometry.origin
-    points, who = result.contacts, "of a joint"
-    if points is None and len(pairs := chains(assembly, shown)):
-        on_line = np.isin(np.arange(len(shown)), pairs)
-        at = point[on_line][:, None]
-        yield Marks("line", "line of thrust", "line", colours.THRUST, 1.8 * shrink, point[pairs])
-        yield Marks("points", "line of thrust", "point", colours.THRUST, 3.2 * shrink, at)
+    owner = "of a joint"
+    pairs = chains(assembly, is_shown) if contacts is None else np.empty((0, 2), dtype=int)
+    if len(pairs):
+        on_line = np.isin(np.arange(len(is_shown)), pairs)
+        yield from _line_of_thrust(point[pairs], point[on_line][:, None], shrink_of(assembly))
         ends = np.stack([assembly.joints.first, assembly.joints.second])
         on_support = np.logical_or(*~np.isin(ends, assembly.movable))
-        shown &= ~on_line | on_support
-        who = "on a support" if on_support[shown].all() else who
-    if not shown.any():
+        is_shown &= ~on_line | on_support
+        owner = "on a support" if on_support[is_shown].all() else owner
+    if not is_shown.any():
         return
-    most = float(np.linalg.norm(force[shown], axis=1).max())
-    unit = (_RESULTANT if points is None else _RESULTANT_IN_SPACE) * size / most
-    label = f"resultant {who}, in the case's unit of force"
-    if points is not None:
-        label = f"resultant {who}; the longest is {most:.3g} in the case's unit of force"
-        carried = points[["fx", "fy", "fz"]].to_numpy()
-        carries = np.linalg.norm(carried, axis=1) > IDLE * most
-        at = points[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
-        lines, width = _through(at, unit * carried[carries], 0.4, 1.0)
+    largest = float(np.linalg.norm(force[is_shown], axis=1).max())
+    unit = (_RESULTANT if contacts is None else _RESULTANT_IN_SPACE) * size / largest
+    label = f"resultant {owner}, in the case's unit of force"
+    if contacts is not None:
+        label = f"resultant {owner}; the longest is {largest:.3g} in the case's unit of force"
+        contact_force = contacts[["fx", "fy", "fz"]].to_numpy()
+        carries = np.linalg.norm(contact_force, axis=1) > IDLE * largest
+        at = contacts[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
+        lines, width = _through(at, unit * contact_force[carries], 0.4, 1.0)
         entry = "force at a contact point, one state of many"
         yield Marks("contacts", entry, "line", colours.AT_POINT, width, lines)
-    lines, width = _through(point[shown], unit * force[shown], 0.8, 1.6)
+    lines, width = _through(point[is_shown], unit * force[is_shown], 0.8, 1.6)
     yield Marks("resultants", label, "line", colours.THRUST, width, lines)
-    yield Marks("points", "", "point", colours.THRUST, 1.8 * width, point[shown][:, None])
-    if points is None:
-        scale = round_below(most)
-        left, _, _, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
-        ends = np.add([left, top + _SCALE * size], [[[0.0, 0.0], [scale * unit, 0.0]]])
-        yield Marks("scale", "", "bar", colours.THRUST, 1.6, ends, text=f"= {scale:g}")
+    yield Marks("points", "", "point", colours.THRUST, 1.8 * width, point[is_shown][:, None])
+    if contacts is None:
+        yield _force_scale(assembly, largest, unit)
+
+
+def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Iterable[Marks]:
+    """Yield marks of lines of thrust, shape (pairs, 2, 2), and of their points, shape (points, 1, 2)."""
+    yield Marks("line", "line of thrust", "line", colours.THRUST, 1.8 * shrink, lines)
+    yield Marks("points", "line of thrust", "point", colours.THRUST, 3.2 * shrink, points)
+
+
+def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
+    """Return a bar with the length of a round force up to ``largest``; ``unit`` is the length per force."""
+    scale = round_below(largest)
+    left, _, _, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
+    origin = [left, top + _SCALE * size_of(assembly)]
+    ends = np.add(origin, [[[0.0, 0.0], [scale * unit, 0.0]]])
+    return Marks("scale", "", "bar", colours.THRUST, 1.6, ends, text=f"= {scale:g}")
 
 
 def _through(at: np.ndarray, arrows: np.ndarray, thin: float, thick: float) -> tuple[np.ndarray, float]:

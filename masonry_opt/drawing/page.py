@@ -80,13 +80,13 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     name, figure, data = (_plane if result.contacts is None else _space)(result, elements, view, frames)
     values: dict[str, Any] = {"title": escape(elements.title), **figure}
 
-    def piece(name: str) -> str:
+    def fill_template(name: str) -> str:
         """Return the text of a template file with the values filled in; "" if there is no such file."""
         file = folder.joinpath(name)
         return Template(file.read_text(encoding="utf-8")).substitute(values) if file.is_file() else ""
 
-    values |= {part: piece(f"page_{name}_{part}.html") for part in ("controls", "block", "joint")}
-    values |= {"picture": piece(f"page_{name}_picture.html") or figure["picture"]}
+    values |= {part: fill_template(f"page_{name}_{part}.html") for part in ("controls", "block", "joint")}
+    values |= {"picture": fill_template(f"page_{name}_picture.html") or figure["picture"]}
     layers = elements.layers
     if frames is not None:
         layers = layers | {HISTORY: history_marks(result)}
@@ -98,19 +98,21 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     values |= {"answer": answer(result), "caption": caption(elements), "last": result.size.joints - 1}
     values |= {"start": START, "still": "" if elements.movement else " disabled"}
     values |= {"choices": _choices(layers, kind), "legends": _legends(elements, layers)}
-    values["history"] = "" if frames is None else piece("page_history.html")
+    values["history"] = "" if frames is None else fill_template("page_history.html")
     values["details"] = _curve(result) + certificate(result) + described(result) + _foot(result)
     scripts = {"style": "page.css", "figure_script": f"page_{name}.js"}
     scripts |= {"history_script": "page_history.js", "script": "page.js"}
     values |= {key: folder.joinpath(file).read_text(encoding="utf-8") for key, file in scripts.items()}
-    return piece("page.html")
+    return fill_template("page.html")
 
 
 #: Figure of a page: the name in its file names, the values of its templates, and the data of its script.
-_FigureOf = tuple[str, dict[str, str], dict[str, Any]]
+_PageFigure = tuple[str, dict[str, str], dict[str, Any]]
 
 
-def _plane(result: Outcome, elements: Elements, _: ViewAngles | None, frames: Keyframes | None) -> _FigureOf:
+def _plane(
+    result: Outcome, elements: Elements, _: ViewAngles | None, frames: Keyframes | None
+) -> _PageFigure:
     """Return the figure of a scene in the plane, an SVG picture whose elements move."""
     canvas, joints = Canvas(elements, elements.all_marks), result.assembly.joints
     groups = {"loads": elements.loads} | {f"layer {name}": marks for name, marks in elements.layers.items()}
@@ -126,7 +128,7 @@ def _plane(result: Outcome, elements: Elements, _: ViewAngles | None, frames: Ke
 
 def _space(
     result: Outcome, elements: Elements, view: ViewAngles | None, frames: Keyframes | None
-) -> _FigureOf:
+) -> _PageFigure:
     """Return the figure of a scene in space, which can be turned.
 
     The figure includes a fixed picture, for print and for browsers that cannot draw solids.

@@ -83,16 +83,16 @@ def surface(elements: Elements) -> Surface:
     edges, rounding = np.stack([start, end], axis=1), _ROUNDING * size
     # Keep each edge once, and drop the edges that lie in the planes of cuts.
     ends = np.sort(np.round(edges / rounding), axis=1).reshape(-1, 6)
-    _, once = np.unique(np.column_stack([faces.block[face], ends]), axis=0, return_index=True)
+    _, unique = np.unique(np.column_stack([faces.block[face], ends]), axis=0, return_index=True)
     on_side = [np.abs(edges - side).max(axis=1).min(axis=1) < rounding for side in (low, high)]
-    once = once[~(np.isin(faces.block[face], cut) & np.logical_or(*on_side))[once]]
+    unique = unique[~(np.isin(faces.block[face], cut) & np.logical_or(*on_side))[unique]]
     triangles, of_face = _triangles(faces)
     support = faces.where(~np.isin(faces.block, assembly.movable))
     return Surface(
         triangles=triangles,
         of_triangle=faces.block[of_face],
-        edges=edges[once],
-        of_edge=faces.block[face][once],
+        edges=edges[unique],
+        of_edge=faces.block[face][unique],
         hatching=_hatching(support, _HATCH * size),
     )
 
@@ -125,18 +125,18 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
     normal, offset = np.concatenate([np.eye(3), -np.eye(3)]), np.concatenate([high, -low])
     sides = Frames.of(normal * offset[:, None], normal, np.roll(normal, 1, axis=1))
     box = np.array([*product(*zip(low, high, strict=True))])
-    chosen = np.isin(faces.block, cut)
-    own = faces.where(chosen)
-    inside = [_section(box, own.frame, at) for at in range(len(own.block))]
-    own = replace(own, polygon=shapely.intersection(own.polygon, inside))
+    is_cut = np.isin(faces.block, cut)
+    cut_faces = faces.where(is_cut)
+    inside = [_section(box, cut_faces.frame, at) for at in range(len(cut_faces.block))]
+    cut_faces = replace(cut_faces, polygon=shapely.intersection(cut_faces.polygon, inside))
     part, side = np.divmod(np.arange(6 * len(parts.block)), 6)
     part, side = (values[np.isin(parts.block[part], cut)] for values in (part, side))
     hulls = [parts.points[parts.of_point == one] for one in part]
     part_sections = [_section(hull, sides, at) for hull, at in zip(hulls, side, strict=True)]
     sections = shapely.intersection(part_sections, [_section(box, sides, at) for at in side])
-    cuts = OuterFaces(parts.block[part], sides.where(side), sections)
-    every = faces.where(~chosen).then(own, cuts)
-    return every.where(shapely.area(every.polygon) > 0)
+    new_faces = OuterFaces(parts.block[part], sides.where(side), sections)
+    all_faces = faces.where(~is_cut).then(cut_faces, new_faces)
+    return all_faces.where(shapely.area(all_faces.polygon) > 0)
 
 
 def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
