@@ -2,11 +2,9 @@
 
 import pytest
 from atlas.large_scenes import LARGE, large_scene
-from scenes import values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.registry import find_solver

@@ -199,7 +199,7 @@ except SystemExit as ended:
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["gilbert/two_blocks", "ferris_tinloi/wall_1"])
 def test_a_default_solve_imports_only_what_its_steps_use(case):
-    """Small scenes in the plane need no modelling language; tables, pictures and studies are not asked for."""
+    """Small scenes in the plane need no modelling language, and no tables, pictures or studies."""
     program = SOLVED.format(case=str(ROOT / "cases" / f"{case}.toml"))
     *printed, modules = in_a_process_of_its_own(program, cwd=ROOT).splitlines()
     assert "load factor λ" in printed
