@@ -60,5 +60,5 @@ number.addEventListener("input", () => number.value in joints.first && pick(+num
 number.addEventListener("focus", () => number.value in joints.first && pick(+number.value));
 for (const choice of document.querySelectorAll("input[name=show]"))
   choice.addEventListener("change", () => show(choice.value));
-// A browser may restore the choice of an earlier visit, so the page starts with the button that is checked.
+// A browser may restore the choice of an earlier visit, so the page shows the quantity of the chosen button.
 show(document.querySelector("input[name=show]:checked").value);
