@@ -136,8 +136,10 @@ def test_copies_of_walls_moved_by_rounding_end_in_one_state(seed):
     results = [solved(moved(random_scene("wall", seed), copy), incremental=True) for copy in range(3)]
     assert len({result.status for result in results}) == 1
     ends = {Code.COLLAPSE, Code.RANGE, Code.UNBOUNDED}
-    proven = all(result.solution.proven_none for result in results)
-    assert proven or {result.incremental_reasons[0].code for result in results} <= ends
+    if results[0].status.unlimited:
+        # Statics carry any multiple, so that a load history may go on until its load is too large.
+        ends |= {Code.UNDECIDED}
+    assert {result.incremental_reasons[0].code for result in results} <= ends
     if results[0].load_factor is not None:
         found, expected = ([getattr(of, name) for of in results] for name in ("load_factor", "incremental"))
         assert max(found) / min(found) - 1 < 1e-6

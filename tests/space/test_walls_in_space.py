@@ -21,6 +21,8 @@ from masonry_opt.problem.laws import Cone
 
 #: Blocks and friction of the wall of fast tests; blocks of the largest whose exact states are asked for.
 FAST, MOST = (13, 0.6), 42
+#: Blocks and friction of the corner whose blocks still move after many steps under loads 1 % apart.
+IN_A_RANGE = 42, 0.6
 
 
 def corners(sizes: Callable[[Reference], bool]) -> list[object]:
@@ -64,7 +66,9 @@ def test_the_incremental_load_factor_is_that_of_contact_dynamics(reference):
     if reference.incremental is not None:
         assert found.incremental == pytest.approx(reference.incremental, rel=2e-2)
     assert found.incremental < reference.associative + 1e-6
-    if reference.blocks <= MOST:
+    if (reference.blocks, reference.friction) == IN_A_RANGE:
+        assert found.reasons[0].code is Code.RANGE
+    elif reference.blocks <= MOST:
         assert found.reasons[0].code is Code.COLLAPSE
         assert found.solution.answer.forms.friction is Cone
         assert not found.solution.answer.failing(Kind.EXACT)
