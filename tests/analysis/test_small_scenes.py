@@ -129,21 +129,26 @@ def test_joints_askew_by_rounding_leave_a_load_that_falls(as_drawn):
     assert one.solution.load_factor < 0.98 * one.incremental
 
 
+#: Wall whose load history carries more than 10⁴ mean contact forces, where it is given up: statics carry any.
+CARRIES_MUCH = 700_005
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [*range(700_000, 700_008), 710_022, 710_027, 710_028])
 def test_copies_of_walls_moved_by_rounding_end_in_one_state(seed):
     """Seeds that played no part in choosing what breaks ties. Of 50 walls in ten copies one differs."""
     results = [solved(moved(random_scene("wall", seed), copy), incremental=True) for copy in range(3)]
     assert len({result.status for result in results}) == 1
-    ends = {Code.COLLAPSE, Code.RANGE, Code.UNBOUNDED}
-    if results[0].status.unlimited:
-        # Statics carry any multiple, so that a load history may go on until its load is too large.
-        ends |= {Code.UNDECIDED}
-    assert {result.incremental_reasons[0].code for result in results} <= ends
-    if results[0].load_factor is not None:
-        found, expected = ([getattr(of, name) for of in results] for name in ("load_factor", "incremental"))
-        assert max(found) / min(found) - 1 < 1e-6
-        assert max(expected) / min(expected) - 1 < 1e-3
+    ends = {result.incremental_reasons[0].code for result in results}
+    if seed == CARRIES_MUCH:
+        assert ends == {Code.UNDECIDED}
+    else:
+        assert ends <= {Code.COLLAPSE, Code.RANGE, Code.UNBOUNDED}
+    # Of the wall that carries much the loop finds a state, to its own tolerance.
+    for name, apart in (("load_factor", 1e-6 if results[0].exact else 1e-5), ("incremental", 1e-3)):
+        found = [getattr(result, name) for result in results]
+        if found[0] is not None:
+            assert max(found) / min(found) - 1 < apart
 
 
 @pytest.mark.slow
