@@ -12,7 +12,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from masonry_opt.errors import InterruptedByUserError, MasonryError, OutputError, ReaderGoneError
+from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.words.terminal import print_text, results_alone
 
 #: Modules of commands, loaded when a command is called. Other commands are in the module of their name.
@@ -40,6 +40,9 @@ COMMANDS = {
     "sweep": "Solve CASE for every combination of values of its numbers, or for values drawn from "
     "distributions.",
 }
+
+#: Present names of options, by the names that they had in former versions.
+FORMER_OPTIONS = {"--expected": "--incremental", "--no-expected": "--no-incremental"}
 
 
 class _Commands(TyperGroup):
@@ -135,7 +138,13 @@ def _escape_unencodable() -> None:
 
 
 def _run_and_flush() -> None:
-    """Run the app, and flush standard output before it exits, so that errors of writing are raised."""
+    """Run the app, and flush standard output before it exits, so that errors of writing are raised.
+
+    Raises OptionError if an option has the name that it had in former versions.
+    """
+    for option in sys.argv[1:]:
+        if option in FORMER_OPTIONS:
+            raise OptionError(f"option '{option}' is now called '{FORMER_OPTIONS[option]}'")
     try:
         app()
     except SystemExit:

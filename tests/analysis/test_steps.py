@@ -42,7 +42,12 @@ def test_the_log_follows_the_load_factor():
     log = solved(two_blocks()).solution.log
     np.testing.assert_allclose([entry.load_factor for entry in log], [0.18843976, 0.15, 0.15], rtol=1e-6)
     assert [entry.exact_states for entry in log] == [0, 1, 1]
-    assert all(entry.seconds >= 0 for entry in log)
+    assert all(entry.seconds > 0 for entry in log)
+
+
+def test_the_log_has_the_time_of_a_load_history_computed_before():
+    result = mo.solve(two_blocks())
+    assert result.solution.log[0].seconds >= result.seconds["incremental"] > 0
 
 
 def test_the_technical_summary_lists_the_steps():

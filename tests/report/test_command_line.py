@@ -400,3 +400,11 @@ def test_a_command_ends_without_a_word_on_standard_error(tmp_path, name):
     ended = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ended.stdout
+
+
+@pytest.mark.parametrize(
+    ("former", "present"), [("--no-expected", "--no-incremental"), ("--expected", "--incremental")]
+)
+def test_a_former_option_ends_in_its_present_name(command, former, present):
+    err = command.refused("solve", WALL_1, former)
+    assert err == f"error: option '{former}' is now called '{present}'\n"

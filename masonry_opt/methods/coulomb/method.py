@@ -99,7 +99,8 @@ def _run_steps(task: Task, options: CoulombOptions) -> Solution:
             continue
         began = time.perf_counter()
         step.run(run)
-        seconds = time.perf_counter() - began
+        seconds = time.perf_counter() - began + run.seconds_before
+        run.seconds_before = 0.0
         log.append(LogEntry(step.name, run.load_factor, run.exact_states, seconds))
     return replace(_solution(run), log=tuple(log))
 

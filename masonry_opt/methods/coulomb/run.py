@@ -33,6 +33,7 @@ class CoulombRun:
     incremental: the solution of the incremental analysis, once it is known.
     known: what is known of a scene without an exact state: the associative load factor, proofs.
     ended: the solution that ends the run without an exact state; None as long as steps go on.
+    seconds_before: time of a load history that was computed before the run, in seconds.
     """
 
     def __init__(self, task: Task, seeks_lower: bool) -> None:
@@ -41,6 +42,7 @@ class CoulombRun:
         self.incremental: Solution | None = None
         self.known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
         self.ended: Solution | None = None
+        self.seconds_before = 0.0
 
     @cached_property
     def analysis(self) -> IncrementalAnalysis:

@@ -61,6 +61,7 @@ class Incremental:
             # are those of this method too.
             run.effort.uses(task.solver.name, "incremental analysis")
             run.effort.iterations += len(found.history)
+            run.seconds_before = run.effort.seconds["incremental"]
             for step in found.history:
                 task.progress(step)
         run.incremental = found
