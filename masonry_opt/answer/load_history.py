@@ -47,21 +47,6 @@ class LoadHistory:
         """Number of jumps."""
         return sum(step.is_jump for step in self.steps)
 
-    def begin_to_slide(self, number: int) -> np.ndarray:
-        """Return indices of the contacts that slide after a step, by its index, and did not before."""
-        step, before = self.steps[number], self.steps[max(number - 1, 0)]
-        return np.flatnonzero(step.sliding & ~before.sliding)
-
-    def begin_to_open(self, number: int) -> np.ndarray:
-        """Return indices of the contacts that are open after a step, by its index, and were not before."""
-        step, before = self.steps[number], self.steps[max(number - 1, 0)]
-        return np.flatnonzero(step.open & ~before.open)
-
-    def begin_to_stick(self, number: int) -> np.ndarray:
-        """Return indices of the contacts that press without sliding after a step, and did not before."""
-        step, before = self.steps[number], self.steps[max(number - 1, 0)]
-        return np.flatnonzero((before.sliding | before.open) & ~(step.sliding | step.open))
-
     def state_at(self, load_factor: float) -> tuple[np.ndarray, np.ndarray]:
         """Return block displacements (3b,) and joint forces (3c + t,) at a load factor.
 

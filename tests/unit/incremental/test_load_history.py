@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -174,7 +175,8 @@ def test_history_of_two_blocks():
     assert len(softness) > 1
     assert (np.diff(softness) > 0).all()
     assert history.jumps == 0
-    assert sum(history.begin_to_slide(number).size for number in range(len(history.steps))) == 1
+    begins = [(after.sliding & ~before.sliding).sum() for before, after in pairwise(history.steps)]
+    assert sum(begins) == 1
 
 
 def test_states_between_load_steps_are_interpolated():
