@@ -106,7 +106,7 @@ class HowToSolve:
     @cached_property
     def chosen(self) -> Method:
         """Return the method. Raises OptionError if the name is unknown or no longer used."""
-        if self.method in FORMER_METHODS:
+        if isinstance(self.method, str) and self.method in FORMER_METHODS:
             raise OptionError(f"method '{self.method}' is now {FORMER_METHODS[self.method]}")
         if not isinstance(self.method, str) or self.method not in METHODS:
             raise OptionError(f"method '{self.method}' is unknown; choose from: {', '.join(METHODS)}")

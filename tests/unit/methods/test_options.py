@@ -50,6 +50,7 @@ NOT_TAKEN = [
     (STATIC | NEWTON, ["coulomb"]),
     *(({"method": name} | NEWTON, []) for name in ("kinematic", "mpec", "global")),
     (LOOP | NEWTON, []),
+    ({"method": ["static"]}, ["'static'", "unknown"]),
     ({"method": "mcp"}, ["'mcp'", "'coulomb'"]),
     ({"method": "compliant"}, ["'compliant'", "'incremental'"]),
     ({"method": "refined"}, ["'refined'", "search=SECONDS", "'coulomb'"]),
