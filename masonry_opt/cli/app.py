@@ -53,8 +53,14 @@ class _Commands(TyperGroup):
         self.commands = {name: TyperCommand(name, help=does) for name, does in COMMANDS.items()}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return name, loaded command and remaining arguments."""
+        """Return name, loaded command and remaining arguments.
+
+        Raises OptionError if an option has the name that it had in former versions.
+        """
         name, _, others = super().resolve_command(ctx, args)
+        for option in others:
+            if option in FORMER_OPTIONS:
+                raise OptionError(f"option '{option}' is now called '{FORMER_OPTIONS[option]}'")
         return name, load(str(name)), others
 
 
@@ -138,13 +144,7 @@ def _escape_unencodable() -> None:
 
 
 def _run_and_flush() -> None:
-    """Run the app, and flush standard output before it exits, so that errors of writing are raised.
-
-    Raises OptionError if an option has the name that it had in former versions.
-    """
-    for option in sys.argv[1:]:
-        if option in FORMER_OPTIONS:
-            raise OptionError(f"option '{option}' is now called '{FORMER_OPTIONS[option]}'")
+    """Run the app, and flush standard output before it exits, so that errors of writing are raised."""
     try:
         app()
     except SystemExit:
