@@ -79,7 +79,7 @@ class Solver:
 
 def _clarabel(tolerance: float) -> dict[str, Any]:
     options: dict[str, Any] = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
-    # From about a hundred thousand joints Clarabel would choose faer, which takes four times as long.
+    # Above some 100,000 joints Clarabel would choose the solver faer, which takes four times as long.
     options["direct_solve_method"] = "qdldl"
     if tolerance >= 1e-5:
         options["iterative_refinement_enable"] = (

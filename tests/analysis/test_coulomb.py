@@ -178,7 +178,7 @@ def test_the_first_state_will_do_if_asked_for():
 
 @pytest.mark.parametrize("name", ["wedges", "irregular"])
 def test_interior_points_in_turn_end_near_where_simplex_does(name):
-    """From the state that a load history ends with: exact but for complementarity."""
+    """From the end of the load history they lead to a state that is exact but for its complementarity."""
     simplex, loaded = solved(scene_of(name)), solved(scene_of(name), "incremental")
     state = loaded.solution.answer
     found = Alternation(loaded.assembly.problem, Effort()).state_near(state.q, state.d)

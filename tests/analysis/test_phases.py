@@ -124,7 +124,7 @@ def test_commands_that_take_long_say_what_they_do(command, monkeypatch, tmp_path
 
 
 def test_further_starts_are_counted():
-    """Of two blocks: the search for lower states takes many starts, and says which."""
+    """The search for lower states of two blocks takes many starts, and names each as it begins."""
     told = phases_of(TWO_BLOCKS, "coulomb")[1]
     starts = [phase for phase in told if phase.startswith("lower states, start ")]
     assert starts[:2] == ["lower states, start 1", "lower states, start 2"]

@@ -144,7 +144,7 @@ def test_copies_of_walls_moved_by_rounding_end_in_one_state(seed):
         assert ends == {Code.UNDECIDED}
     else:
         assert ends <= {Code.COLLAPSE, Code.RANGE, Code.UNBOUNDED}
-    # Of the wall that carries much the loop finds a state, to its own tolerance.
+    # The loop answers for the wall that carries much, and its states are exact to its own tolerance.
     for name, apart in (("load_factor", 1e-6 if results[0].exact else 1e-5), ("incremental", 1e-3)):
         found = [getattr(result, name) for result in results]
         if found[0] is not None:

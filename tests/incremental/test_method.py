@@ -254,7 +254,7 @@ def test_two_blocks_bear_any_load_of_their_continuum_by_self_stress():
     least, most = found["stress"]
     assert 0.15 - 1e-6 <= least < 0.16
     assert 0.24 < most <= 0.25 + 1e-6
-    # From rest .1884 with contacts that are alike.
+    # With equal contacts, the load history from rest ends at 0.1884.
     assert least < found["stiffness"][0] < 0.1884 < found["stiffness"][1] < most
     assert found["without"] == 0
 

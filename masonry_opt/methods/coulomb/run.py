@@ -1,4 +1,4 @@
-"""What the steps of the default method share: the load history, the states found, and the end."""
+"""State of a run of the default method: its load history, the exact states found, and how it ended."""
 
 from collections.abc import Iterable
 from dataclasses import replace

@@ -92,7 +92,7 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     pair, i, j = near_items(shapes, pairs, far, (faces, faces))
     cosine = -dots(frame.normal[i], frame.normal[j])
     # The place at which the faces are near each other is at most the width of the second face from its base.
-    # From there to the base, the height over the first face changes by no more than the width times the sine.
+    # Between that point and the base, the height over the first face changes by at most width times sine.
     lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _ROUNDING
     reach = far[pair] / _FACING + lean * lengths(faces.high - faces.low)[j]
     near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
