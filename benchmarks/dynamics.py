@@ -1,12 +1,12 @@
 """Compare incremental load factors with the loads that bring scenes down in contact dynamics.
 
-    python benchmarks/dynamics.py --damping 0.98
+    python benchmarks/dynamics.py --damping 0.98 --first 910000
 
-The scenes are 60 random ones whose load history jumps, or loses load at its end, and 20 that do neither
-(tests/atlas; seeds from 910000 on, the first of each family). The compiled program tests/contact_dynamics.py
-raises the load of one scene in each process. The script prints a row for each scene: joints, jumps, the load
-factors between which equilibrium is lost, the incremental load factor, and the load factor at which the load
-brings the scene down.
+The scenes are random ones (tests/atlas): 60 in the plane whose load history jumps, or loses load at its end,
+20 in the plane that do neither, and 20 in space. Each family takes the first suitable seeds from ``--first``
+on. The compiled program tests/contact_dynamics.py raises the load of one scene in each process. The script
+prints a row for each scene: joints, jumps, the load factors between which equilibrium is lost, the
+incremental load factor, and the load factor at which the load brings the scene down.
 """
 
 import argparse
@@ -24,6 +24,8 @@ sys.path.insert(0, str(ROOT / "tests"))
 from atlas.held_scenes import held  # noqa: E402
 from atlas.large_scenes import large_scene  # noqa: E402
 from atlas.random_scenes import random_scene  # noqa: E402
+from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
+from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
 from contact_dynamics import DEFAULTS, DynamicsSettings, collapse_load  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
@@ -44,8 +46,8 @@ FAMILIES = {
     "rubble 40": (9, 1),
     "rubble 50": (9, 1),
     "rubble 60": (9, 0),
+    **{f"space {kind}": (3, 2) for kind in KINDS_IN_SPACE},
 }
-FIRST = 910_000
 #: Least incremental load factor of a scene. If smaller, the accuracy of dynamics does not suffice.
 LEAST = 1e-3
 #: Highest load factor of contact dynamics, over the incremental one. If larger, dynamics take longer.
@@ -53,18 +55,20 @@ UP_TO = 1.3
 
 
 def scene_of(family: str, seed: int) -> mo.Scene:
-    """A random scene."""
-    kind, _, of = family.partition(" ")
+    """Return the random scene of a family (a key of ``FAMILIES``) and a seed."""
+    kind, _, variant = family.partition(" ")
     if kind == "held":
-        return held(of, seed)
-    return large_scene(kind, int(of), seed) if of else random_scene(kind, seed)
+        return held(variant, seed)
+    if kind == "space":
+        return random_scene_in_space(variant, seed)
+    return large_scene(kind, int(variant), seed) if variant else random_scene(kind, seed)
 
 
-def scenes() -> Iterator[tuple[str, int, Problem, IncrementalResult]]:
-    """Yield the family, seed, problem and incremental result of each scene."""
+def scenes(first: int) -> Iterator[tuple[str, int, Problem, IncrementalResult]]:
+    """Yield the family, seed, problem and incremental result of each scene, with seeds from ``first`` on."""
     for family, numbers in FAMILIES.items():
         left = list(numbers)
-        for seed in count(FIRST):
+        for seed in count(first):
             try:
                 problem = assemble(scene_of(family, seed)).problem
             except CaseError:
@@ -81,9 +85,9 @@ def scenes() -> Iterator[tuple[str, int, Problem, IncrementalResult]]:
 
 
 def fall(scene: tuple[str, int, float], settings: DynamicsSettings) -> float:
-    """Return the load factor under which the scene of a family and a seed falls; NaN if undecided.
+    """Return the load factor under which a scene falls, or NaN if it does not fall.
 
-    The third value is the incremental load factor.
+    ``scene`` has its family, its seed, and its incremental load factor.
     """
     family, seed, load_factor = scene
     try:
@@ -99,11 +103,12 @@ def main() -> None:
     options.add_argument(
         "--steps", type=int, default=DEFAULTS.patience, help="steps that a load waits for rest"
     )
+    options.add_argument("--first", type=int, default=910_000, help="first seed of each family")
     options.add_argument("--processes", type=int, default=2)
     chosen = options.parse_args()
     settings = replace(DEFAULTS, damping=chosen.damping, patience=chosen.steps)
     print("family,seed,joints,jumps,carried,not carried,incremental,dynamics", flush=True)
-    chosen_scenes = sorted(scenes(), key=lambda scene: scene[2].joints)
+    chosen_scenes = sorted(scenes(chosen.first), key=lambda scene: scene[2].joints)
     asked = [(family, seed, result.load_factor) for family, seed, _, result in chosen_scenes]
     with ProcessPoolExecutor(chosen.processes) as pool:
         falls = pool.map(partial(fall, settings=settings), asked)
