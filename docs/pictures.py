@@ -1,14 +1,20 @@
-"""Draws the three pictures that the README and the guide begin with: docs/arch.png, facade.png and wall.png.
+"""Draw the pictures of the README and of the guide that no page computes.
 
-    python docs/pictures.py
+    python docs/pictures.py            # all of them, in half a minute
+    python docs/pictures.py diagram    # docs/how_it_works.png alone
 
-Arch and façade are those of two examples of the gallery, which hold their numbers; the wall is a case file.
+The README and the first page of the guide show arch.png, facade.png and wall.png. The arch and the façade are
+examples of the gallery, whose assertions check their numbers. The wall is a case file. The diagram belongs to
+the page "How it works".
 """
 
+import sys
 from pathlib import Path
 from runpy import run_path
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import FancyBboxPatch
 
 import masonry_opt as mo
 
@@ -22,8 +28,81 @@ def save(figure: Figure, name: str) -> None:
     figure.savefig(HERE / f"{name}.png", dpi=DPI, bbox_inches="tight")
 
 
+#: Boxes of the diagram from top to bottom: title, contents, and the folders that make the box's data.
+DATA = (
+    ("Case file, drawing, mesh", "or a scene made in Python", ""),
+    ("Scene", "blocks, joints, loads", "scene/ reads files, runs\ngenerators, finds joints"),
+    (
+        "Problem",
+        "equilibrium matrix B, loads,\nyield conditions, flow rule",
+        "problem/ writes the scene\nas matrices",
+    ),
+    (
+        "Solution",
+        "forces, mechanism, λ,\ncertificate, status, log",
+        "standing/ decides stability,\nmethods/ runs the method,\nmodels/ declares programs,\n"
+        "solvers/ solves them",
+    ),
+    (
+        "Result",
+        "load factors and tables\nof blocks and joints",
+        "analysis.py and result.py\nput the parts together",
+    ),
+    (
+        "Text, picture, page, file",
+        "for a user or a program",
+        "words/, drawing/, exports/\nwrite what the user wants",
+    ),
+)
+
+BOX_WIDTH, BOX_HEIGHT = 2.75, 0.78  # in inches
+ROW_HEIGHT = 1.2  # distance between the middles of two boxes, in inches
+DATA_COLOUR, TEXT_COLOUR = "#dfe9f3", "#1f2d3a"
+
+
+def diagram() -> Figure:
+    """Return the diagram of a scene's way through the package; its letters are legible at 400 pixels."""
+    width, height = 5.9, ROW_HEIGHT * (len(DATA) - 1) + BOX_HEIGHT + 0.1
+    figure = Figure(figsize=(width, height))
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, height))
+    axes.set_axis_off()
+    middle = height - BOX_HEIGHT / 2 - 0.05
+    for title, contents, folders in DATA:
+        if folders:
+            _draw_step(axes, middle, folders)
+        _draw_box(axes, middle, title, contents)
+        middle -= ROW_HEIGHT
+    return figure
+
+
+def _draw_box(axes: Axes, middle: float, title: str, contents: str) -> None:
+    """Draw the box of one kind of data: its title above its contents."""
+    bottom = (0.15, middle - BOX_HEIGHT / 2 + 0.05)
+    style = "round,pad=0,rounding_size=0.08"
+    box = FancyBboxPatch(
+        bottom, BOX_WIDTH, BOX_HEIGHT - 0.1, style, facecolor=DATA_COLOUR, edgecolor=TEXT_COLOUR
+    )
+    axes.add_patch(box)
+    centre = 0.15 + BOX_WIDTH / 2
+    axes.text(centre, middle + 0.26, title, ha="center", va="top", size=12, weight="bold", color=TEXT_COLOUR)
+    axes.text(
+        centre, middle + 0.02, contents, ha="center", va="top", size=10, color=TEXT_COLOUR, linespacing=1.05
+    )
+
+
+def _draw_step(axes: Axes, middle: float, folders: str) -> None:
+    """Draw the arrow that leads to a box, with the folders that make the box's data on its right."""
+    end = (0.15 + BOX_WIDTH / 2, middle + BOX_HEIGHT / 2 - 0.05)
+    start = (end[0], middle + ROW_HEIGHT - BOX_HEIGHT / 2 + 0.05)
+    axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": TEXT_COLOUR, "lw": 1.5})
+    axes.text(3.15, middle + ROW_HEIGHT / 2, folders, ha="left", va="center", size=10.5, color=TEXT_COLOUR)
+
+
 def main() -> None:
-    """Solve and draw: half a minute."""
+    """Solve and draw; the argument "diagram" draws the diagram alone."""
+    save(diagram(), "how_it_works")
+    if sys.argv[1:] == ["diagram"]:
+        return
     loads, space = HERE / "gallery" / "loads", HERE / "gallery" / "space"
     save(run_path(str(loads / "bogie_over_an_arch.py"))["coulomb"].plot(), "arch")
     save(run_path(str(space / "facade_off_its_returns.py"))["result"].plot(view=(-50, 25)), "facade")
