@@ -1,9 +1,30 @@
 """Collapse load factor of masonry: rigid blocks, dry Coulomb joints, linear programming.
 
 >>> import masonry_opt as mo
->>> result = mo.solve("cases/ferris_tinloi/wall_1.toml")
+>>> scene = mo.load("cases/ferris_tinloi/wall_1.toml")
+>>> result = mo.solve(scene)
+>>> print(result)
 
-after Gilbert, Casapulla & Ahmed (2006), Computers and Structures 84, 873-887.
+Six functions that most users need
+    load, draw, solve, sweep, report, save
+Studies of many loads, positions, supports or values
+    solve_cases, directions, crossing, settle, capacity, sample, least, most
+Files of other programs
+    read_dxf, write_dxf, read_mesh, read_compas, export
+Scenes and their records
+    Scene, Block, JointDefaults, Joint, Load, EdgeLoad, LoadCase, Earthquake, Tie, Prop, Fill, Backing, Axles,
+    Reference; in space Solid, Part, box, extrude
+Generators of many blocks
+    Wall, Facade, Arch, PointLoad, Column; in space Plan, PlanWall, Opening, Barrel, Dome, Groin, Shaft
+Research
+    check, compare, assemble
+Results
+    Result, Status, Certificate, DualityReport, Sample, Crossing, Capacity, KinematicCheck, Settlement
+Errors
+    MasonryError, CaseError, OptionError
+
+Each function has its own help, such as ``help(mo.solve)``. The method is described by Gilbert, Casapulla &
+Ahmed (2006), Computers and Structures 84, 873-887.
 """
 
 import ast as _ast

@@ -118,6 +118,16 @@ def test_every_name_of_the_package_is_in_the_reference():
     assert sorted(documented) == mo.__all__
 
 
+def test_the_help_of_the_package_lists_every_name_once_and_in_the_groups_of_the_reference():
+    """The functions that most users need come first, in the order of the reference."""
+    groups = re.findall(r"^    ([\w ,;\n]+?)(?=\n\S|\n\n)", mo.__doc__, re.MULTILINE)
+    listed = [re.findall(r"\w+", group.replace("in space", "")) for group in groups]
+    assert sorted(name for names in listed for name in names) == mo.__all__
+    first = section(page("reference"), "Six functions that most users need")
+    assert listed[0] == re.findall(r"autofunction:: masonry_opt\.(\w+)$", first, re.MULTILINE)
+    assert len(listed[0]) == 6
+
+
 def test_the_version_stands_in_one_place():
     version = re.search(r'^version = "(.+)"$', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)[1]
     for path in (DOCS / "conf.py", ROOT / "CITATION.cff", ROOT / "README.md", DOCS / "index.md"):
