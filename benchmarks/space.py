@@ -129,14 +129,14 @@ def walls(asked: argparse.Namespace) -> None:
             scene = make(*size, friction)
             expected, soft_seconds = timed(scene, "incremental")
             if blocks > asked.most_default:
-                row(name, blocks, friction, expected.associative, expected.load_factor)
+                row(name, blocks, friction, expected.associative, expected.incremental)
                 print(f"    steps {expected.iterations}, {soft_seconds:.1f} s, {codes(expected)}", flush=True)
                 continue
             result, seconds = timed(scene, "coulomb")
             known = LEAST.get((blocks, friction)) if make is corner_wall else None
             over = result.load_factor / known if known and result.load_factor else None
             row(
-                *(name, blocks, friction, result.associative, expected.load_factor, expected.iterations),
+                *(name, blocks, friction, result.associative, expected.incremental, expected.iterations),
                 *(round(soft_seconds, 1), result.load_factor, result.iterations, round(seconds, 1)),
                 f"{result.certificate.complementarity:.0e}" if result.certificate else None,
                 over,
@@ -164,7 +164,7 @@ def sides(asked: argparse.Namespace) -> None:
             polygons, seconds = associative_of(assemble(scene).problem)
             soft, soft_seconds = timed(scene, "incremental")
             found[count] = 100 * (1 - polygons / cones), seconds
-            told = soft.load_factor, soft.iterations, round(soft_seconds, 2)
+            told = soft.incremental, soft.iterations, round(soft_seconds, 2)
             row(blocks, friction, count, polygons, round(found[count][0], 3), round(seconds, 2), *told)
         matrices.SIDES = own
     if asked.chart:
