@@ -19,18 +19,18 @@ Tilt = Annotated[
     Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-#: Sine of the angle to gravity below which a direction counts as parallel to gravity.
+#: Sine of the angle below which a direction counts as parallel to gravity.
 _PARALLEL_TOLERANCE = 1e-9
 
 #: Text for a point, by dimension.
 _POINT = {2: "two numbers, [x, y]", 3: "three numbers, [x, y, z]"}
 
-#: Text for the direction of an earthquake, by dimension.
+#: Text of error messages for the direction of an earthquake, by dimension.
 _DIRECTION = {2: '"left" or "right"', 3: "an angle in plan or [x, y, z]"}
 
 
 class SceneKeys(Record):
-    """The keys that a scene and a case file share."""
+    """Keys that a scene and a case file have in common."""
 
     title: Text = ""
     source: Text = ""
@@ -53,9 +53,9 @@ class SceneKeys(Record):
     reference: dict[Name, Reference] = {}
 
     def model_post_init(self, _: Any) -> None:
-        """Set the default of gravity, straight down."""
+        """Set gravity to straight down if the scene does not specify gravity."""
         if "gravity" not in self.model_fields_set:
-            # The record is frozen, so that an ordinary assignment would fail.
+            # The record is immutable: an ordinary assignment would raise an error.
             self.__dict__["gravity"] = (*[0.0] * (self.dimension - 1), -1.0)
 
     @property
@@ -70,14 +70,14 @@ class SceneKeys(Record):
 
     @property
     def tilt_direction(self) -> np.ndarray | None:
-        """Return the unit vector, perpendicular to gravity, in which a tilted scene is pushed.
+        """Return the unit vector, perpendicular to gravity, along which tilting pushes the blocks.
 
         None if the scene is not tilted, or the given direction is that of gravity.
         """
         return None if self.tilt is None else self.sideways(self.tilt)
 
     def sideways(self, towards: str | tuple[float, ...]) -> np.ndarray | None:
-        """Return the unit vector perpendicular to gravity on a side, or towards a vector.
+        """Return the unit vector perpendicular to gravity that points to a side, or towards a vector.
 
         None if the vector is parallel to gravity.
         """
@@ -129,7 +129,7 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
-    """Yield the mistakes of a scene in space that has keys of the plane, or the other way round."""
+    """Yield an error message if plane keys and space keys are mixed in a scene."""
     first = scene.blocks[0]
     for block in scene.blocks:
         if block.dimension != scene.dimension:
@@ -152,7 +152,7 @@ def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
-    """Yield the loads whose forces, points or moments do not fit the dimension of the scene."""
+    """Yield an error message for each load whose vectors do not fit the dimension of the scene."""
     for number, load in enumerate(scene.loads, start=1):
         where = f"load no. {number} on block '{load.block}'"
         for key in ("live", "dead", "at"):
@@ -165,7 +165,7 @@ def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
 
 
 def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
-    """Yield a sentence for each key of the scene, except its thickness, that scenes in space cannot have."""
+    """Yield a sentence for each key that is allowed only in the plane, except the thickness."""
     if scene.edge_loads:
         yield "an 'edge_load' is for scenes in the plane: give the resultants as 'load'"
     if scene.axles:
@@ -180,7 +180,7 @@ def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield the mistakes in the exceptions of joints."""
+    """Yield an error message for each wrong exception of joint properties."""
     pairs: set[frozenset[str]] = set()
     for exception in scene.exceptions:
         where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
@@ -199,7 +199,7 @@ def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[s
 
 
 def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield the mistakes in the loads on blocks."""
+    """Yield an error message for each wrong load on a block."""
     weighed: set[str] = set()
     for number, load in enumerate(scene.loads, start=1):
         if load.block not in fixed:
@@ -213,7 +213,7 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 
 
 def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
-    """Yield the mistakes in the fills."""
+    """Yield an error message for each wrong fill."""
     if scene.fills and (scene.gravity[0] != 0 or scene.gravity[1] > 0):
         yield "a 'fill' needs gravity straight down, [0, -1]"
     roads = [fill.road for fill in scene.fills]
@@ -224,7 +224,7 @@ def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield the mistakes in the ends of ties and props."""
+    """Yield an error message for each wrong end of a tie or prop."""
     for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
         where = f"{type(strut).__name__.lower()} no. {number} between {list(strut.between)}"
         for name in strut.between:
@@ -238,7 +238,7 @@ def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 
 
 def _not_tilting(scene: SceneKeys) -> Iterator[str]:
-    """Yield the loads and joint properties that a tilted scene cannot have.
+    """Yield the loads and joint properties that are not allowed in a tilted scene.
 
     If the ground is tilted by θ, the weights are cos θ (W + tan θ W'), where W' are the weights turned a
     quarter. So λ = tan θ if everything else is proportional to cos θ too. Other forces are not, nor is the
@@ -263,7 +263,7 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
-    """Yield the mistakes in the load cases of a scene, and in its earthquake."""
+    """Yield an error message for each mistake in the load cases and the earthquake of a scene."""
     groups = {load.group for load in scene.loads} | {load.group for load in scene.edge_loads}
     known = [*GROUPS, *sorted(name for name in groups if name is not None)]
     names: set[str] = set()
@@ -284,7 +284,7 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterator[str]:
-    """Yield the groups that a load case names and the scene does not have."""
+    """Yield an error message for each load group that a load case names but the scene lacks."""
     for key in ("dead", "live"):
         unknown = [group for group in getattr(case, key) if group not in known]
         if unknown:
@@ -294,7 +294,7 @@ def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterato
 
 
 def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
-    """Yield the earthquakes of a scene, or of its load cases, whose direction is wrong."""
+    """Yield an error message for each earthquake whose direction is wrong, in scene and load cases."""
     earthquakes = [("'earthquake'", scene.earthquake)]
     for number, case in enumerate(scene.load_cases, start=1):
         earthquakes.append((f"load_case no. {number} ('{case.name}'): 'earthquake'", case.earthquake))
@@ -305,7 +305,7 @@ def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
 
 
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
-    """Return the mistake in the direction of an earthquake, None if there is none."""
+    """Return the error message for a wrong direction of an earthquake; None if the direction is valid."""
     if isinstance(quake.direction, str) == (scene.dimension == 3):
         return f"'direction' needs {_DIRECTION[scene.dimension]}"
     if scene.sideways(quake.towards) is None:
@@ -314,7 +314,7 @@ def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
 
 
 def _live_loads(scene: SceneKeys) -> Iterator[str]:
-    """Yield the names of the loads that are live without an earthquake."""
+    """Yield the names of the live loads other than an earthquake."""
     for block in scene.blocks:
         if any(any(getattr(block, key, ())) for key in ("live", "live_per_weight", "live_moment")):
             yield f"block '{block.name}'"
