@@ -102,10 +102,10 @@ class ArchRing(AnyGenerator):
         if not 0 < swept < 360:
             yield f"'angles' sweep {swept:g}°: must be more than 0° and less than 360°"
         elif not swept < 180 * self.voussoirs:
-            yield f"a voussoir of {swept / self.voussoirs:g}° is no wedge: raise 'voussoirs'"
+            yield f"a voussoir of {swept / self.voussoirs:g}° is too wide for a wedge: raise 'voussoirs'"
         if self._is_pointed and self.voussoirs % 2:
             odd = f"(found {self.voussoirs})"
-            yield f"'rise' is over half of 'span': a pointed arch has an even number of 'voussoirs' {odd}"
+            yield f"'rise' exceeds half of 'span': a pointed arch needs an even number of 'voussoirs' {odd}"
         radius = self._arc.radius
         if not self.thickness < 2 * radius:
             yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"
@@ -292,7 +292,7 @@ class Arch(ArchRing, Generator):
         yield from super()._mistakes()
         for number, loads in Counter(load.voussoir for load in self.point_loads).items():
             if number > self.voussoirs:
-                yield f"'point_loads' has a load on voussoir {number}, of {self.voussoirs}: count from 1"
+                yield f"'point_loads' names voussoir {number}; they are numbered 1 to {self.voussoirs}"
             if loads > 1:
                 yield f"'point_loads' has two loads on voussoir {number}: add them up"
 

@@ -213,7 +213,7 @@ class Record(BaseModel, metaclass=_RecordType):
 
     def _stays(self, name: str, how: str) -> CaseError:
         """Return the error for an attempt to change a record."""
-        why = f"'{name}' cannot be {how}, a record stays as it was made"
+        why = f"'{name}' cannot be {how}: records are immutable"
         instead = f"replace({name}=...) makes another, and replace of a scene one with that in it"
         return CaseError(f"{called(type(self), vars(self))}: {why}: {instead}")
 
@@ -247,7 +247,7 @@ class Body(Record):
         weights = (self.weight is not None) + (self.unit_weight is not None)
         if self.fixed and any(any(getattr(self, load)) for load in self.LOADS):
             *keys, last = [f"'{load}'" for load in self.LOADS]
-            yield f"a fixed block carries no load: take {', '.join(keys)} and {last} away"
+            yield f"a fixed block carries no load: remove {', '.join(keys)} and {last}"
         if weights == 2:
             yield "give 'weight' or 'unit_weight', not both"
         if not self.fixed and not weights:

@@ -63,7 +63,7 @@ class CaseFile(SceneKeys):
         solid = self._of(SolidGenerator)
         size = sum(generator.size for generator in [*flat, *solid])
         if size > MOST_BLOCKS:
-            yield f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}"
+            yield f"its generators build about {size} blocks; at most {MOST_BLOCKS} are allowed"
         plane = self._plane_content(flat)
         space = self._space_content(solid)
         if plane and space and (flat or solid or self.mesh):
@@ -177,7 +177,7 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
     True. Files of this package are recognised by a mark in them.
     """
     if not isinstance(scene, Scene | CaseFile):
-        raise CaseError(f"what is saved is a Scene (found {type(scene).__name__})")
+        raise CaseError(f"only a Scene can be saved (found {type(scene).__name__})")
     path = as_path(path, "a case file", ".toml", ".json")
     if path.suffix.lower() == ".toml":
         mark = f"# {MARK}, and replaced by it without asking until this line is deleted\n"
@@ -206,4 +206,6 @@ def case_folder(named: Path | None = None) -> Path:
     for folder in (Path("cases"), package / "cases", package.parent / "cases"):
         if (folder / "ferris_tinloi" / "wall_1.toml").is_file():
             return folder
-    raise CaseError("the package's case files are missing: install it anew, or name a folder with --cases")
+    raise CaseError(
+        "the package's case files are missing: reinstall the package, or name a folder with --cases"
+    )

@@ -44,7 +44,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     scene = as_scene(scene)
     depth = scene.thickness if thickness is None else thickness
     if isinstance(depth, bool) or not isinstance(depth, int | float) or not 0 < depth < math.inf:
-        raise OptionError(f"'thickness' of solids is a positive number (found {depth!r})")
+        raise OptionError(f"'thickness' of solids must be a positive number (found {depth!r})")
     blocks, shapes = scene.in_plane(), geometry(scene)
     for mistake in of_plane_alone(scene):
         raise OptionError(f"{scene.origin}: {mistake}")

@@ -51,7 +51,7 @@ class AnyGenerator(Record):
 
     def _mistakes(self) -> Iterator[str]:
         if self.size > MOST_BLOCKS:
-            yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
+            yield f"has {self.size} blocks; at most {MOST_BLOCKS} are allowed"
 
     @property
     def size(self) -> int:

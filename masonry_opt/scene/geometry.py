@@ -84,7 +84,7 @@ class Extents(ABC):
     #: Additional remedy for an overlap in error messages, to be formatted with the depth.
     remedy: ClassVar[str] = ""
     #: Text of error messages for blocks that touch but have no joint.
-    meeting: ClassVar[str] = "corner on corner alone, where a joint needs an edge"
+    meeting: ClassVar[str] = "only corner on corner, but a joint needs an edge"
     #: Overlap, as a fraction of the smaller block, above which the block counts as lying inside the other
     #: block.
     inside: ClassVar[float] = np.inf
@@ -246,7 +246,11 @@ def _built_up(
     for points in block.holes:
         hole = ring(points, "a hole")
         if not whole.buffer(tolerance).covers(hole):
-            raise_for([index], scene, "has a hole that is not inside: move it, or give the outline as it is")
+            raise_for(
+                [index],
+                scene,
+                "has a hole that is not inside: move the hole, or draw a notch in the outline",
+            )
         whole = whole.difference(hole)
     return whole
 
@@ -314,7 +318,9 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     inner = shapely.buffer(shapes.polygons[touched], -2 * shapes.tolerance)
     for index in touched[shapely.intersects(line, inner)]:
         name = scene.blocks[index].name
-        raise CaseError(f"{scene.origin}: {where} runs through block '{name}': lay it on or above blocks")
+        raise CaseError(
+            f"{scene.origin}: {where} runs through block '{name}': move it onto or above the blocks"
+        )
     tail, tip, owner = shapes.edges
     # Upper edges run leftwards, because a block lies to the left of its edges.
     upper = np.flatnonzero(tip[:, 0] < tail[:, 0])

@@ -89,7 +89,7 @@ class JointDefaults(_InDegrees):
         if self.dilatancy > self.friction:
             yield "'dilatancy' must not exceed 'friction': sliding would create energy"
         if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
-            yield "'dilatancy_stress' needs two rising stresses: [full up to, none from]"
+            yield "'dilatancy_stress' needs two rising stresses: [full dilatancy up to, none from]"
 
 
 class Joint(_InDegrees):

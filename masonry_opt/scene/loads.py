@@ -66,9 +66,9 @@ class Load(Record):
         _refuse_group(self.group)
         if self.group is not None and self.gives("live") == self.gives("dead"):
             if self.gives("live"):
-                yield "gives live and dead forces in one 'group': make them two loads"
+                yield "has live and dead forces in one 'group': split it into two loads"
             if not self.mass:
-                yield ("'group' goes with 'live', 'dead' or 'mass'; weights are of group \"weight\"")
+                yield ("'group' needs 'live', 'dead' or 'mass'; weights belong to group \"weight\"")
         if self.live is None and self.dead is None and not self.mass:
             if self.at is not None:
                 yield "'at' needs a force: give 'live', 'dead' or 'mass'"
@@ -116,13 +116,13 @@ class EdgeLoad(Record):
         if (self.pressure is None) == (self.force is None):
             yield "give 'pressure' or 'force'" + ("" if self.force is None else ", not both")
         if self.start == self.end:
-            yield "'from' and 'to' are one point: give the two ends of the loaded line"
+            yield "'from' and 'to' are the same point: give the two ends of the loaded line"
 
 
 def _refuse_group(name: str | None) -> None:
     """Raise ValueError if a load's group has the name of a predefined group of load cases."""
     if name in GROUPS:
-        raise ValueError(f"'group' \"{name}\" is a word of load cases: name it otherwise")
+        raise ValueError(f"'group' \"{name}\" is reserved for load cases: choose another name")
 
 
 class _Strut(Record):
@@ -136,9 +136,9 @@ class _Strut(Record):
     def _mistakes(self) -> Iterator[str]:
         first, second = self.at
         if len(first) != len(second):
-            yield "'at' needs two points of as many numbers each"
+            yield "'at' needs two points with equal numbers of coordinates"
         if first == second:
-            yield "'at' gives one point twice: give the two ends of its line"
+            yield "'at' has the same point twice: give two distinct ends"
         if self.between[0] == self.between[1]:
             yield "'between' needs two different blocks, or a block and \"ground\""
 
@@ -259,12 +259,12 @@ class LoadCase(Record):
 
     def _mistakes(self) -> Iterator[str]:
         if "axles" in self.dead:
-            yield "'dead' names 'axles', which move: give them in 'live'"
+            yield "'dead' names 'axles', which are a moving live load: name them in 'live'"
         if self.live.get("axles", 0.0) < 0:
-            yield "axles press down: give 'axles' in 'live' a positive factor"
+            yield "the factor of 'axles' in 'live' is negative: axles act downwards, give it above 0"
         live = any(self.live.values())
         if live and self.earthquake:
-            yield "give 'live' or 'earthquake', not both: of both, λ is no one number"
+            yield "give 'live' or 'earthquake', not both: λ can scale only one of them"
         elif not live and not self.earthquake:
             yield "nothing is live: give 'live = { live = 1 }', the factors of groups, or an 'earthquake'"
 

@@ -83,7 +83,7 @@ class Axles(Record):
             yield "has no axle: give 'loads' and 'distances', or a 'set' by its name"
         elif len(self.distances) != len(self.loads) - 1:
             count = f"{len(self.loads)} loads need {len(self.loads) - 1}, has {len(self.distances)}"
-            yield f"'distances' are those between the axles, one fewer than 'loads': {count}"
+            yield f"'distances' between axles must be one fewer than 'loads': {count}"
 
     @property
     def group(self) -> AxleSet:
@@ -174,7 +174,7 @@ class Fill(Record):
         if self.pressure:
             for key in ("friction_angle", "mobilised"):
                 if getattr(self, key) is None:
-                    yield f"give '{key}', or 'pressure = false' for a fill that does not press"
+                    yield f"give '{key}', or 'pressure = false' for a fill without earth pressure"
             least, _, most = self.coefficients
             if least > most:
                 yield f"'mobilised' times K_p, {most:.4g}, is below K_a, {least:.4g}: give a larger share"
@@ -186,9 +186,9 @@ class Fill(Record):
             x = np.unique([*line[:, 0], *road[:, 0]])
             x = x[(x >= max(line[0, 0], road[0, 0])) & (x <= min(line[-1, 0], road[-1, 0]))]
             if not len(x):
-                yield "'backing': its 'line' lies beside the 'road': give both in one system of axes"
+                yield "'backing': its 'line' lies outside the 'road': give both in the same coordinates"
             if (np.interp(x, *line.T) > np.interp(x, *road.T)).any():
-                yield "'backing': its 'line' lies above the 'road': end it there, or lower it"
+                yield "'backing': its 'line' rises above the 'road': end or lower the line there"
 
     @property
     def zones(self) -> "tuple[Fill, ...]":

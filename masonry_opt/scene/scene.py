@@ -116,7 +116,9 @@ class Scene(SceneKeys):
         drawing = ""
         try:
             if len(self.blocks) > _MOST_DRAWN_BLOCKS:
-                raise OptionError(f"its blocks are more than {_MOST_DRAWN_BLOCKS}; mo.draw(scene) draws them")
+                raise OptionError(
+                    f"the scene has more than {_MOST_DRAWN_BLOCKS} blocks; draw it with mo.draw(scene)"
+                )
             drawing = (
                 f'<img alt="{escape(self.called)}" style="max-width:100%" src="{mo.draw(self).source()}">'
             )
@@ -166,7 +168,7 @@ class Scene(SceneKeys):
         """
         if self.load_cases and self.load_case is None:
             raise OptionError(
-                f"{self.origin}: has load cases: name one of them, 'load_case' (--load-case): "
+                f"{self.origin}: has load cases: choose one by 'load_case' (--load-case):  "
                 f"{', '.join(case.name for case in self.load_cases)} (in Python scene.in_case(name) is the "
                 "scene in one, and mo.solve_cases solves all, as the command solve does)"
             )
@@ -240,7 +242,9 @@ class Scene(SceneKeys):
         Raises OptionError for a scene in space.
         """
         if self.dimension == 3:
-            raise OptionError(f"{self.origin}: its blocks are solids: this is for scenes in the plane")
+            raise OptionError(
+                f"{self.origin}: its blocks are solids, but this function needs a scene in the plane"
+            )
         return [block for block in self.blocks if isinstance(block, Block)]
 
     def in_space(self) -> list[Solid]:
@@ -249,7 +253,7 @@ class Scene(SceneKeys):
         Raises OptionError for a plane scene.
         """
         if self.dimension == 2:
-            raise OptionError(f"{self.origin}: its blocks lie in the plane: this is for solids")
+            raise OptionError(f"{self.origin}: its blocks lie in the plane, but this function needs solids")
         return [block for block in self.blocks if isinstance(block, Solid)]
 
     @property

@@ -213,19 +213,19 @@ def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> 
 def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
     """Yield an error message for each mistake in the faces or the box of a solid."""
     if shape.vertices is not None and shape.faces is None:
-        yield "'vertices' of a solid need 'faces', lists of their numbers round each face (or give a 'box')"
+        yield "'vertices' of a solid need 'faces', lists of corner numbers round each face (or give a 'box')"
     if shape.faces is not None and shape.vertices is None:
-        yield "'faces' go with 'vertices' alone: take them away"
+        yield "'faces' need 'vertices': remove 'faces', or add 'vertices'"
     for axis, (low, high) in zip("xyz", shape.box or (), strict=False):
         if not low < high:
-            yield f"'box' has no extent along {axis}: give rising numbers (found [{low:g}, {high:g}])"
+            yield f"'box' has no extent along {axis}: give two rising numbers (found [{low:g}, {high:g}])"
     count = len(shape.vertices or ())
     for number, face in enumerate(shape.faces or (), start=1):
         beyond = [index for index in face if index >= count]
         if beyond:
-            yield f"face no. {number} has a corner {beyond[0]}; there are 'vertices' 0 to {count - 1}"
+            yield f"face no. {number} names corner {beyond[0]}; 'vertices' are numbered 0 to {count - 1}"
         if len(set(face)) < len(face):
-            yield f"face no. {number} has a corner twice: 'faces' have each once, in order round the face"
+            yield f"face no. {number} names a corner twice: list each corner of a face once, in order"
 
 
 def _polyhedron(shape: Part | Solid) -> Polyhedron:

@@ -44,7 +44,9 @@ def as_path(path: str | Path, of: str, *ends: str) -> Path:
     try:
         path = Path(path)
     except TypeError:
-        raise CaseError(f"the path of {of} is text or a pathlib.Path (found {type(path).__name__})") from None
+        raise CaseError(
+            f"the path of {of} must be text or a pathlib.Path (found {type(path).__name__})"
+        ) from None
     if ends and path.suffix.lower() not in ends:
         raise CaseError(f"{path}: the name of {of} ends in {', '.join(ends)}")
     return path

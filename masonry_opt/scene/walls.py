@@ -129,14 +129,14 @@ class Facade(WeighedGenerator):
         if self.weight is not None and self.lintel_weight is None:
             yield "'weight' needs a 'lintel_weight' (or give 'unit_weight' in place of both)"
         if self.unit_weight is not None and self.lintel_weight is not None:
-            yield "'unit_weight' weighs the lintels too: take 'lintel_weight' away"
+            yield "'unit_weight' determines the weight of lintels too: remove 'lintel_weight'"
         if (self.sill + self.opening[1]) % 2 == 0:
             yield "'sill' and the height of 'opening' must add up to an odd number of courses"
         if self.storey % 2:
             yield "'sill', the height of 'opening', a lintel and 'spandrel' must add up to an even number"
         for door in self.doors:
             if door > self.openings[0]:
-                yield f"'doors' has {door}, of {self.openings[0]} openings across: count from 1"
+                yield f"'doors' names opening {door}; a storey has {self.openings[0]}, numbered from 1"
         if len(set(self.doors)) < len(self.doors):
             yield "'doors' has an opening twice"
         if self.doors and not self.sill:
@@ -226,7 +226,7 @@ class Column(WeighedGenerator):
         yield from super()._mistakes()
         bottom, top = both(self.width)
         if self.batter != "both" and bottom == top:
-            yield f"'batter' says that the {self.batter} side slopes: give 'width' as [bottom, top]"
+            yield f"'batter' makes the {self.batter} side slope: give 'width' as [bottom, top]"
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the drums ``d1``, ``d2``, ... from the bottom, then the base.
