@@ -39,17 +39,16 @@ class DualityReport:
     table: one row for each formulation and language. Columns are ``formulation``, ``model``, ``load_factor``,
         its relative ``difference`` from the median of all four, and residuals. The residuals are
         ``equilibrium``, ``yield``, ``kinematics``, ``virtual_work`` and ``complementarity``. ``kinematics``
-        is the residual of Bᵀd = D p with p ≥ 0, over the largest velocity. The last two are relative to λ
-        Σ|f_L|.
-    crushing: True if the strength of a joint is limited; all four answers limit it by chords.
-    friction: polygons that limit friction in space, in all four answers, in words; "" in the plane, and if
-        friction is unlimited.
-    cones: load factors of statics and kinematics in space, with the cones in which the polygons are
-    inscribed;
-        None in the plane.
-    warnings: properties of the scene that look unintended, as codes with values.
-    warning_sentences: the warnings in words.
-    fills: the effect of each fill, in words.
+        is the residual of Bᵀd = D p with p ≥ 0, divided by the largest velocity. ``virtual_work`` and
+        ``complementarity`` are relative to λ Σ|f_L|.
+    crushing: True if the strength of a joint is limited; all four solutions limit the strength by chords.
+    friction: description of the polygons that limit friction in space; "" in the plane, and if friction is
+        unlimited.
+    cones: load factors of the static and the kinematic program in space, with the cones in which the polygons
+        are inscribed; None in the plane.
+    warnings: probable mistakes in the scene, as codes with values.
+    warning_sentences: probable mistakes in the scene, as sentences.
+    fills: the effect of each fill, as sentences.
     """
 
     table: "pd.DataFrame"

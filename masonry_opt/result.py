@@ -72,10 +72,10 @@ class Result(Outcome):
 
     Attributes
     ----------
-    message: reasons for the status, in words.
+    message: reasons for the status, as sentences.
     summary: text that ``print`` shows: the load factors, what is proven for each, and the blocks that move.
     details: the summary, with residuals, programs, solvers and times.
-    warning_sentences: properties of the scene that look unintended, in words.
+    warning_sentences: probable mistakes in the scene, as sentences.
     """
 
     def __str__(self) -> str:
@@ -148,8 +148,7 @@ class Result(Outcome):
 
         names: True to write the name of each block into it.
         view: In space, azimuth (from x towards y) and elevation of the viewpoint, in degrees. The default
-        view
-            shows the wider side of the scene, with the mechanism moving towards the viewer.
+            view shows the wider side of the scene, with the mechanism moving towards the viewer.
 
         Raises
         ------

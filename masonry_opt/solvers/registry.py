@@ -83,9 +83,8 @@ def _clarabel(tolerance: float) -> dict[str, Any]:
     # Select qdldl: above about 100,000 joints Clarabel would choose faer, which takes four times as long.
     options["direct_solve_method"] = "qdldl"
     if tolerance >= 1e-5:
-        options["iterative_refinement_enable"] = (
-            False  # refinement takes a third of the time, for digits that are not needed at this tolerance
-        )
+        # Refinement takes a third of the time, for digits that are not needed at this tolerance.
+        options["iterative_refinement_enable"] = False
     return options
 
 
