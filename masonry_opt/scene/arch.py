@@ -150,9 +150,9 @@ class ArchRing(AnyGenerator):
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
-        """Return the directions of the first and of the last joint, each with a sign: its outward sense.
+        """Return the direction of the first and of the last joint, and the sense that leads outwards.
 
-        The sign is 1 if the counter-clockwise direction leads out of the arch at this joint, else -1.
+        The sense is 1 if the counter-clockwise direction leads out of the arch at this joint, else -1.
         """
         first, last = self._arc.first, self._arc.last
         onwards = math.copysign(1.0, last - first)
@@ -167,7 +167,7 @@ class ArchRing(AnyGenerator):
         feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
         if self.skewbacks is not None:
             for number, (inner, outer, _, turn) in enumerate(feet, start=1):
-                # A skewback lies between the sloping foot, a level bed and an upright back.
+                # A skewback lies between the sloping foot of the arch, a level bed and an upright back.
                 back = inner[0] - turn * self.skewbacks
                 area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
                 corners = [inner, outer, (back, outer[1]), (back, inner[1])]
@@ -260,7 +260,7 @@ def _ratio(area: float, drawn_area: float) -> float:
 
 
 class PointLoad(Record):
-    """A live force on one voussoir, at the middle of its back (the outer edge).
+    """Live force on one voussoir, at the middle of its outer edge (the back).
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
-#: Pairs of keys that exclude each other in a record. A change of the first key removes the second.
+#: Pairs of keys that exclude each other in a record: setting the first key removes the second key.
 INSTEAD = {
     "weight": "unit_weight",
     "unit_weight": "weight",
@@ -107,7 +107,7 @@ class Record(BaseModel, metaclass=_RecordType):
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
-    #: A record is not iterable, because pydantic would accept it as a list of its keys.
+    #: Records are not iterable: pydantic would accept an iterable record as a list of its keys.
     __iter__ = None  # type: ignore[assignment]
 
     most_told: ClassVar[int] = 1  #: Largest number of mistakes in one error message.
@@ -214,7 +214,7 @@ class Record(BaseModel, metaclass=_RecordType):
     def _stays(self, name: str, how: str) -> CaseError:
         """Return the error for an attempt to change a record."""
         why = f"'{name}' cannot be {how}: records are immutable"
-        instead = f"replace({name}=...) makes another, and replace of a scene one with that in it"
+        instead = f"replace({name}=...) returns a changed copy, also for records within a scene"
         return CaseError(f"{called(type(self), vars(self))}: {why}: {instead}")
 
 

@@ -25,7 +25,7 @@ from masonry_opt.scene.walls import Column, Facade, Wall
 
 _G = TypeVar("_G", bound=AnyGenerator)
 
-#: One table of a generator, [arch], or a list of such tables, [[arch]].
+#: A single table of a generator, [arch], or a list of tables, [[arch]].
 OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
 
 

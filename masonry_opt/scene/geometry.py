@@ -73,7 +73,7 @@ class Extents(ABC):
     #: Origin of the shapes: middle of the movable blocks in the scene's own coordinates, shape (2,) or (3,).
     origin: np.ndarray
     tolerance: float  #: length below which details of the scene are ignored
-    contact_tolerance: float  #: gap or overlap up to which sides that face each other are in contact
+    contact_tolerance: float  #: largest gap or overlap of facing sides that count as in contact
     size: np.ndarray  #: area or volume of each block, to which ``unit_weight`` refers, shape (blocks,)
     centroid: np.ndarray  #: centroid of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3)
     convex: np.ndarray  #: mask of convex blocks (in space: blocks of one convex part), shape (blocks,)
@@ -114,7 +114,7 @@ class Extents(ABC):
 
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the block that is nearest to a block, and its distance."""
+        """Return the index of the block nearest to a given block, and their distance."""
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
@@ -162,7 +162,7 @@ class Geometry(Extents):
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))
 
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the block that is nearest to a block, and its distance."""
+        """Return the index of the block nearest to a given block, and their distance."""
         distance = shapely.distance(self.polygons[block], self.polygons)
         distance[block] = np.inf
         return int(distance.argmin()), float(distance.min())
@@ -283,10 +283,10 @@ class Profile:
     """
 
     x: np.ndarray  #: abscissae of the ends, shape (pieces, 2)
-    y: np.ndarray  #: heights of the edge at the ends, shape (pieces, 2); NaN if there is no edge
+    y: np.ndarray  #: heights of the edge at the ends, shape (pieces, 2); NaN without an edge
     line: np.ndarray  #: heights of the line at the ends, shape (pieces, 2)
-    edge: np.ndarray  #: index of the edge, shape (pieces,); -1 if there is none
-    block: np.ndarray  #: index of the edge's block in the scene, shape (pieces,); -1 if there is none
+    edge: np.ndarray  #: index of the edge, shape (pieces,); -1 without an edge
+    block: np.ndarray  #: index of the edge's block in the scene, shape (pieces,); -1 without an edge
 
     @property
     def depth(self) -> np.ndarray:
@@ -353,5 +353,5 @@ def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarra
     share = (x[number] - tail[edge, 0]) / (tip[edge, 0] - tail[edge, 0])
     rising = np.argsort(tail[edge, 1] + share * (tip[edge, 1] - tail[edge, 1]), kind="stable")
     highest = np.full(len(x), -1)
-    highest[number[rising]] = edge[rising]  # the last assignment remains, that of the highest edge
+    highest[number[rising]] = edge[rising]  # the last assignment to an abscissa remains: the highest edge
     return highest

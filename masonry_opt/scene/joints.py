@@ -8,8 +8,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, St
 
 from masonry_opt.scene.blocks import Name, NonNegative, Number, Positive, Record
 
-#: Largest finite friction coefficient. With a larger one the friction conditions are dominated by rounding
-#: errors.
+#: Largest finite friction coefficient. With a larger coefficient, rounding errors would dominate the friction
+#: conditions.
 LARGEST_FRICTION = 1e6
 
 

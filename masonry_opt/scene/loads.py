@@ -11,7 +11,7 @@ from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 KINDS: tuple[Kind, ...] = ("dead", "live")
-#: Tag of the type of an earthquake's direction, by the Python type of the value.
+#: Tags for the alternative types of an earthquake's direction, by Python type.
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
 #: Direction of an earthquake: a side of the plane, an angle in plan in degrees, or a vector in space.
 Push = Annotated[
@@ -180,7 +180,7 @@ class Prop(_Strut):
 
 
 class Earthquake(Record):
-    """Horizontal live load on all masses: λ times ``coefficient`` is the push per unit of weight.
+    """Live load of an earthquake: λ times ``coefficient`` is the horizontal push per unit of weight.
 
     Every weight pushes where it acts. Of dead forces the part along gravity pushes. A :class:`Load` or
     :class:`EdgeLoad` with a ``mass`` pushes with this mass instead.
@@ -205,7 +205,7 @@ class Earthquake(Record):
 
     @property
     def towards(self) -> str | tuple[float, ...]:
-        """Return the direction: a side of the plane, or a vector in space.
+        """Return the direction of the earthquake: a side of the plane, or a vector in space.
 
         The direction still includes its part along gravity, which has no effect.
         """
@@ -228,7 +228,7 @@ class Earthquake(Record):
 
 
 class LoadCase(Record):
-    """Factors of the loads that act together, by group.
+    """Load case: factors of the load groups that act together.
 
     Groups are those that loads name, and these:
 
@@ -275,7 +275,7 @@ class LoadCase(Record):
 
     @property
     def moves(self) -> bool:
-        """Return True if axles are the only live load."""
+        """Return True if moving axles are the only live load of the load case."""
         return {group for group, factor in self.live.items() if factor} == {"axles"}
 
     def __str__(self) -> str:

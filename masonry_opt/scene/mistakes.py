@@ -105,7 +105,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     alias = field.alias if field else None
     nested = _held(field, item["loc"]) if field else None
     if nested and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
-        # In a file a generator may be one table or a list of tables.
+        # In a case file, a generator is one table or a list of tables.
         is_list = not in_file or isinstance(values.get(key), list)
         where = [_entry(alias or key, loc[1], values.get(key)) if is_list else f"[{key}]"]
         loc = loc[2:]
@@ -161,7 +161,7 @@ def _entry(table: str, index: int, entries: Any) -> str:
 def _name(entry: Any) -> str:
     """Return the name of a block, or the block names of a joint or load; "" without a name."""
     named = entry if isinstance(entry, Mapping) else {}
-    block = named.get("block")  # in a load, this is the name of a block; in other tables it is no text
+    block = named.get("block")  # the block name of a load; in other tables the value of this key is no text
     name = named.get("name", named.get("between", block if isinstance(block, str) else None))
     # An array has no truth value.
     return _shown(name) if not hasattr(name, "shape") and name else ""

@@ -20,7 +20,7 @@ GRID = 1e-3
 
 
 def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the sides of all outlines and holes of polygons.
+    """Return the sides of all outlines and holes of polygons, as pairs of ends.
 
     The results are their ends, shape (sides, 2) each, and the index of the polygon of each side, in rising
     order.
@@ -32,7 +32,7 @@ def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the polygons, counter-clockwise, without straight corners.
+    """Return counter-clockwise polygons without corners on straight sides.
 
     A corner is straight if it lies within the tolerance of the outline without it.
     """
@@ -118,7 +118,7 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
         first, second = piece_at[a, b], piece_at[b, a]
         if first == second:
             continue
-        # Join the first ring from b to a with the corners of the second ring between a and b.
+        # The joined ring runs along the first ring from b to a, then along the second ring between a and b.
         whole = _rotated(rings[first], b) + _rotated(rings[second], a)[1:-1]
         if not all(_is_convex(corners, whole, corner) for corner in (a, b)):
             continue

@@ -177,7 +177,7 @@ class Fill(Record):
                     yield f"give '{key}', or 'pressure = false' for a fill without earth pressure"
             least, _, most = self.coefficients
             if least > most:
-                yield f"'mobilised' times K_p, {most:.4g}, is below K_a, {least:.4g}: give a larger share"
+                yield f"'mobilised' times K_p, {most:.4g}, is below K_a, {least:.4g}: raise 'mobilised'"
         if self.backing:
             backed = self.zones[1]
             yield from (f"'backing': {mistake}" for mistake in backed._mistakes())

@@ -46,12 +46,12 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return the sum of the rows of each owner, shape (count, k), for values of shape (rows, k)."""
+    """Return the sum of all rows with the same owner, shape (count, k), for values of shape (rows, k)."""
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the smallest and largest values in the rows of each owner, shape (count, k) each.
+    """Return the smallest and largest values of all rows with the same owner, shape (count, k) each.
 
     Owners are in rising order, and each owner has at least one row.
     """

@@ -91,7 +91,7 @@ class Scene(SceneKeys):
         return by_name[name]
 
     def __repr__(self) -> str:
-        """Return two lines: the name of the scene, and the number of records of each kind."""
+        """Return a text of two lines: the name of the scene, and the number of records of each kind."""
         lists = {name: value for name, value in vars(self).items() if isinstance(value, list) and value}
         facts = [
             counted(len(records), name.removesuffix("s").replace("_", " ")) for name, records in lists.items()
@@ -157,7 +157,7 @@ class Scene(SceneKeys):
         return scene
 
     def in_case_of(self, other: "Scene") -> Self:
-        """Return the scene in the load case of the original scene."""
+        """Return the scene in the load case that is selected in the scene from which it was made."""
         case = other.load_case
         return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
 
@@ -168,9 +168,9 @@ class Scene(SceneKeys):
         """
         if self.load_cases and self.load_case is None:
             raise OptionError(
-                f"{self.origin}: has load cases: choose one by 'load_case' (--load-case):  "
-                f"{', '.join(case.name for case in self.load_cases)} (in Python scene.in_case(name) is the "
-                "scene in one, and mo.solve_cases solves all, as the command solve does)"
+                f"{self.origin}: has load cases: choose one with 'load_case' (--load-case): "
+                f"{', '.join(case.name for case in self.load_cases)} (in Python, scene.in_case(name) selects "
+                "one load case; mo.solve_cases and the command solve compute all of them)"
             )
 
     @property
@@ -224,7 +224,7 @@ class Scene(SceneKeys):
 
     @property
     def shaking(self) -> np.ndarray | None:
-        """Return the horizontal push of the earthquake per unit of weight, shape (2,) or (3,).
+        """Return the push of the earthquake per unit of weight, shape (2,) or (3,).
 
         None if there is no earthquake.
         """

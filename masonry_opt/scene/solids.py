@@ -174,11 +174,11 @@ def _numbers(value: Any) -> int:
 
 
 def _entries(value: Any) -> Sequence[Any]:
-    """Return the value if it is a list or tuple, else an empty tuple."""
+    """Return a value if it is a list or tuple, and an empty tuple otherwise."""
     return value if isinstance(value, list | tuple) else ()
 
 
-#: A block in the plane or in space. Its keys select the type, so that errors refer only to keys of this type.
+#: Block in the plane or in space. Its keys select the type, so error messages name only keys of this type.
 AnyBlock = Annotated[
     Annotated[Block, Tag("<block>")] | Annotated[Solid, Tag("<solid>")],
     Discriminator(lambda value: "<solid>" if _is_solid(value) else "<block>"),

@@ -15,7 +15,7 @@ Course = Annotated[
     Discriminator(lambda entry: "<one>" if isinstance(entry, str) else "<several>"),
 ]
 
-#: A block of a course: its left and right end, in block lengths, and its weight. The weight is None if it
+#: Block of a course: its left end, its right end, in block lengths, and its weight. The weight is None if it
 #: follows from the area.
 _CoursePiece = tuple[float, float, float | None]
 
@@ -85,6 +85,8 @@ class Wall(WeighedGenerator):
 
 class Facade(WeighedGenerator):
     """Façade in running bond with x × y equal openings, each with a lintel, on a fixed base.
+
+    The top of the base is y = 0.
 
     Courses alternate between unshifted and shifted ones, the lowest unshifted. Where a block of a shifted
     course would cross the edge of an opening, its inner half is left out. A storey has an even number of
