@@ -155,9 +155,10 @@ def _assembled(
 
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
     """Return the length, in the scene's unit, by which all lengths of the problem are divided."""
-    # The unit of length is half the median joint length. The rocking condition of a median joint is then |m|
-    # ≤ n, so moments and forces have equal weight in an interior-point solver (see docs/limits.md). A few
-    # large or small blocks do not change a median.
+    # The unit of length is half the median joint length; in space, half the square root of the median joint
+    # area. In the plane, the rocking condition of a median joint is then |m| ≤ n. Moments and forces thus
+    # have equal weight in an interior-point solver (see docs/limits.md). A few large or small blocks do not
+    # change a median.
     extents = joints.extent[joints.extent > 0]
     joint_dimension = len(shapes.origin) - 1
     if len(extents) == 0:

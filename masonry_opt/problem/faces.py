@@ -83,8 +83,8 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     share = (opening[i] - slope[k] * turning[i]) / (slope[k - 1] - slope[k])
     p[sense[i], i, k - 1] = share
     p[sense[i], i, k] = turning[i] - share
-    # In the remaining joints, this ratio is above the slope of the first chord or below that of the last
-    # chord.
+    # In the remaining joints, the ratio of opening to rotation is above the slope of the first chord or below
+    # the slope of the last chord.
     for end, beyond in ((0, joints[after == 0]), (-1, joints[after == len(slope)])):
         total = opening[beyond] / slope[end]
         p[:, beyond, end] = np.stack([total - rotation[beyond], total + rotation[beyond]]) / 2

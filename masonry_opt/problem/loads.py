@@ -160,7 +160,7 @@ def _weight_forces(
     multiples: Sequence[Sequence[float] | np.ndarray],
     mass: float | None = None,
 ) -> list[_GivenForce]:
-    """Return a force on each block: its weight times a given vector, acting at the centre of gravity."""
+    """Return a force on each block: its weight times a given vector, at the point where the weight acts."""
     forces = weight[:, None] * np.array(multiples)
     return [
         _GivenForce(row, force, block.weight_at, mass)

@@ -98,7 +98,7 @@ class ProblemParts:
 
     @property
     def crushing_force(self) -> np.ndarray:
-        """Return the normal force f_c L at which each joint of limited strength crushes whole, shape (l,)."""
+        """Return the normal force f_c L at which a joint of limited strength crushes entirely, shape (l,)."""
         return self.law.crushing_force
 
     @property
