@@ -112,7 +112,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
     NoLoadFactorError
         If the scene has no associative load factor to compare.
     """
-    # Import pandas here: this takes a quarter of a second, and the command solve imports this module.
+    # Import pandas here: the import takes a quarter of a second, and the command solve imports this module.
     import pandas as pd
 
     result = solve(scene, "static")

@@ -66,7 +66,7 @@ def image_source(content: bytes | str, kind: str) -> str:
 
 
 def picture_metadata(kind: str) -> dict[str, str | None]:
-    """Return the metadata of a picture of a format ("png", "svg", "pdf"): our mark, and no date."""
+    """Return the metadata of a picture of a format ("png", "svg", "pdf"): the mark, and no date."""
     if kind == "png":
         return {"Software": WRITER}
     return {"Creator": WRITER, "Date" if kind == "svg" else "CreationDate": None}
@@ -87,7 +87,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     Raises OSError if the folder is missing, full or cannot be written; the old file then remains.
     """
     path = Path(path)
-    # Each writer uses its own temporary file. If two write at once, the last complete file remains.
+    # Each writer uses its own temporary file. If two writers work at once, the last complete file remains.
     temporary = path.parent / f".writing.{uuid4().hex}"
     try:
         temporary.write_bytes(_encoded(content))
@@ -152,7 +152,7 @@ def _encoded(content: str | bytes) -> bytes:
 
 
 def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> None:
-    """Raise OptionError if a file of a folder cannot be replaced; call this before long work.
+    """Raise OptionError if a file of a folder cannot be replaced; call before a long computation.
 
     A missing folder has no files. Without ``force``, only files that this package wrote are replaced.
     """
@@ -164,7 +164,7 @@ def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> N
 
 
 def refuse_unwritable(path: Path, force: bool = False) -> None:
-    """Raise OptionError if a file cannot be written at a path; call this before long work.
+    """Raise OptionError if a file cannot be written at a path; call before a long computation.
 
     Without ``force``, OptionError is also raised if the file would replace one that another program wrote.
     """
@@ -192,7 +192,7 @@ def refuse_replacing(path: Path, force: bool = False) -> None:
 
 
 def _is_replaceable(path: Path) -> bool:
-    """Return True if a file is empty, is unchanged since its record, or contains our mark."""
+    """Return True if a file is empty, is unchanged since its record, or contains this package's mark."""
     if not path.is_file():
         # The path is a pipe, a device, or a link without a target.
         return False

@@ -64,7 +64,7 @@ class CvxpyFalling:
 
 
 class CvxpyDriven:
-    """Program for the mechanism of bounded velocities with the most power of the dead load; its dual.
+    """Program for the mechanism of bounded velocities that the dead load drives most, with its dual.
 
         max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
         min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0

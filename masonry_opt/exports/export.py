@@ -342,7 +342,7 @@ def _refuse_program(path: Path, method: str, force: bool) -> None:
     ending = path.suffix.lower()
     if method not in _EXPORTS:
         why = "solves a series of programs" if method in METHODS else "is unknown"
-        raise OptionError(f"method '{method}' {why}; those with one program: {', '.join(_EXPORTS)}")
+        raise OptionError(f"method '{method}' {why}; methods with a single program: {', '.join(_EXPORTS)}")
     # Only the .nl format can represent products of variables and complementary pairs.
     endings = (".nl",) if method in ("mpec", "mcp") else tuple(_WRITERS)
     if ending not in endings:

@@ -83,7 +83,7 @@ def _clarabel(tolerance: float) -> dict[str, Any]:
     # Select qdldl: above about 100,000 joints Clarabel would choose faer, which takes four times as long.
     options["direct_solve_method"] = "qdldl"
     if tolerance >= 1e-5:
-        # Refinement takes a third of the time, for digits that are not needed at this tolerance.
+        # Refinement takes a third of the time, for digits that are not needed at a tolerance of 1e-5 or more.
         options["iterative_refinement_enable"] = False
     return options
 
@@ -205,7 +205,7 @@ class Verdict(Enum):
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
     UNBOUNDED = "unbounded"
-    #: Presolve may stop before it distinguishes the two cases.
+    #: Verdict of a presolve that stops before it distinguishes infeasible from unbounded programs.
     INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
     FAILED = "solver failed"
     NEARLY = "nearly optimal"  #: a point that misses the solver's tolerance, to be judged by a certificate
