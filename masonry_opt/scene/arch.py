@@ -292,7 +292,7 @@ class Arch(ArchRing, Generator):
         yield from super()._mistakes()
         for number, loads in Counter(load.voussoir for load in self.point_loads).items():
             if number > self.voussoirs:
-                yield f"'point_loads' names voussoir {number}; they are numbered 1 to {self.voussoirs}"
+                yield f"'point_loads' names voussoir {number}: voussoirs are numbered 1 to {self.voussoirs}"
             if loads > 1:
                 yield f"'point_loads' has two loads on voussoir {number}: add them up"
 

@@ -225,7 +225,7 @@ def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
         if beyond:
             yield f"face no. {number} names corner {beyond[0]}; 'vertices' are numbered 0 to {count - 1}"
         if len(set(face)) < len(face):
-            yield f"face no. {number} names a corner twice: list each corner of a face once, in order"
+            yield f"face no. {number} names a corner twice: 'faces' must list each corner once, in order"
 
 
 def _polyhedron(shape: Part | Solid) -> Polyhedron:
