@@ -150,7 +150,7 @@ def test_fill_above_nothing_and_roads_below_blocks_are_refused(road, words):
 
 def test_what_goes_with_no_fill():
     flat = [fill([(0, 3), (2, 3)])]
-    with pytest.raises(mo.CaseError, match="no. 1 and no. 2 overlap"):
+    with pytest.raises(mo.CaseError, match=r"no\. 1 and no\. 2 overlap"):
         scene([LOW], [*flat, fill([(1, 4), (2, 4)])])
     scene([LOW, SLOPED], [*flat, fill([(2, 4), (4, 4)])])
     with pytest.raises(mo.CaseError, match="straight down"):
