@@ -186,7 +186,7 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
 def refuse_replacing(path: Path, force: bool = False) -> None:
     """Raise OptionError if a file contains data that this package did not write, unless ``force`` is set."""
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
-        foreign = f"is there already, and {WRITER} did not write it, or it was changed since"
+        foreign = f"is there already, and {WRITER} did not write the file or the file was changed since"
         remedy = "choose another name or folder, or replace it with --force (in Python: force=True)"
         raise OptionError(f"{path}: {foreign}: {remedy}")
 

@@ -180,7 +180,7 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
         raise CaseError(f"only a Scene can be saved (found {type(scene).__name__})")
     path = as_path(path, "a case file", ".toml", ".json")
     if path.suffix.lower() == ".toml":
-        mark = f"# {MARK}, and replaced by it without asking until this line is deleted\n"
+        mark = f"# {MARK}, which replaces this file without asking; delete this line to prevent that\n"
         text = mark + toml_text(scene)
     else:
         keys = {JSON_KEY: WRITER} | scene.model_dump(mode="json", by_alias=True, exclude_defaults=True)

@@ -96,7 +96,7 @@ def repeated(names: Iterable[str]) -> list[str]:
 
 
 def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any]) -> str:
-    """Return the message of one mistake, with its table or list entry."""
+    """Return the message of one mistake, preceded by its table or list entry."""
     in_file = not record.model_config.get("populate_by_name")
     loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
     key = str(loc[0]) if loc else ""
