@@ -366,7 +366,7 @@ def _header(method: str, assembly: Assembly) -> list[str]:
         f"{MARK}: program of method {method} for {name}",
         f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}{points}",
         *([f"friction: {friction}"] if points else []),
-        f"units: forces {problem.force_unit!r}, lengths {problem.length_unit!r} of the case's; the load "
-        "factor is the same in both",
+        f"units: force {problem.force_unit!r}, length {problem.length_unit!r} in units of the case; the load "
+        "factor is that of the case",
     ]
     return [line.encode("ascii", "replace").decode() for line in lines]

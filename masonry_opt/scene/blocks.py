@@ -47,7 +47,7 @@ SHAPES = "'box', or 'vertices' with 'faces'"
 #: ends, and marks that change the direction of writing.
 _INVISIBLE = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^[^{_INVISIBLE}]*$")]
-#: Text about a scene, of one or several lines.
+#: Type of a text about a scene, which may have several lines.
 Text = Annotated[str, Strict(), Field(max_length=2000, pattern=rf"^(?:[^{_INVISIBLE}]|[\t\n\r])*$")]
 
 
@@ -85,7 +85,7 @@ class _RecordType(_ModelType):
     A record that pydantic makes inside another record raises no error of its own.
     """
 
-    # mypy does not know that every class of this type is a Record.
+    # Ignore the type error: mypy does not know that every class of this type is a Record.
     def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
         if unnamed:
             raise CaseError(f"{cls.__name__}: give every value by its name: {', '.join(cls.model_fields)}")
@@ -127,7 +127,7 @@ class Record(BaseModel, metaclass=_RecordType):
         return self
 
     def _mistakes(self) -> Iterator[str]:
-        """Yield an error message for each rule on several keys that the record violates."""
+        """Yield an error message for each violated rule that involves several keys."""
         yield from ()
 
     def replace(self, **changes: Any) -> Self:
@@ -269,7 +269,7 @@ class Body(Record):
 
 
 class Block(Body):
-    """One rigid block, or a fixed support.
+    """Rigid block in the plane, or a fixed support.
 
     Lengths and forces are in any consistent units.
 

@@ -49,7 +49,7 @@ class CvxpyEngine:
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Count the following solves in another effort.
+        """Add the time and iterations of later solves to another effort.
 
         Solves do not depend on earlier solves.
         """

@@ -42,7 +42,7 @@ class PyomoEngine:
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Count the following solves in another effort, and start the next solve without a basis."""
+        """Add the time of later solves to another effort, and start the next solve without a basis."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         self._highs._solver_model.clearSolver()

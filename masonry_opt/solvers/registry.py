@@ -177,7 +177,7 @@ def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -
             f"solver '{name}' is unknown for model '{language}'; choose from: {', '.join(known)}{others}"
         )
     if entry.brought_by and not importlib.util.find_spec(entry.brought_by):
-        raise OptionError(f"solver '{name}' is not installed; CasADi contains IPOPT: pip install '.[mpec]'")
+        raise OptionError(f"solver '{name}' needs CasADi, which contains IPOPT: pip install '.[mpec]'")
     if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):
         raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
     return Solver(entry, entry.options(tolerance) if entry.options else {}, tolerance)
