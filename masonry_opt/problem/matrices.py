@@ -33,9 +33,10 @@ class Matrices:
     """Equilibrium matrix of b movable blocks with c joints and t limited forces, and its indices."""
 
     #: Equilibrium matrix, shape (3b, 3c + t). The rows of a block are fx, fy and the moment about its
-    #: centroid. The columns are n₁ (compression > 0) at the start of all joints, n₂ at their end, s, then the
-    #: limited forces of ties, props and earth. The paper's n is n₁ + n₂; its m, about the joint's middle, is
-    #: L/2 (n₂ − n₁). In space the columns are n of all contact points, then s, then t.
+    #: centroid. The columns are the normal forces n₁ at the start of all joints (compression > 0), n₂ at
+    #: their end, the shears s, then the limited forces. The paper's normal force is n₁ + n₂; its moment about
+    #: the middle of the joint is L/2 (n₂ − n₁). In space the columns are n of all contact points, the shears
+    #: s, then t.
     B: sp.csr_array
     #: Length of each joint, in space the area of each contact point, divided by the median; shape (c,). The
     #: stiffness of elastic contacts is proportional to this value. The value is 1 for a corner contact, which
