@@ -104,8 +104,8 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
                 here = " and ".join(touching)
                 raise CaseError(
                     f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
-                    f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'no block'}: give a "
-                    f"point inside '{name}' or on its outline, or name the block of this point in 'between'"
+                    f"{list(given)} of 'at' does not lie in block '{name}' but in {here or 'no block'}: give "
+                    f"a point inside '{name}' or on its outline, or name the block of this point in 'between'"
                 )
         along = points[1] - points[0]
         length = np.linalg.norm(along)
