@@ -16,23 +16,23 @@ from masonry_opt.errors import OptionError
 from masonry_opt.methods.task import Method
 from masonry_opt.solvers.registry import MATRICES, MODELS, SOLVERS, TOLERANCE, Solver, capable, find_solver
 
-#: Properties of scenes that methods of constant dilatancy do not support.
+#: Properties of scenes that are not supported by methods with constant dilatancy.
 _VARYING = frozenset({"dilatancy"})
 
-#: Properties of scenes that the bracket does not support.
+#: Properties of scenes that method "global" does not support.
 _MOST = _VARYING | {"strength", "forces", "space"}
 
-#: Solvers of the loop. It prefers interior points: at a vertex some joints have no normal force, and the loop
-#: would lock them.
+#: Solvers of the loop, by model. Interior-point methods come first: at a vertex some joints have no normal
+#: force, and the loop would lock these joints.
 _OF_LOOP = {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")}
 
-#: Solver of methods that work on the matrices.
+#: Solver of methods that use no modelling language but the matrices themselves.
 _NEWTON = {MATRICES: ("newton",)}
 
 #: Solvers of nonlinear programs.
 _NONLINEAR = {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)}
 
-#: Solver of the bracket.
+#: Solver of method "global", by model.
 _PYOMO = {"pyomo": ("highs",)}
 
 _own = partial(Method, own_tolerances=True, refuses=_VARYING)
@@ -57,14 +57,14 @@ METHODS = {method.name: method for method in _ALL}
 
 DEFAULT = "coulomb"  #: Name of the default method.
 
-#: Present names of methods, by their names in former versions.
+#: Former names of methods, each with the text that names its present form.
 FORMER_METHODS = {
     "mcp": "called 'coulomb'",
     "compliant": "called 'incremental'",
     "refined": "the option search=SECONDS of method 'coulomb'",
 }
 
-#: Names of arguments of ``solve`` and of other functions that are no options of a method.
+#: Arguments of ``solve`` and of other functions that are not options of a method. Errors may suggest them.
 _BESIDE = (
     "scene",
     "method",
@@ -105,7 +105,7 @@ class HowToSolve:
 
     @cached_property
     def chosen(self) -> Method:
-        """Return the method. Raises OptionError if the name is unknown or no longer used."""
+        """Entry of the method. Raises OptionError if the name is unknown or no longer used."""
         if isinstance(self.method, str) and self.method in FORMER_METHODS:
             raise OptionError(f"method '{self.method}' is now {FORMER_METHODS[self.method]}")
         if not isinstance(self.method, str) or self.method not in METHODS:
@@ -114,7 +114,7 @@ class HowToSolve:
 
     @cached_property
     def own_options(self) -> Any:
-        """Return the method's options; None if it has no options.
+        """Options of the method; None if the method has no options.
 
         Raises OptionError if an option is unknown or has a wrong value.
         """
@@ -126,11 +126,12 @@ class HowToSolve:
             if option not in known:
                 raise OptionError(f"method '{method.name}' has no option '{option}'{_instead(option, known)}")
         try:
-            # If an option is a result, the method takes the solution of the result.
+            # An option may be a result; the method then takes the ``solution`` of the result.
             values = {name: getattr(value, "solution", value) for name, value in self.options.items()}
             return method.options(**values) if method.options else None
         except ValidationError as error:
-            # An option of several types has one error for each type. Only the first error is reported.
+            # An option that permits several types has one error for each type; only the first error is
+            # reported.
             wrong = {
                 ".".join(map(str, item["loc"][:1])): f"{item['msg']} (found {reprlib.repr(item['input'])})"
                 for item in reversed(error.errors())
@@ -140,7 +141,7 @@ class HowToSolve:
 
     @cached_property
     def engine(self) -> Solver:
-        """Return the solver, with its tolerance.
+        """Solver of the method, with its tolerance.
 
         Raises OptionError if a name is no text, or if the solver is not available. Raises OptionError too if
         the method does not take the model, the solver or a tolerance.
@@ -172,7 +173,7 @@ class HowToSolve:
 
     @cached_property
     def of_dead_load(self) -> Solver:
-        """Return the solver that decides if a scene is stable under its dead load.
+        """Solver of the program that decides if a scene is stable under its dead load.
 
         It is a quick solver if the method sets its own tolerances and the user names no solver.
         """
@@ -181,7 +182,7 @@ class HowToSolve:
 
 
 def _instead(option: str, known: Iterable[str]) -> str:
-    """Return the end of the error for an option that a method does not have, with advice for the user."""
+    """Return advice for the user about an option that a method does not have, as the end of an error."""
     homes = _homes(option)
     if homes:
         return f"; methods that have it: {', '.join(homes)}"
@@ -202,7 +203,7 @@ def _homes(option: str) -> list[str]:
 
 
 def _takers(name: str | None) -> str:
-    """Return the end of the error for a solver that a method does not take: the methods that take it.
+    """Return the list of methods that take a solver, as the end of an error.
 
     If several modelling languages have the solver, the methods are those of the first language. For unknown
     solvers the methods are those that take any solver of CVXPY.
@@ -216,5 +217,5 @@ def _takers(name: str | None) -> str:
 
 
 def _names(is_listed: Callable[[Method], bool]) -> str:
-    """Return the names of the methods for which a condition is True, as text."""
+    """Return the names of the methods for which a condition is True, separated by commas."""
     return ", ".join(name for name, method in METHODS.items() if is_listed(method))

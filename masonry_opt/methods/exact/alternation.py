@@ -142,7 +142,7 @@ class ExactPrograms:
             self.__dict__.pop("_engines_of_motion", None)
 
     def _solved(self, engines: list[CvxpyEngine], before_each: Callable[[], None]) -> bool:
-        """Return True if a solver finds an optimum; for the last solver, a near-optimum may suffice."""
+        """Return True if a solver finds an optimum; the last solver may also find a nearly optimal point."""
         for engine in engines:
             before_each()
             nearly = self._nearly and engine is engines[-1]
