@@ -12,10 +12,10 @@ class Kind(StrEnum):
     #: An optimum of eq. (9) or eq. (10).
     ASSOCIATIVE = "associative"
     #: Answer of the sequence of linear programs (the loop). The answer is exact if forces with exact Coulomb
-    #: friction fit its mechanism; otherwise it is the solution of the last sub-problem. Friction limits of a
-    #: sub-problem are computed from the normal forces of the previous sub-problem. The yield residual
-    #: therefore reaches a tenth of a block's weight on the walls of Table 1. Sliding joints contract by 10⁻³
-    #: μ times their slip, which adds to the flow residual.
+    #: friction fit the mechanism of the loop; otherwise the answer is the solution of the last sub-problem.
+    #: Friction limits of a sub-problem are computed from the normal forces of the previous sub-problem. The
+    #: yield residual therefore reaches a tenth of a block's weight on the walls of Table 1. Sliding joints
+    #: contract by 10⁻³ μ times their slip, which adds to the flow residual.
     LOOP = "loop"
     #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
     #: violate the yield conditions by half of the largest force on a block. The violation has a limit for
@@ -46,7 +46,7 @@ class Limits:
     #: Limit of the work of unbalanced forces in units of λ, relative to |λ| or ``SMALLEST``, whichever is
     #: larger.
     work: float
-    block: float  #: limit of the unbalanced force on a block, relative to the largest force on it
+    block: float  #: limit of a block's unbalanced force, relative to the largest force on the block
     #: Limit of the violation of the true yield conditions in a joint. The violation is divided by the largest
     #: force that acts on a block of the joint; of its two blocks, the less loaded one counts.
     joint: float
@@ -97,7 +97,8 @@ PROOF = 1e-8
 #: Relative difference of λ and its lower bound below which the bracket counts as closed.
 CLOSED = 1e-5
 
-#: Relative distance by which λ may exceed its certified bounds; the value corresponds to four equal digits.
+#: Largest relative distance of λ from the interval of its certified bounds. The value corresponds to four
+#: equal digits.
 OUTSIDE = 1e-4
 
 #: Largest excess of forces over the limits that a bound assumes, relative to the limit and in median block

@@ -124,7 +124,7 @@ class Answer(Found):
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
-    slope: np.ndarray  #: opening per unit slip according to their flow rule, shape (k,)
+    slope: np.ndarray  #: opening per unit slip of the flow rule, shape (k,)
     certificate: Certificate  #: residuals of the scene as a whole
     residuals: dict[str, float]  #: residuals under the names of their limits in ``Limits``
 

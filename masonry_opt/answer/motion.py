@@ -146,7 +146,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if the blocks that move in a mechanism (3b,) carry no load at a load factor below zero.
+    """Return True if λ is negative and the blocks that move in a mechanism (3b,) carry no net load.
 
     A live load along a block's weight cancels the weight at some negative load factor. There the block can
     move, whatever carries it, so that the mechanism is no collapse.

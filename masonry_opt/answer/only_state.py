@@ -32,7 +32,7 @@ _HAS_SLACK = 1e-4
 #: succeed, because rounding then counts as a force.
 _NO_FORCE = 1e-9
 
-#: Unbalanced force, relative to the largest force, below which it is rounding. A smaller value makes fewer
+#: Unbalanced force, relative to the largest force, that counts as rounding. A smaller value makes fewer
 #: proofs succeed.
 _BALANCED = 1e-8
 

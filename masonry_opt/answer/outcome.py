@@ -289,7 +289,7 @@ class Outcome:
 
     @cached_property
     def at_incremental(self) -> Self | None:
-        """Result at the incremental collapse; None if the incremental analysis was not run."""
+        """Result at the incremental collapse; None if the incremental load factor is switched off."""
         if self.kind is Kind.INCREMENTAL:
             return self
         solution = self.solution.incremental

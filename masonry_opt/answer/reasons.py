@@ -46,7 +46,8 @@ class Status(StrEnum):
 class Code(StrEnum):
     """Codes of reasons and warnings; the comment on each code lists the values of its message."""
 
-    # First group of codes: reasons of all methods why no load factor exists. The value of "falls" is blocks.
+    # First group of codes: reasons of all methods why no load factor exists. The only value of "falls" is
+    # blocks, the blocks that fall.
     FALLS = "falls"  # blocks
     HANGS = "hangs"  # blocks: the blocks that fall and that no joint supports from below
     # blocks: the blocks that fall even if no joint can slide
@@ -127,9 +128,9 @@ class Code(StrEnum):
     NOT_FOUND = "no exact state near the forces"
     NO_TIME = "no time"
 
-    # First code of method "global". Its codes have the values bound: lower bound of λ; load_factor: λ; rates:
-    # largest sum of rates for which the bound is valid, or None; forces: True if the bound assumes a limit of
-    # normal forces.
+    # First code of method "global". All its codes have the values bound: lower bound of λ; load_factor: λ of
+    # the answer; rates: largest sum of rates for which the bound is valid, or None; forces: True if the bound
+    # assumes a limit of normal forces.
     PROVEN = "proven"
     WITHIN_IMPOSED = "within imposed"
     TOUCHES_IMPOSED = "touches imposed"
@@ -165,8 +166,9 @@ class Code(StrEnum):
     # median of all unit weights; per_area: True if unit weights are per area (in the plane without a
     # thickness)
     WEIGHTS_DIFFER = "weights differ"
-    # fill: number of the fill, from 1; backing: True if the fill's backing is meant; unit_weight: its unit
-    # weight; beside: what it is compared with, "blocks" or "fill"; other: the unit weight of the latter
+    # fill: number of the fill, from 1; backing: True if the fill's backing is meant; unit_weight: unit weight
+    # of the fill or backing; beside: "blocks" or "fill", with which unit_weight is compared; other: unit
+    # weight of these blocks or this fill
     FILL_WEIGHT_DIFFERS = "fill weight differs"
     # kind: "tie" or "prop"; name: its name; key: "strength" or "prestress"; value: its strength or prestress;
     # weight: weight of a median block, or the sum of all dead loads if the value is too large
@@ -174,7 +176,8 @@ class Code(StrEnum):
     # pairs: blocks on both sides of a gap; widths: widths of the gaps; tolerance: tolerance that closes all
     # gaps and aligns the joints
     SMALL_GAPS = "small gaps"
-    # pairs: blocks of the joints that alignment turned; turn: largest rotation, in radians; tolerance
+    # pairs: blocks of the joints that alignment turned; turn: largest rotation, in radians; tolerance:
+    # tolerance of the scene
     ALIGNED = "aligned"
     # pairs: blocks of joints that are nearly parallel to other joints; angle: the largest angle, in radians;
     # tolerance: tolerance that aligns these joints

@@ -184,8 +184,8 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
-    # The bounds of all other groups are the least bounds of all groups; if the group itself has the least
-    # bound, the second least bound is taken.
+    # Bounds of the box around all other groups. Each bound is the least value of all groups, or the second
+    # least value if the least value belongs to the group itself.
     least, second = np.sort(lowest, axis=0)[:2]
     others = np.where(lowest == least, second, least)
     size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))

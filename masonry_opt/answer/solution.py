@@ -59,7 +59,8 @@ class Solution:
     followed_to_end: bool = False
     #: Largest load factor of the load history, if the blocks finally move at a lower load factor; else None.
     peak: float | None = None
-    infeasibility: InfeasibilityCertificate | None = None  #: proof that no λ exists, if one was tried
+    #: Proof that no λ exists, or an undecided attempt; None without an attempt.
+    infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None  #: size of the linear program
     load_history: LoadHistory | None = None  #: load steps of the incremental analysis
     tells_curve: bool = False  #: True if the user requested the load–displacement curve

@@ -101,7 +101,9 @@ class HowToSolve:
         """Raise OptionError if an option is a function, which cannot be sent to a worker process."""
         for name, value in self.options.items():
             if callable(value):
-                raise OptionError(f"option '{name}': a function is for a single scene, not for many")
+                raise OptionError(
+                    f"option '{name}' is a function, which is not allowed in studies of many scenes"
+                )
 
     @cached_property
     def chosen(self) -> Method:
@@ -153,21 +155,21 @@ class HowToSolve:
         model = model or next(iter(method.solvers))
         if model in MODELS and model not in method.solvers:
             raise OptionError(
-                f"method '{method.name}' takes model: {', '.join(method.solvers)} (found '{model}'); methods "
-                f"that take it: {_names(lambda other: model in other.solvers)}"
+                f"method '{method.name}' supports the models {', '.join(method.solvers)} (found '{model}'); "
+                f"methods that support it: {_names(lambda other: model in other.solvers)}"
             )
         allowed = method.solvers.get(model, ())
         name = self.solver.lower() if self.solver else (allowed[0] if allowed else None)
         linear = all(entry.linear for entry in SOLVERS.values() if entry.name == name)
         if name not in allowed if allowed else not linear:
             raise OptionError(
-                f"method '{method.name}' with model '{model}' takes solver: "
-                f"{', '.join(allowed) or 'any of linear programs'} (found '{name}'){_takers(name)}"
+                f"method '{method.name}' with model '{model}' supports the solvers: "
+                f"{', '.join(allowed) or 'all for linear programs'} (found '{name}'){_takers(name)}"
             )
         if self.tolerance is not None and method.own_tolerances:
             raise OptionError(
-                f"method '{method.name}' has tolerances of its own: leave 'tolerance' out, or name a method "
-                f"that takes one: {_names(lambda other: not other.own_tolerances)}"
+                f"method '{method.name}' chooses its own tolerances: omit 'tolerance', or use a method that "
+                f"supports it: {_names(lambda other: not other.own_tolerances)}"
             )
         return find_solver(model, name, TOLERANCE if self.tolerance is None else self.tolerance)
 
@@ -211,9 +213,9 @@ def _takers(name: str | None) -> str:
     known = [entry for (_, solver), entry in SOLVERS.items() if solver == name]
     if known:
         takers = _names(lambda method: method.solved_by(known[0]))
-        return f"; methods that take it, with model '{known[0].language}': {takers}"
+        return f"; methods that support it with model '{known[0].language}': {takers}"
     others = _names(lambda method: not method.own_tolerances)
-    return f"; methods of linear programs, which take others: {others}"
+    return f"; methods that support other solvers: {others}"
 
 
 def _names(is_listed: Callable[[Method], bool]) -> str:

@@ -53,9 +53,9 @@ def of_same_scene(solution: Solution, problem: Problem) -> Solution:
     Raises OptionError if the solution has no forces, or if it belongs to another scene.
     """
     if solution.q is None or solution.d is None:
-        raise OptionError("option 'start': the result has no forces to start from")
+        raise OptionError("option 'start': the result has no forces from which an analysis can start")
     if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):
-        raise OptionError("option 'start': the result is of another scene")
+        raise OptionError("option 'start': the result belongs to another scene")
     return replace(solution, history=())
 
 

@@ -360,7 +360,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return the blocks, among the given movable blocks, that hang without support from below.
+    """Return the given movable blocks that are not supported from below, directly or through other blocks.
 
     A block hangs if no chain of bearing joints connects it with a support. A joint bears a block if its
     normal pushes against the block's dead load.

@@ -58,13 +58,13 @@ _TO_BLAME = 1e-9
 #: Number of latest cuts that are counted to choose the next face for branching.
 _OF_LATE = 200
 
-#: Value of a choice for a face that is not yet decided.
+#: State of a face in a choice of moving faces: not yet decided.
 _OPEN = -1
 
-#: Value of a choice for a face that does not move.
+#: State of a face in a choice of moving faces: the face does not move.
 _STILL = 0
 
-#: Value of a choice for a face that moves and is at yield.
+#: State of a face in a choice of moving faces: the face moves and is at yield.
 _MOVING = 1
 
 
@@ -98,8 +98,8 @@ class Cuts:
             HighsSession(model.program, effort, _PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # Rows are cuts and columns are faces; one face of a cut must have the value that is the key. The
-        # number of programs limits the number of cuts.
+        # One matrix for each implied value: rows are cuts, and columns are faces. In every state, at least
+        # one face of a cut has the implied value. There are at most as many cuts as programs.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_STILL, _MOVING)}
         self._count = {_STILL: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
@@ -109,7 +109,7 @@ class Cuts:
         self.static, self.kinematic = self._count[_STILL], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
-        """Prove that no Coulomb state agrees with a choice; raise _Undecided if the proof fails."""
+        """Prove that no Coulomb state has the chosen moving faces; raise _Undecided if the proof fails."""
         branch = self._branch(choice)
         while branch is not None:
             # Try the branch with the face at yield first, because few states of equilibrium agree with it.
@@ -119,7 +119,7 @@ class Cuts:
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the face for the next branching; None if no Coulomb state agrees with the choice.
+        """Return the face for the next branching; None if no Coulomb state has the chosen moving faces.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
         move and come to yield together.
@@ -212,7 +212,7 @@ class Cuts:
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """Return the proof that a stable scene has no load factor, or a certificate of what is undecided.
+    """Return the certificate on the existence of a load factor of a stable scene; None if not tried.
 
     None is returned if the scene has too many joints. With ``of_mechanism`` True mechanisms are excluded too.
     An associative load factor depends on statics alone.

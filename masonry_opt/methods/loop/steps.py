@@ -45,7 +45,8 @@ class LimitUpdate:
     last: SubProblem  #: the last sub-problem that was solved
     alpha: float  #: α of the next sub-problem
     small_cohesion: np.ndarray  #: small cohesion c⁰ of the next sub-problem, shape (k,)
-    #: Normal forces at which old and new shear limits agree, averaged with weight β, shape (c,).
+    #: Normal forces at which the next shear limits equal Coulomb's limits, averaged with weight β, shape
+    #: (c,).
     about: np.ndarray
 
     def limits(self) -> ShearLimits:
@@ -102,7 +103,8 @@ def sub_problems(
         if number == 1:
             small_cohesion = parameters.c0 * _largest_nearby(problem, state)[problem.sliding]
         elif stands_still and alpha > parameters.alpha_min:
-            next_alpha = parameters.alpha_min  # finish with the smallest α, as sliding joints contract by α μ
+            # End with the smallest α, because sliding joints contract by α μ.
+            next_alpha = parameters.alpha_min
         alpha = next_alpha  # step 5
         next_alpha = parameters.shrink * alpha if alpha > parameters.alpha_min else parameters.alpha_min
         n = problem.normal_forces(state.q)
