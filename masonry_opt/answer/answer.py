@@ -218,7 +218,7 @@ class InfeasibilityCertificate:
     clamped: indices of the joints in self-stress, the most stressed first. Indices are those of the problem,
         in a result those of ``Result.joints``. Other forces carry the opposite of the live load, and the sum
         of both is in equilibrium without loads.
-    static_cuts: number of sets of faces that cannot come to yield together.
+    static_cuts: number of sets of faces that cannot all be at yield in one state.
     kinematic_cuts: number of sets of faces of which at least one must move. Together with the static cuts
         they exclude every choice of moving faces.
     cut_residual: largest :func:`static_residual` or :func:`kinematic_residual` of these sets.

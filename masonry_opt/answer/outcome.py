@@ -75,12 +75,12 @@ class Outcome:
         state is not exact.
     incremental: incremental load factor, by method "incremental": the largest load factor of the load
         history in which the live load is raised from rest, with elastic contacts. None if the history
-        has no collapse, if it was not asked for, and for methods with associative flow.
+        has no collapse, if it is switched off, and for methods with associative flow.
     end: load factor at the end of the load history, in which the blocks move on; None if the history was not
         followed to its end.
     incremental_reasons: reasons why the load history ended, or why there is no incremental load factor.
     at_incremental: result at the incremental collapse; seconds and solvers are those of the whole analysis.
-        None if it was not asked for.
+        None if the incremental load factor is switched off.
     associative: load factor with associative flow, which no Coulomb answer exceeds; None if unlimited.
     exact: True if all residuals are within the limits of exact answers. The flow rule is the joints' own, and
         friction in space is the cone.

@@ -294,13 +294,13 @@ def _finer(
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
     """Return reasons that state whether larger friction or strength would stabilise an unstable scene.
 
-    - HANGS, if any of the falling blocks hangs.
-    - STRENGTH_WOULD_HOLD, if no friction holds the scene, but unlimited strength does.
-    - NO_FRICTION_HOLDS, if neither friction nor strength holds the scene.
-    - FRICTION_WOULD_HOLD, if larger friction holds the scene.
+    - HANGS, if a falling block is not supported from below.
+    - STRENGTH_WOULD_HOLD, if the scene is unstable with any friction, but stable with unlimited strength.
+    - NO_FRICTION_HOLDS, if the scene is unstable with any friction and with unlimited strength.
+    - FRICTION_WOULD_HOLD, if the scene is stable with larger friction.
 
-    The last three are left out if the solver cannot decide. A scene is held if eq. (9) without live load has
-    a state, which may be a state of wedging. ``falling`` are block velocities, shape (3b,).
+    The last three are omitted if the solver cannot decide. A scene counts as stable if eq. (9) without live
+    load has a state, which may be a state of wedging. ``falling`` are block velocities, shape (3b,).
     """
     problem = assembly.problem
     hanging = _hanging(assembly, moving_blocks(assembly, falling))
@@ -362,7 +362,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     """Return the given movable blocks that are not supported from below, directly or through other blocks.
 
-    A block hangs if no chain of bearing joints connects it with a support. A joint bears a block if its
+    No chain of supporting joints connects these blocks with a support. A joint supports a block if its
     normal pushes against the block's dead load.
     """
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable

@@ -79,13 +79,13 @@ class Cuts:
     """Branch and cut that excludes Coulomb states with λ ≥ 0, for a stable scene in units of its load.
 
     A *choice* states for each face if it moves and is at yield, does not move, or is open, shape (faces,).
-    Cuts are looked for with at most ``most_programs`` linear programs.
+    The search for cuts solves at most ``most_programs`` linear programs.
 
     Attributes
     ----------
     exclude: True if the cuts exclude every choice, so that no Coulomb state exists.
     residual: largest residual of the conditions of a cut.
-    static: number of sets of faces that cannot come to yield together.
+    static: number of sets of faces that cannot all be at yield in one state.
     kinematic: number of sets of faces of which one moves in every mechanism that lets the live load do work.
     """
 
@@ -122,7 +122,7 @@ class Cuts:
         """Return the face for the next branching; None if no Coulomb state has the chosen moving faces.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
-        move and come to yield together.
+        move and be at yield in one state.
         """
         while self._follows(choice):
             moving = choice == _MOVING
@@ -308,7 +308,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
     """Return a solution whose load factor is removed, with the reason for the removal.
 
     If ``rests`` is True, the scene carries its dead load from rest, and the load factor is below zero.
-    Otherwise the scene is held by wedging alone.
+    Otherwise only wedging keeps the scene stable.
     """
     if rests:
         without = solution.withdrawn(Status.BELOW_ZERO, Code.BELOW_ZERO)
