@@ -46,7 +46,7 @@ def test_all_options_that_a_drawing_needs_are_named_at_once(command, tmp_path):
 
 def test_a_capacity_curve_needs_a_scene_without_ties(command):
     error = command.refused("capacity", TIED, "--method", "static")
-    assert "leave out [[tie]], or find the load factor alone with 'solve'" in error
+    assert "omit [[tie]], or compute only the load factor with 'solve'" in error
     assert mo.capacity(mo.solve(mo.load(TIED).replace(ties=[]), "static")).steps
     command("solve", TIED, "--method", "static")
 
@@ -57,7 +57,7 @@ def test_a_capacity_curve_needs_a_scene_without_fill(pressure):
     scene = mo.load(FILLED)
     filled = scene if pressure else scene.replace(fills=[scene.fills[0].replace(pressure=False)])
     with pytest.raises(
-        mo.OptionError, match=r"leave out \[\[fill\]\], or find the load factor alone with 'solve'"
+        mo.OptionError, match=r"omit \[\[fill\]\], or compute only the load factor with 'solve'"
     ):
         mo.capacity(mo.solve(filled, "static"))
     assert mo.capacity(mo.solve(scene.replace(fills=[]), "static")).steps
