@@ -219,7 +219,7 @@ def geometry(scene: Scene) -> Geometry:
     # simplification may keep it.
     polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)
     crossed = np.flatnonzero(~shapely.is_valid(polygons))
-    raise_for(crossed, scene, "crosses itself: give its corners in order round the block")
+    raise_for(crossed, scene, "crosses itself: list its corners in order around the block")
     area = shapely.area(outlines)
     raise_for(np.flatnonzero(area <= tolerance**2), scene, "has no area")
     hulls = shapely.convex_hull(polygons)
