@@ -15,7 +15,7 @@ from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of
 from masonry_opt.studies.writing import JOURNAL, Journal
 
 #: Warning about a friction of 31, which is 0.601 if it was meant in degrees.
-IN_DEGREES = "friction 31 of [joints] is more than dry joints have: in degrees? tan 31° = 0.601"
+IN_DEGREES = "friction 31 of [joints] is higher than in dry joints: is it in degrees? tan 31° = 0.601"
 #: The record of this warning in JSON.
 RECORD = {"sentence": IN_DEGREES, "code": "friction high", "friction": 31.0, "pairs": []}
 STATIC = ("--method", "static")
