@@ -43,7 +43,7 @@ def one_answer(least: float, greatest: float, weight: float = 10.0) -> object:
 
 
 #: Remark on a reaction beside which others may exist.
-NOT_PROVEN = "found, not proven: exact states may lie nearer to the reaction at rest"
+NOT_PROVEN = "found, not proven: exact states may be closer to the reaction at rest"
 
 IN_BOTH = pytest.mark.parametrize(
     "in_space", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"]
@@ -97,9 +97,7 @@ def test_what_is_known_of_each_reaction():
     assert found.warning_sentences == ()
     assert found.facts()["at rest"].endswith("with elastic contacts")
     proven = with_solution(found.least, is_only_state=True)
-    assert proven.rows()[0]["certainty"].endswith(
-        "proven: no exact state lies nearer to the reaction at rest"
-    )
+    assert proven.rows()[0]["certainty"].endswith("proven: no exact state is closer to the reaction at rest")
     assert "(proven)" in replace(found, least=proven).facts()["least"]
     by_statics = mo.settle(beam(), "R", RIGHT, method="static").facts()["least"]
     assert by_statics.splitlines()[0].startswith("-3 (associative)")

@@ -4,7 +4,7 @@ import pytest
 from scenes import axles_on_a_beam, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.studies.many.sweep import said
+from masonry_opt.studies.many.sweep import summary_text
 
 NOT_PROVEN = "lowest found (exact collapse states, not proven least)"
 UPPER_BOUND = "associative (upper bounds, by classical limit analysis)"
@@ -14,13 +14,13 @@ METHODS = [("coulomb", NOT_PROVEN), ("static", UPPER_BOUND)]
 PROVEN = "least, proven (exact collapse states; proven: no state is lower)"
 
 #: Remark on a reaction beside which others may exist.
-MAY_BE_NEARER = "found, not proven: exact states may lie nearer to the reaction at rest"
+MAY_BE_NEARER = "found, not proven: exact states may be closer to the reaction at rest"
 
 
 @pytest.mark.parametrize(("method", "words"), METHODS)
 def test_a_sweep(method, words):
     frame = mo.sweep(two_blocks(), {"joints.friction": [0.3, 0.5]}, method=method, workers=1)
-    assert f"λ is {words}" in said(frame, ["joints.friction"]).splitlines()
+    assert f"λ is {words}" in summary_text(frame, ["joints.friction"]).splitlines()
     assert set(frame["which"]) == {words.split(" (")[0]}
 
 
