@@ -189,5 +189,5 @@ def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, c
 def test_a_journal_without_its_first_line_is_refused(tmp_path):
     Journal(tmp_path, {"scene": "a"}).add("key", {"x": 1})
     (tmp_path / JOURNAL).write_text('damaged\n{"key": "key", "row": {"x": 1}}\n', "utf-8")
-    with pytest.raises(mo.OptionError, match="no journal of runs"):
+    with pytest.raises(mo.OptionError, match="not a journal of runs"):
         Journal(tmp_path, {"scene": "a"})

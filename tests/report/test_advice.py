@@ -97,8 +97,8 @@ def test_a_load_factor_is_not_advised_without_a_live_load(command, tmp_path):
         error = least(command, path, "0.2:0.9")
         assert "--load" not in error
         assert "begin the range at a smaller value" in error
-        # With a load the message says what the search asks without one.
-        assert "without 'load' (--load) the search asks whether the scene stands" in least(
+        # With a load the message says what the search tests without a load.
+        assert "without 'load' (--load) the search tests stability under dead load only" in least(
             command, path, "0.2:0.9", "--load", "0.2"
         )
 

@@ -31,8 +31,8 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
 SolveLive = Callable[[np.ndarray], Solution]  #: Function that returns the answer under a live load, (3b,).
-#: Distance from a kink of the road at which loads are evaluated, relative to the length of the road. Loads
-#: may jump at the kink itself.
+#: Distance at which loads are evaluated on both sides of a position where they may jump, relative to the
+#: length of the road.
 _BREAK_DISTANCE = 1e-9
 #: Size of loads that are rounding errors, relative to the largest entry of the live load.
 _LOAD_TOLERANCE = 1e-7

@@ -291,8 +291,8 @@ def test_a_warning_of_units_names_both_values():
     )
     (sentence,) = sentences(warnings_of(assemble(tied(20.0, 1e8)), None))
     assert sentence == (
-        "the strength of tie 'rod' is 20, the median weight of a block 1e+08: give forces and weights in one "
-        "unit"
+        "the strength of tie 'rod' is 20, but the median weight of a block is 1e+08: use the same unit for "
+        "forces and weights"
     )
 
 
