@@ -229,9 +229,9 @@ def test_what_cannot_be_reported_is_named(command, tmp_path):
     for units in ("m", "m, ", 3):
         with pytest.raises(OptionError, match="units must name length and force"):
             mo.report(result, tmp_path / "report.html", units=units)
-    with pytest.raises(OptionError, match=r"ends in \.html"):
+    with pytest.raises(OptionError, match=r"end in \.html"):
         mo.report(result, tmp_path / "report.pdf")
-    with pytest.raises(OptionError, match="the path of a file is text"):
+    with pytest.raises(OptionError, match="the path of a file must be text"):
         mo.report(result, 3)
     (tmp_path / "report.html").write_text("mine")
     with pytest.raises(OptionError, match="is there already"):
