@@ -93,7 +93,7 @@ ONE_PAIR = ("--models", "cvxpy", "--solvers", "highs", "--tolerances", "1e-9")
 #: Arguments of commands that may take long, and a part of a line that they show.
 LONG = {
     "capacity": (("case.toml",), "capacity: load step"),
-    "check": (("case.toml",), "static and kinematic"),
+    "check": (("case.toml",), "comparing static with kinematic"),
     "compare": (("case.toml", "--out", "out", "--repeats", "1", "--methods", "static", *ONE_PAIR), "static"),
     "crossing": (("axles.toml", "--method", "static"), "crossing: first axle at"),
     "directions": (("case.toml",), "directions: to the right: method 'coulomb'"),
