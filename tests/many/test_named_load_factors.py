@@ -4,7 +4,7 @@ import pytest
 from scenes import axles_on_a_beam, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.studies.many.sweep import said
+from masonry_opt.studies.many.sweep import summary_text
 
 NOT_PROVEN = "lowest found (exact collapse states, not proven least)"
 UPPER_BOUND = "associative (upper bounds, by classical limit analysis)"
@@ -14,13 +14,13 @@ METHODS = [("coulomb", NOT_PROVEN), ("static", UPPER_BOUND)]
 PROVEN = "least, proven (exact collapse states; proven: no state is lower)"
 
 #: Remark on a reaction beside which others may exist.
-MAY_BE_NEARER = "found, not proven: exact states may lie nearer to the reaction at rest"
+MAY_BE_NEARER = "found, not proven: exact states may be closer to the reaction at rest"
 
 
 @pytest.mark.parametrize(("method", "words"), METHODS)
 def test_a_sweep(method, words):
     frame = mo.sweep(two_blocks(), {"joints.friction": [0.3, 0.5]}, method=method, workers=1)
-    assert f"λ is {words}" in said(frame, ["joints.friction"]).splitlines()
+    assert f"λ is {words}" in summary_text(frame, ["joints.friction"]).splitlines()
     assert set(frame["which"]) == {words.split(" (")[0]}
 
 
@@ -66,4 +66,4 @@ def test_reactions_of_a_support_that_settles():
             assert MAY_BE_NEARER in found.facts()[end]
             assert "(found, not proven)" in found.facts()[end].splitlines()[0]
     by_statics = mo.settle(block_on_floor(), "floor", (0, -1), method="static")
-    assert "no state lies further from the reaction at rest" in by_statics.facts()["least"]
+    assert "no state is further from the reaction at rest" in by_statics.facts()["least"]
