@@ -236,6 +236,27 @@ class HighsSession:
         _, found, ray = self._highs.getDualRay()
         return replace(self._as_it_stands(), cost=nothing).least(np.array(ray)) if found else (0.0, nothing)
 
+    def dual_ray(self) -> np.ndarray | None:
+        """Return row multipliers that refute the last program, shape (rows,); None if HiGHS has none.
+
+        A positive multiplier belongs to the lower bound of its row, a negative one to the upper bound.
+        """
+        _, exists, ray = self._highs.getDualRay()
+        return np.array(ray) if exists else None
+
+    def accept_rays_up_to(self, residual: float) -> None:
+        """Let HiGHS call a program infeasible although its dual ray leaves residuals up to a value.
+
+        HiGHS takes the value from ``small_matrix_value``, which it reads again when it checks a ray. With the
+        default of 1e-9, which the matrix needs, small programs end as "Unknown" although they are infeasible.
+        """
+        self._highs.setOptionValue("small_matrix_value", residual)
+
+    def set_upper_bound_of_row(self, constraint: Any, bound: float) -> None:
+        """Set the upper bound of the one row of a constraint."""
+        rows = self.rows(constraint)
+        self._highs.changeRowsBounds(1, rows, self.lp.row_lower[rows], np.array([bound]))
+
     def _as_it_stands(self) -> LinearProgram:
         """The program with the costs and bounds that it has in HiGHS now."""
         lp = self._highs.getLp()
